@@ -1,0 +1,1 @@
+"""busflow: a robot's node graph that you `pip install`."""

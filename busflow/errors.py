@@ -1,0 +1,158 @@
+"""Every exception busflow raises, all under `BusflowError`, and `Problem`: one thing wrong in a file.
+
+A message says what is wrong, where, why, and what to do. Problems are collected rather than raised one at a
+time, so that a launch file shows all its mistakes in one report.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+from busflow.text import printable
+
+
+class ExitCode(IntEnum):
+    """What the `busflow` command answers to the shell."""
+
+    OK = 0
+    FAILED = 1  # a node or an expectation failed
+    USAGE = 2  # wrong usage, or a file that cannot run
+    DIFFERENT = 3  # `check` or `diff` found something
+    NOT_FOUND = 4  # no such run or target
+    INCOMPLETE = 5  # dropped or incomplete where that was forbidden
+    INTERRUPTED = 130  # Ctrl-C
+    TERMINATED = 143  # SIGTERM
+
+
+class BusflowError(Exception):
+    """Anything that went wrong in a way busflow can explain."""
+
+    exit_code = ExitCode.FAILED
+
+
+class InvalidName(BusflowError, ValueError):
+    """A topic, node, namespace, package or remap name breaks ROS 2's grammar."""
+
+
+class InvalidQoS(BusflowError, ValueError):
+    """A QoS profile asks for something that cannot be."""
+
+
+class InvalidDeclaration(BusflowError, TypeError):
+    """A node class declares something that cannot work; raised when the class is created."""
+
+
+class InvalidParameter(BusflowError, ValueError):
+    """Parameters of a node do not validate."""
+
+
+class IncompatibleType(BusflowError, TypeError):
+    """Two ends of one topic, or a message and its topic, are of different types."""
+
+
+class IncompatibleQoS(BusflowError, ValueError):
+    """A publisher offers less than a subscription of its topic requests."""
+
+
+class NotRunning(BusflowError, RuntimeError):
+    """A node, endpoint or graph was used before it was started or after it stopped."""
+
+
+class WouldBlock(BusflowError):
+    """A `publish` would have to wait for a subscription whose queue is full; nobody received the message."""
+
+
+class NodeFailed(BusflowError):
+    """A node raised; the cause is chained."""
+
+
+class StartTimeout(BusflowError, TimeoutError):
+    """A node's `start` did not return in time."""
+
+
+class PluginError(BusflowError):
+    """A plugin cannot be found or imported."""
+
+    exit_code = ExitCode.USAGE
+
+
+class Severity(StrEnum):
+    """How much a problem matters: an error stops the start, a warning does not, info is told on `-v`."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    INFO = "info"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A stretch of one line of a file: where a problem is. Line and column count from 1."""
+
+    file: str
+    line: int
+    column: int
+    width: int = 1
+    excerpt: str = ""
+
+    def __str__(self) -> str:
+        return f"{printable(self.file)}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing wrong: what and why, where, and what to do about it."""
+
+    code: str
+    """A stable word for scripts, in kebab-case: `unknown-parameter`."""
+    message: str
+    fix: str | None = None
+    place: Place | None = None
+    severity: Severity = Severity.ERROR
+    included_from: tuple[Place, ...] = ()
+    """The `include` entries that led to the file, innermost first."""
+
+    def render(self) -> str:
+        """The problem as a person reads it: `file:line:col: error: …`, the line, a caret, the fix."""
+        where = f"{self.place}: " if self.place else ""
+        lines = [f"{where}{self.severity}: {printable(self.message)}"]
+        if self.place and self.place.excerpt:
+            lines += _excerpt(self.place)
+        if self.fix:
+            lines.append(f"  fix: {printable(self.fix)}")
+        lines += [f"  included from {place}" for place in self.included_from]
+        return "\n".join(lines)
+
+    def as_json(self) -> dict[str, object]:
+        """The problem as `--json` prints it."""
+        place = self.place
+        return {
+            "code": self.code,
+            "severity": self.severity.value,
+            "message": self.message,
+            "fix": self.fix,
+            "file": place.file if place else None,
+            "line": place.line if place else None,
+            "column": place.column if place else None,
+            "included_from": [str(each) for each in self.included_from],
+        }
+
+
+class LaunchError(BusflowError):
+    """A launch description cannot run: all its problems at once."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(problem.render() for problem in self.problems))
+
+
+def _excerpt(place: Place) -> list[str]:
+    """The line with a caret under the place; a long line is cut around it."""
+    start = max(0, place.column - 81)
+    shown = printable(place.excerpt[start : start + 160])
+    offset = len(printable(place.excerpt[start : place.column - 1]))
+    width = max(1, min(place.width, len(shown) - offset))
+    return [f"  {shown}", f"  {' ' * offset}{'^' * width}"]

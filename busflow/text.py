@@ -1,0 +1,63 @@
+"""How text from outside is shown: control characters escaped, lengths bounded, the nearest word suggested."""
+
+import difflib
+import re
+from collections.abc import Iterable
+
+# C0 and C1 controls, DEL, line and paragraph separators, and the bidirectional overrides that can make a
+# terminal show something other than what is there; lone surrogates cannot be encoded at all.
+_UNSAFE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+
+
+def printable(text: object, *, limit: int = 4096) -> str:
+    r"""`str(text)` on one line, safe for a terminal: what would steer it is shown as an escape.
+
+    >>> printable("ok\x1b[31mred")
+    'ok\\x1b[31mred'
+    >>> printable("x" * 10, limit=5)
+    'xxxx…'
+    """
+    shown = str(text)
+    if len(shown) > limit:
+        shown = shown[: limit - 1] + "…"
+    return _UNSAFE.sub(_escape, shown)
+
+
+def nearest(word: str, words: Iterable[str]) -> str | None:
+    """The word that `word` most likely meant, or None when nothing is close.
+
+    >>> nearest("rate_hzz", ["rate_hz", "noise"])
+    'rate_hz'
+    """
+    candidates = sorted(set(words))
+    for candidate in candidates:
+        if candidate.casefold() == word.casefold():
+            return candidate
+    found = difflib.get_close_matches(word, candidates, 1, cutoff=0.6)
+    return found[0] if found else None
+
+
+def did_you_mean(word: str, words: Iterable[str], *, show: int = 8) -> str:
+    """The advice that ends an error about an unknown name: the nearest one, else what there is.
+
+    >>> did_you_mean("imuu", ["imu", "joints"])
+    "did you mean 'imu'?"
+    >>> did_you_mean("zzz", ["imu", "joints"])
+    'known: imu, joints'
+    >>> did_you_mean("zzz", [])
+    'there are none'
+    """
+    known = sorted(set(words))
+    guess = nearest(word, known)
+    if guess is not None:
+        return f"did you mean {printable(guess)!r}?"
+    if not known:
+        return "there are none"
+    more = f" … and {len(known) - show} more" if len(known) > show else ""
+    return "known: " + ", ".join(printable(name) for name in known[:show]) + more
+
+
+def _escape(match: re.Match[str]) -> str:
+    return match.group().encode("unicode_escape").decode("ascii")
