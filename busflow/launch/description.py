@@ -1,0 +1,126 @@
+"""`LaunchDescription`: what a launch file says, resolved and typed; data only, no plugin is imported yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from busflow.launch.value import Origin, Value
+
+if TYPE_CHECKING:
+    from busflow.qos import QoS
+
+
+class Restart(StrEnum):
+    """What happens when a node fails or ends."""
+
+    NEVER = "never"
+    ON_FAILURE = "on-failure"
+    ALWAYS = "always"
+
+
+class ClockMode(StrEnum):
+    """Which time a run lives in."""
+
+    SYSTEM = "system"
+    SIM = "sim"
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a launch file, and its value in this description."""
+
+    name: str
+    type: str  # "float", "int", "bool", "str" or "list[…]" of these
+    value: Value
+    required: bool = False
+    default: object = None
+    help: str = ""
+    choices: tuple[object, ...] | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PluginFolder:
+    """A folder in which plugins are looked up."""
+
+    path: Path
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class EndpointSpec:
+    """The QoS a launch file states for one endpoint of a node, or for a topic."""
+
+    topic: str  # as written; of a TopicSpec the absolute name
+    qos: QoS  # holds only what was stated: see `model_fields_set`
+    stated: Value  # a mapping of QoS fields, or the name of a profile
+    origin: Origin  # its `place` is the topic's key
+
+
+@dataclass(frozen=True, slots=True)
+class TopicSpec(EndpointSpec):
+    """The contract of a topic, by its final name."""
+
+    type: str | None = None  # "sensor_msgs/msg/Imu"
+
+
+@dataclass(frozen=True, slots=True)
+class RemapRule:
+    """One entry of a node's `remap`."""
+
+    match: str
+    replacement: str
+    origin: Origin  # its `place` is the rule's key
+
+
+@dataclass(frozen=True, slots=True)
+class NodeSpec:
+    """One node to run: its plugin, name, and everything the files and the command line say about it."""
+
+    name: str
+    namespace: str  # absolute: "/" or "/left"
+    origin: Origin  # its `place` is the node's key
+    plugin: str
+    plugin_origin: Origin
+    parameters: Value  # a mapping, not validated yet: `.data` is what to validate
+    folders: tuple[Path, ...] = ()  # plugin folders, those of the node's own file first
+    remap: tuple[RemapRule, ...] = ()
+    publishers: tuple[EndpointSpec, ...] = ()
+    subscriptions: tuple[EndpointSpec, ...] = ()
+    restart: Restart = Restart.NEVER
+
+    @property
+    def full_name(self) -> str:
+        """The node's name with its namespace: `/left/camera`."""
+        return f"{self.namespace.rstrip('/')}/{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class ClockSpec:
+    """The clock a launch file asks for."""
+
+    mode: ClockMode = ClockMode.SYSTEM
+    start_s: float | None = None  # sim only: the epoch the clock starts at
+    rate: float | None = None  # sim only: its seconds per second of the wall; None is unbounded
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchDescription:
+    """A graph to run, from one launch file with its includes, its arguments and the command line."""
+
+    name: str
+    nodes: tuple[NodeSpec, ...]
+    topics: tuple[TopicSpec, ...] = ()
+    profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
+    arguments: tuple[Argument, ...] = ()
+    folders: tuple[PluginFolder, ...] = ()
+    clock: ClockSpec = ClockSpec()
+    seed: int | None = None
+    shutdown_grace_s: float | None = None
+    files: tuple[Path, ...] = ()  # every file that was read, the launch file first
+    resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -1,0 +1,122 @@
+"""`Value`: plain data that remembers where each part of it was stated, so that a later stage can point there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import TypeAlias
+
+from busflow.errors import Place
+
+Scalar: TypeAlias = str | int | float | bool | None
+KeyPath: TypeAlias = tuple[str | int, ...]
+
+
+class Source(StrEnum):
+    """Who stated a value."""
+
+    FILE = "file"
+    COMMAND_LINE = "command line"
+    CALLER = "caller"  # Python code that passed `args` or `overrides`
+    DEFAULT = "default"
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a value was stated.
+
+    >>> str(Origin(Source.FILE, Place("lab1.yaml", 12, 16)))
+    'lab1.yaml:12:16'
+    >>> str(Origin(Source.FILE, Place("lab1.yaml", 12, 16), through=Origin(Source.COMMAND_LINE)))
+    'lab1.yaml:12:16, from command line'
+    """
+
+    source: Source
+    place: Place | None = None
+    included_from: tuple[Place, ...] = ()
+    through: Origin | None = None
+    """The origin of the argument or variable that an expression at `place` took its value from."""
+
+    def __str__(self) -> str:
+        here = str(self.place) if self.source is Source.FILE and self.place else self.source.value
+        return f"{here}, from {self.through}" if self.through else here
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A scalar, list or mapping, with its origin and, as a member of a mapping, the place of its key."""
+
+    content: Scalar | list[Value] | dict[str, Value]
+    origin: Origin
+    key: Place | None = None
+
+    @property
+    def data(self) -> object:
+        """The value as plain data."""
+        if isinstance(self.content, dict):
+            return {key: value.data for key, value in self.content.items()}
+        if isinstance(self.content, list):
+            return [value.data for value in self.content]
+        return self.content
+
+    @property
+    def members(self) -> Mapping[str, Value]:
+        """The members of a mapping; empty for anything else."""
+        return self.content if isinstance(self.content, dict) else {}
+
+    def find(self, path: KeyPath) -> Value | None:
+        """What is at `path` below this value, or None."""
+        found: Value | None = self
+        for step in path:
+            if isinstance(found.content, dict):
+                found = found.content.get(str(step))
+            elif isinstance(found.content, list) and isinstance(step, int) and step < len(found.content):
+                found = found.content[step]
+            else:
+                found = None
+            if found is None:
+                return None
+        return found
+
+    def nearest(self, path: KeyPath) -> Value:
+        """What is at `path`, or else at its nearest parent that is stated."""
+        for end in range(len(path), 0, -1):
+            found = self.find(path[:end])
+            if found is not None:
+                return found
+        return self
+
+    def leaves(self, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Value]]:
+        """Each scalar and each empty list or mapping, with its path."""
+        if isinstance(self.content, dict) and self.content:
+            for key, value in self.content.items():
+                yield from value.leaves((*path, key))
+        elif isinstance(self.content, list) and self.content:
+            for index, value in enumerate(self.content):
+                yield from value.leaves((*path, index))
+        else:
+            yield path, self
+
+    def with_member(self, path: KeyPath, value: Value) -> Value:
+        """A copy in which `path` holds `value`; mappings on the way are made where there are none."""
+        if not path:
+            return replace(value, key=self.key or value.key)
+        step, rest = path[0], path[1:]
+        if isinstance(self.content, list) and isinstance(step, int) and 0 <= step < len(self.content):
+            items = list(self.content)
+            items[step] = items[step].with_member(rest, value)
+            return replace(self, content=items)
+        members = dict(self.members)
+        inner = members.get(str(step)) or Value({}, value.origin, value.key)
+        members[str(step)] = inner.with_member(rest, value)
+        return replace(self, content=members)
+
+    def merged(self, over: Value) -> Value:
+        """This value with `over` laid on it: mappings merge key by key, everything else is replaced."""
+        if not (isinstance(self.content, dict) and isinstance(over.content, dict)):
+            return over
+        members = dict(self.content)
+        for key, value in over.content.items():
+            members[key] = members[key].merged(value) if key in members else value
+        return replace(over, content=members)
