@@ -1,0 +1,283 @@
+"""Time: points in time, durations, and the clocks that a run may have. No other file reads time or sleeps."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import total_ordering
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, cast, overload
+
+from busflow.errors import NotRunning
+
+if TYPE_CHECKING:
+    from busflow.msgs.builtin_interfaces import Duration as DurationMsg
+    from busflow.msgs.builtin_interfaces import Time as TimeMsg
+
+NS_PER_S = 1_000_000_000
+SIM_EPOCH_NS = 1_767_225_600 * NS_PER_S
+"""2026-01-01T00:00:00Z, where simulated time begins: zero would pass for a stamp that nobody set."""
+_MAX = 2**63 - 1
+
+perf_counter = time.perf_counter
+"""Wall time that work is budgeted by and measured with; never decides anything in simulated time."""
+
+
+def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:
+    """Both as ROS's 64-bit count: seconds to the nearest nanosecond, parts of a nanosecond dropped."""
+    total = int(nanoseconds) + (seconds * NS_PER_S if isinstance(seconds, int) else round(seconds * NS_PER_S))
+    if not lowest <= total <= _MAX:
+        raise OverflowError(
+            f"{total} ns is beyond what ROS 2 can express, 64 bits of nanoseconds (292 years)"
+        )
+    return total
+
+
+class ClockType(IntEnum):
+    """What a time counts from. Times of different types are never compared: that is always a mistake."""
+
+    ROS_TIME = 1
+    """The run's clock, whatever drives it; what stamps in messages are."""
+    SYSTEM_TIME = 2
+    STEADY_TIME = 3
+
+
+@total_ordering
+class _Nanoseconds:
+    """A whole number of nanoseconds that compares with its own kind alone."""
+
+    __slots__ = ()
+    nanoseconds: int
+
+    def _ns_of(self, other: object) -> int | None:
+        """The other's nanoseconds, None when it is something else."""
+        return other.nanoseconds if isinstance(other, type(self)) else None
+
+    def __eq__(self, other: object) -> bool:
+        ns = self._ns_of(other)
+        return NotImplemented if ns is None else self.nanoseconds == ns
+
+    def __lt__(self, other: Self) -> bool:
+        ns = self._ns_of(other)
+        return NotImplemented if ns is None else self.nanoseconds < ns
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.nanoseconds))
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Duration(_Nanoseconds):
+    """A span of time in whole nanoseconds, negative too.
+
+    >>> Duration(seconds=1.5) - Duration(1)
+    Duration(nanoseconds=1499999999)
+    """
+
+    nanoseconds: int
+
+    def __init__(self, nanoseconds: float = 0, *, seconds: float = 0) -> None:
+        object.__setattr__(self, "nanoseconds", _total_ns(nanoseconds, seconds, lowest=-_MAX - 1))
+
+    @property
+    def seconds(self) -> float:
+        """The span in seconds; a float, so not exact beyond 104 days."""
+        return self.nanoseconds / NS_PER_S
+
+    def __add__(self, other: Duration) -> Duration:
+        ns = self._ns_of(other)
+        return NotImplemented if ns is None else Duration(self.nanoseconds + ns)
+
+    def __sub__(self, other: Duration) -> Duration:
+        ns = self._ns_of(other)
+        return NotImplemented if ns is None else Duration(self.nanoseconds - ns)
+
+    def __mul__(self, factor: float) -> Duration:
+        if not isinstance(cast("object", factor), (int, float)):
+            return NotImplemented
+        if math.isfinite(factor):
+            return Duration(self.nanoseconds * factor)
+        if factor == math.inf:
+            return INFINITE
+        raise ValueError(f"a duration cannot be multiplied with {factor}")
+
+    def __str__(self) -> str:
+        return "Infinite" if self.nanoseconds == _MAX else f"{self.nanoseconds} nanoseconds"
+
+    def to_msg(self) -> DurationMsg:
+        """The duration as a ROS message."""
+        from busflow.msgs.builtin_interfaces import Duration as DurationMsg
+
+        sec, nanosec = divmod(self.nanoseconds, NS_PER_S)
+        return DurationMsg(sec=sec, nanosec=nanosec)
+
+    @classmethod
+    def from_msg(cls, msg: DurationMsg) -> Duration:
+        """The duration that a ROS message carries."""
+        return cls(msg.sec * NS_PER_S + msg.nanosec)
+
+
+INFINITE = Duration(_MAX)
+"""What ROS 2 takes for no limit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Time(_Nanoseconds):
+    """A point in time: whole nanoseconds since its clock's epoch, never negative.
+
+    >>> Time(seconds=2) - Time(seconds=0.5)
+    Duration(nanoseconds=1500000000)
+    >>> Time(1) == Time(1, clock_type=ClockType.STEADY_TIME)
+    Traceback (most recent call last):
+    TypeError: a time of ROS_TIME cannot be compared with one of STEADY_TIME
+    """
+
+    nanoseconds: int
+    clock_type: ClockType
+
+    def __init__(
+        self, nanoseconds: float = 0, *, seconds: float = 0, clock_type: ClockType = ClockType.ROS_TIME
+    ) -> None:
+        if not isinstance(cast("object", clock_type), ClockType):
+            raise TypeError(f"clock_type is a ClockType such as ClockType.ROS_TIME, not {clock_type!r}")
+        if nanoseconds < 0 or seconds < 0:
+            raise ValueError(f"a point in time is not negative: {seconds} s and {nanoseconds} ns")
+        object.__setattr__(self, "nanoseconds", _total_ns(nanoseconds, seconds, lowest=0))
+        object.__setattr__(self, "clock_type", clock_type)
+
+    @property
+    def sec(self) -> int:  # noqa: D102 - the message's word
+        return self.nanoseconds // NS_PER_S
+
+    @property
+    def nanosec(self) -> int:  # noqa: D102 - the message's word
+        return self.nanoseconds % NS_PER_S
+
+    def seconds_nanoseconds(self) -> tuple[int, int]:
+        """Both parts at once."""
+        return self.sec, self.nanosec
+
+    def __add__(self, other: Duration) -> Time:
+        if not isinstance(cast("object", other), Duration):
+            return NotImplemented
+        return Time(self.nanoseconds + other.nanoseconds, clock_type=self.clock_type)
+
+    __radd__ = __add__
+
+    @overload
+    def __sub__(self, other: Time) -> Duration: ...
+    @overload
+    def __sub__(self, other: Duration) -> Time: ...
+    def __sub__(self, other: object) -> Time | Duration:
+        if isinstance(other, Duration):
+            return Time(self.nanoseconds - other.nanoseconds, clock_type=self.clock_type)
+        ns = self._ns_of(other)
+        return NotImplemented if ns is None else Duration(self.nanoseconds - ns)
+
+    def _ns_of(self, other: object) -> int | None:
+        if isinstance(other, Time) and other.clock_type is not self.clock_type:
+            mine, theirs = self.clock_type.name, other.clock_type.name
+            raise TypeError(f"a time of {mine} cannot be compared with one of {theirs}")
+        return other.nanoseconds if isinstance(other, Time) else None
+
+    def to_msg(self) -> TimeMsg:
+        """The time as a ROS message, for a header's stamp."""
+        from busflow.msgs.builtin_interfaces import Time as TimeMsg
+
+        return TimeMsg(sec=self.sec, nanosec=self.nanosec)
+
+    @classmethod
+    def from_msg(cls, msg: TimeMsg, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
+        """The time that a ROS message carries."""
+        return cls(msg.sec * NS_PER_S + msg.nanosec, clock_type=clock_type)
+
+
+class Clock(ABC):
+    """The time of one run. Made when the run begins."""
+
+    kind: ClassVar[Literal["system", "sim"]]
+
+    def __init__(self) -> None:
+        self._start_ns = self.monotonic_ns()
+
+    def begin(self) -> None:
+        """Let `seconds` count from now: the run begins."""
+        self._start_ns = self.monotonic_ns()
+
+    @abstractmethod
+    def now(self) -> Time:
+        """The time to stamp messages with."""
+
+    @abstractmethod
+    def monotonic_ns(self) -> int:
+        """Nanoseconds that never go back nor jump: what timers count."""
+
+    @abstractmethod
+    def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
+        """Have the running loop call back once `monotonic_ns` reaches the deadline; at once if it has."""
+
+    def seconds(self) -> float:
+        """Seconds since the run began."""
+        return (self.monotonic_ns() - self._start_ns) / NS_PER_S
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait. Zero and less let others run once; infinity waits until cancelled."""
+        if math.isnan(seconds):
+            raise ValueError("cannot sleep for NaN seconds; check what the number was computed from")
+        await asyncio.sleep(max(0.0, seconds))
+
+    async def sleep_until(self, until: Time) -> None:
+        """Wait until `now` reaches a time of this clock."""
+        now = self.now()
+        if until.clock_type is not now.clock_type:
+            raise ValueError(
+                f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}"
+            )
+        await self.sleep((until - now).seconds)
+
+
+class SystemClock(Clock):
+    """Real time: the wall clock for stamps, the monotonic clock for timers."""
+
+    kind = "system"
+
+    def now(self) -> Time:
+        """The wall clock's time, in UTC."""
+        return Time(time.time_ns())
+
+    def monotonic_ns(self) -> int:
+        """The system's monotonic clock, which setting the wall clock does not move."""
+        return time.monotonic_ns()
+
+    def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
+        """Have the running loop call back at the deadline. Its clock is the same monotonic one."""
+        return asyncio.get_running_loop().call_at(deadline_ns / NS_PER_S, callback)
+
+
+class SimClock(Clock):
+    """Simulated time: that of the virtual-time loop in which it is made."""
+
+    kind = "sim"
+
+    def __init__(self, *, epoch_ns: int = SIM_EPOCH_NS) -> None:
+        # A loop with exact time: `time_ns()` and `call_at_ns(when_ns, callback)`.
+        self._loop: Any = asyncio.get_running_loop()
+        if not hasattr(self._loop, "call_at_ns"):
+            raise NotRunning("SimClock needs a virtual-time loop; run under busflow.testing.virtual_time")
+        self._epoch_ns = epoch_ns
+        super().__init__()
+
+    def now(self) -> Time:
+        """The epoch plus the loop's virtual time."""
+        return Time(self._epoch_ns + self._loop.time_ns())
+
+    def monotonic_ns(self) -> int:
+        """The loop's virtual time."""
+        return self._loop.time_ns()
+
+    def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
+        """Have the loop call back at exactly the deadline."""
+        return self._loop.call_at_ns(deadline_ns, callback)

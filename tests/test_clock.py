@@ -1,0 +1,237 @@
+"""Time: exact arithmetic with rclpy's rules, and the clocks' promises."""
+
+import asyncio
+import builtins
+import copy
+import itertools
+import json
+import math
+import operator
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.clock import INFINITE, SIM_EPOCH_NS, ClockType, Duration, SimClock, SystemClock, Time
+from busflow.errors import NotRunning
+
+FILE = Path(__file__).parent / "cases" / "e_time_duration_clock.json"
+CASES = json.loads(FILE.read_text(encoding="utf-8"))["cases"]
+# Kinds of case that do not apply, each with its reason.
+SKIPPED = {
+    "JumpThreshold": "without following /clock, simulated time never goes back nor skips",
+    "rcl_ros_clock": "design: simulated time starts at a fixed epoch that is not zero",
+}
+OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "==": operator.eq, "!=": operator.ne}
+OPERATORS |= {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+NUMBERS = {
+    "inf": math.inf,
+    "nan": math.nan,
+    "NaN": math.nan,
+    "-2**63/1e9": -(2**63) / 1e9,
+    "-2**63/1e9 - 1": -(2**63) / 1e9 - 1,
+}
+
+
+def skipped(case):
+    if "during" in case["input"] or "context" in case["input"]:
+        return "a run's clock keeps its source, and a sleep ends early by cancellation alone"
+    return SKIPPED.get(case["kind"])
+
+
+def cases(*kinds):
+    return [
+        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
+        for case in CASES
+        if case["kind"] in kinds
+        for reason in [skipped(case)]
+    ]
+
+
+def value(text):
+    """A number that JSON could not hold, or a clock type's name, or what was given."""
+    if isinstance(text, str):
+        return NUMBERS.get(text) or ClockType.__members__.get(text, text.removesuffix(" (str)"))
+    return text
+
+
+def operand(given):
+    if not isinstance(given, dict):
+        return value(given)
+    if "Duration_ns" in given:
+        return Duration(value(given["Duration_ns"]))
+    return Time(given["Time_ns"], clock_type=ClockType[given["clock"]])
+
+
+def check(expect, act):
+    """Run the act and compare with a case's expectation, an error included."""
+    if isinstance(expect, dict) and "raises" in expect:
+        with pytest.raises(getattr(builtins, expect["raises"])):
+            act()
+        return
+    result = act()
+    if isinstance(expect, bool):
+        assert result is expect
+    elif expect == {"Duration": "Infinite"}:
+        assert result == INFINITE
+        assert str(result) == "Infinite"
+    else:
+        assert result.nanoseconds == next(
+            expect[key] for key in ("ns", "Duration_ns", "Time_ns") if key in expect
+        )
+        assert isinstance(result, Time) == ("Time_ns" in expect) or "ns" in expect
+        if "clock" in expect:
+            assert result.clock_type is ClockType[expect["clock"]]
+
+
+@pytest.mark.parametrize("case", cases("Time", "Duration"))
+def test_construction(case):
+    make = {"Time": Time, "Duration": Duration}[case["kind"]]
+    check(case["expect"], lambda: make(**{key: value(text) for key, text in case["input"].items()}))
+
+
+@pytest.mark.parametrize("case", cases("op", "cmp"))
+def test_arithmetic_and_comparison(case):
+    left, right = operand(case["input"]["l"]), operand(case["input"]["r"])
+    check(case["expect"], lambda: OPERATORS[case["input"]["op"]](left, right))
+
+
+@pytest.mark.parametrize("case", cases("msg_roundtrip"))
+def test_a_message_keeps_every_nanosecond(case):
+    before = operand(case["input"])
+    after = type(before).from_msg(before.to_msg())
+    assert after == before
+    assert after.nanoseconds == case["expect"]["ns"]
+    if "clock_default" in case["expect"]:
+        assert after.clock_type is ClockType[case["expect"]["clock_default"]]
+        assert Time.from_msg(before.to_msg(), ClockType.SYSTEM_TIME).clock_type is ClockType.SYSTEM_TIME
+
+
+@pytest.mark.parametrize("case", cases("seconds_nanoseconds"))
+def test_seconds_and_nanoseconds(case):
+    assert list(Time(**case["input"]).seconds_nanoseconds()) == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("Clock"))
+def test_a_clock_type_is_not_a_word(case):
+    check(case["expect"], lambda: Time(clock_type=value(case["input"]["clock_type"])))
+
+
+@pytest.mark.parametrize("case", cases("Clock.now"))
+def test_the_system_clock_goes_forward(case):
+    clock = SystemClock()
+    seen = [clock.monotonic_ns() for _ in range(case["expect"]["strictly_increasing"])]
+    assert all(before < after for before, after in itertools.pairwise(seen))
+    assert clock.now().clock_type is ClockType.ROS_TIME
+    assert clock.seconds() >= 0
+
+
+ns = st.integers(-(2**63), 2**63 - 1)
+
+
+@given(ns, ns)
+def test_durations_are_integers(a, b):
+    if -(2**63) <= a + b < 2**63:
+        assert Duration(a) + Duration(b) == Duration(b) + Duration(a) == Duration(a + b)
+        assert (Duration(a) + Duration(b)) - Duration(b) == Duration(a)
+    else:
+        with pytest.raises(OverflowError, match="292 years"):
+            Duration(a) + Duration(b)
+    assert (Duration(a) <= Duration(b), Duration(a) > Duration(b)) == (a <= b, a > b)
+
+
+@given(st.integers(0, 2**63 - 1), st.integers(0, 2**63 - 1))
+def test_a_difference_leads_back(a, b):
+    assert Time(a) + (Time(b) - Time(a)) == Time(b)
+    assert (hash(Time(a)) == hash(Time(b))) == (a == b)
+
+
+@given(st.integers(0, 2**62).map(lambda number: number / 1e9))
+def test_seconds_are_rounded_to_the_nearest_nanosecond(seconds):
+    assert abs(Duration(seconds=seconds).nanoseconds - seconds * 1e9) <= max(0.5, seconds * 1e9 * 2**-52)
+
+
+def test_a_time_is_a_value():
+    time = Time(5, clock_type=ClockType.STEADY_TIME)
+    for twin in (copy.deepcopy(time), pickle.loads(pickle.dumps(time))):  # noqa: S301 - our own bytes
+        assert twin == time
+        assert twin.clock_type is ClockType.STEADY_TIME
+    with pytest.raises(AttributeError):
+        time.nanoseconds = 6
+
+
+@pytest.mark.parametrize("factor", ["x", None, Duration(2)])
+def test_a_duration_is_multiplied_with_numbers_alone(factor):
+    with pytest.raises(TypeError):
+        Duration(1) * factor
+
+
+def test_a_system_clock_calls_back_in_the_order_of_deadlines_and_never_early():
+    async def main():
+        clock, calls, done = SystemClock(), [], asyncio.Event()
+        start = clock.monotonic_ns()
+
+        def call(name, due):
+            calls.append((name, clock.monotonic_ns() - due >= -10))
+
+        clock.call_at(start + 2_000_000, lambda: (call("last", start + 2_000_000), done.set()))
+        clock.call_at(start + 1_000_000, lambda: call("second", start + 1_000_000))
+        clock.call_at(0, lambda: call("long due", 0))
+        cancelled = clock.call_at(start + 1_500_000, lambda: call("cancelled", 0))
+        cancelled.cancel()
+        await done.wait()
+        return calls
+
+    assert asyncio.run(main()) == [("long due", True), ("second", True), ("last", True)]
+
+
+@pytest.mark.parametrize("seconds", [0, -1, -math.inf, -1e300])
+def test_sleeping_for_nothing_or_less_lets_others_run_once(seconds):
+    async def main():
+        order = []
+
+        async def other():
+            order.append("other")
+
+        task = asyncio.create_task(other())
+        await SystemClock().sleep(seconds)
+        order.append("slept")
+        await task
+        return order
+
+    assert asyncio.run(main()) == ["other", "slept"]
+
+
+def test_sleeping_for_nan_is_refused():
+    with pytest.raises(ValueError, match="NaN"):
+        asyncio.run(SystemClock().sleep(math.nan))
+
+
+@pytest.mark.parametrize("case", cases("sleep_until"))
+def test_a_time_of_another_clock_cannot_be_slept_until(case):
+    if "until_clock" not in case["input"]:
+        pytest.skip("below, on virtual time")
+    until = Time(0, clock_type=ClockType[case["input"]["until_clock"]])
+    with pytest.raises(ValueError, match=case["expect"]["message_contains"]):
+        asyncio.run(SystemClock().sleep_until(until))
+
+
+def test_a_simulated_clock_says_what_it_needs():
+    async def main():
+        with pytest.raises(NotRunning, match="virtual_time"):
+            SimClock()
+
+    asyncio.run(main())
+    assert SIM_EPOCH_NS > 0
+
+
+def test_importing_the_clock_is_cheap():
+    code = (
+        "import busflow.clock, sys; print(sys.modules.keys() & {'pydantic', 'numpy', 'structlog', 'anyio'})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "set()"
