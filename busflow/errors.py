@@ -9,8 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from typing import TypeAlias
 
 from busflow.text import printable
+
+KeyPath: TypeAlias = tuple[str | int, ...]
+"""The way to a value in nested data: keys of mappings and indices of lists."""
 
 
 class ExitCode(IntEnum):
@@ -44,8 +48,23 @@ class InvalidDeclaration(BusflowError, TypeError):
     """A node class declares something that cannot work; raised when the class is created."""
 
 
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One value that does not validate: which one, why, and what to do about it."""
+
+    path: KeyPath
+    message: str
+    fix: str | None = None
+    code: str = "invalid"
+    """A stable word: unknown, missing, type, range, choice, length or invalid."""
+
+
 class InvalidParameter(BusflowError, ValueError):
-    """Parameters of a node do not validate."""
+    """Parameters of a node do not validate: all their faults at once."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("; ".join(_sentence(fault) for fault in self.faults))
 
 
 class IncompatibleType(BusflowError, TypeError):
@@ -64,6 +83,10 @@ class WouldBlock(BusflowError):
     """A `publish` would have to wait for a subscription whose queue is full; nobody received the message."""
 
 
+class SendTimeout(WouldBlock, TimeoutError):
+    """A `send` waited for room as long as the subscription allows; nobody received the message."""
+
+
 class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 
@@ -73,9 +96,13 @@ class StartTimeout(BusflowError, TimeoutError):
 
 
 class PluginError(BusflowError):
-    """A plugin cannot be found or imported."""
+    """A plugin cannot be found or imported; `problem.place` is the line of the plugin's code at fault."""
 
     exit_code = ExitCode.USAGE
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(problem.render())
 
 
 class Severity(StrEnum):
@@ -147,6 +174,10 @@ class LaunchError(BusflowError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         super().__init__("\n".join(problem.render() for problem in self.problems))
+
+
+def _sentence(fault: Fault) -> str:
+    return printable(f"{fault.message} ({fault.fix})" if fault.fix else fault.message)
 
 
 def _excerpt(place: Place) -> list[str]:

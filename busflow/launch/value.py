@@ -1,4 +1,4 @@
-"""`Value`: plain data that remembers where each part of it was stated, so that a later stage can point there."""
+"""`Value`: plain data that remembers where each part of it was stated, so that others can point there."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TypeAlias
 
-from busflow.errors import Place
+from busflow.errors import KeyPath, Place
 
 Scalar: TypeAlias = str | int | float | bool | None
-KeyPath: TypeAlias = tuple[str | int, ...]
 
 
 class Source(StrEnum):

@@ -1,0 +1,212 @@
+"""Reading a type annotation: its word, range and choices, the way into it, strict scalars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from itertools import chain
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, cast, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt, MultipleOf
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticKnownError, core_schema
+
+from busflow.errors import KeyPath
+
+
+class Bounds(NamedTuple):
+    """The range that an annotation allows.
+
+    >>> str(Bounds(minimum=0, exclusive_minimum=True, maximum=3))
+    'greater than 0, at most 3'
+    """
+
+    minimum: float | None = None
+    maximum: float | None = None
+    exclusive_minimum: bool = False
+    exclusive_maximum: bool = False
+    step: float | None = None
+
+    @classmethod
+    def of(cls, metadata: Sequence[object]) -> Bounds:
+        """The range stated in an annotation's metadata."""
+        stated: dict[str, Any] = {}
+        for each in metadata:
+            match each:
+                case Gt(limit):
+                    stated |= {"minimum": limit, "exclusive_minimum": True}
+                case Ge(limit):
+                    stated |= {"minimum": limit, "exclusive_minimum": False}
+                case Lt(limit):
+                    stated |= {"maximum": limit, "exclusive_maximum": True}
+                case Le(limit):
+                    stated |= {"maximum": limit, "exclusive_maximum": False}
+                case MultipleOf(step):
+                    stated |= {"step": step}
+                case _:
+                    pass
+        return cls(**stated)
+
+    def __str__(self) -> str:
+        parts: list[str] = []
+        if self.minimum is not None:
+            parts.append(f"{'greater than' if self.exclusive_minimum else 'at least'} {self.minimum:.15g}")
+        if self.maximum is not None:
+            parts.append(f"{'less than' if self.exclusive_maximum else 'at most'} {self.maximum:.15g}")
+        if self.step is not None:
+            parts.append(f"a multiple of {self.step:.15g}")
+        return ", ".join(parts)
+
+
+UNBOUNDED = Bounds()
+
+
+def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
+    """A core schema that does not convert numbers, booleans and texts into each other.
+
+    pydantic's own strict mode would also refuse a list for a tuple and a text for an enum or a path, which is
+    how YAML writes them.
+
+    Args:
+        schema: What pydantic made of a model.
+        resolve: Finds the schema that a reference stands for.
+    """
+    kind = schema.get("type")
+    if kind == "definition-ref" and resolve(schema)["type"] == "enum":
+        schema = {key: value for key, value in resolve(schema).items() if key != "ref"}
+        kind = "enum"
+    if kind in {"int", "float", "bool", "str"}:
+        return core_schema.no_info_before_validator_function(
+            python_scalar, cast("Any", {**schema, "strict": True})
+        )
+    if kind in {"enum", "literal"}:
+        return _strict_choice(schema)
+    if kind == "function-before" and schema["function"]["function"] is python_scalar:
+        return schema  # a nested model of the same kind has been here before
+    changed = dict(schema)
+    for key in (
+        "schema",
+        "values_schema",
+        "lax_schema",
+        "python_schema",
+        "items_schema",
+        "choices",
+        "fields",
+    ):
+        if key in changed:
+            changed[key] = _each_strict(changed[key], resolve)
+    return changed
+
+
+def python_scalar(value: object) -> object:
+    """A numpy scalar as Python's own number; anything else as it is."""
+    return (
+        cast("Any", value).item() if type(value).__module__ == "numpy" and hasattr(value, "item") else value
+    )
+
+
+def split(annotation: object) -> tuple[object, tuple[object, ...]]:
+    """An annotation without `Annotated` and `| None`, and the metadata that was on it."""
+    metadata: tuple[object, ...] = ()
+    while True:
+        origin, arguments = get_origin(annotation), get_args(annotation)
+        present = [each for each in arguments if each is not NoneType]
+        if origin is Annotated:
+            stated = (each.metadata if isinstance(each, FieldInfo) else [each] for each in arguments[1:])
+            annotation, metadata = arguments[0], (*metadata, *chain.from_iterable(stated))
+        elif origin in {Union, UnionType} and len(present) == 1:
+            annotation = present[0]
+        else:
+            return annotation, metadata
+
+
+def choices(annotation: object) -> tuple[object, ...] | None:
+    """The values that an enum or a literal allows, as plain data; None for any other type."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, Enum):
+        return tuple(member.value for member in annotation)
+    return None
+
+
+def type_word(annotation: object) -> str:
+    """A type as a user writes it.
+
+    >>> type_word(list[float]), type_word(int | None), type_word(Literal["a", "b"]), type_word(Path)
+    ('list[float]', 'int or null', 'str', 'path')
+    """
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    allowed = choices(annotation)
+    if allowed:
+        return " or ".join(sorted({type(each).__name__ for each in allowed}))
+    if origin is Annotated:
+        return type_word(arguments[0])
+    if origin in {Union, UnionType}:
+        return " or ".join(dict.fromkeys(type_word(each) for each in arguments))
+    if isinstance(origin, type):
+        members = dict.fromkeys(type_word(each) for each in arguments if each is not Ellipsis)
+        return f"{'dict' if issubclass(origin, Mapping) else 'list'}[{', '.join(members)}]"
+    if annotation is NoneType:
+        return "null"
+    return "path" if annotation is Path else getattr(annotation, "__name__", str(annotation))
+
+
+def at(model: type[BaseModel], path: KeyPath) -> tuple[object, tuple[object, ...]]:
+    """The annotation and the metadata of what is at `path`; None where that is not known."""
+    annotation: object = model
+    metadata: tuple[object, ...] = ()
+    for step in path:
+        annotation, metadata = step_into(annotation, step)
+    return annotation, metadata
+
+
+def step_into(annotation: object, step: str | int) -> tuple[object, tuple[object, ...]]:
+    """The annotation and the metadata one step further in; None where that is not known."""
+    annotation, _ = split(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        info = annotation.model_fields.get(str(step))
+        return (None, ()) if info is None else _with_metadata(info.annotation, info.metadata)
+    arguments = [each for each in get_args(annotation) if each is not Ellipsis]
+    origin = get_origin(annotation)
+    if not isinstance(origin, type) or origin is UnionType or not arguments:
+        return None, ()
+    if issubclass(origin, Mapping):
+        return _with_metadata(arguments[-1], ())
+    fixed = isinstance(step, int) and step < len(arguments)
+    return _with_metadata(arguments[cast("int", step) if fixed else -1], ())
+
+
+def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
+    """`strict_scalars` of a schema, or of a list or mapping of schemas, some with a label beside them."""
+    match schemas:
+        case {"type": str()}:
+            return strict_scalars(schemas, resolve)
+        case dict():
+            return {key: _each_strict(each, resolve) for key, each in cast("dict[str, Any]", schemas).items()}
+        case list() | tuple():  # of schemas, or a schema with its label
+            several = cast("list[Any]", schemas)
+            return type(several)(_each_strict(each, resolve) for each in several)
+        case _:
+            return schemas
+
+
+def _strict_choice(schema: Any) -> Any:
+    """Keeps `true` and `1.0` from passing as the choice 1, which they equal in Python."""
+    members: list[object] = schema["members"] if schema["type"] == "enum" else schema["expected"]
+    types: set[type] = {type(each.value if isinstance(each, Enum) else each) for each in members}
+
+    def check(value: object) -> object:
+        value = python_scalar(value)
+        if type(value) in {bool, float} and type(value) not in types:
+            raise PydanticKnownError("literal_error", {"expected": ""})
+        return value
+
+    # A choice among texts needs no check, and pydantic allows none on the key that tells union members apart.
+    return schema if types == {str} else core_schema.no_info_before_validator_function(check, schema)
+
+
+def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[object, tuple[object, ...]]:
+    return annotation, (*split(annotation)[1], *metadata)
