@@ -1,0 +1,104 @@
+"""Which node classes the files of a plugin define, as far as their text tells; nothing is imported."""
+
+from __future__ import annotations
+
+import ast
+import os
+import warnings
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+UNREADABLE = (SyntaxError, ValueError, OSError, RecursionError, MemoryError)
+"""What reading a file that is not Python raises: bad syntax, null bytes, no permission, hostile nesting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """A node class: where it is defined, and the first line of what it says about itself."""
+
+    name: str
+    file: Path
+    line: int
+    summary: str
+
+
+class Outline:
+    """Reads files, each once, and follows their relative imports to know which bases are nodes."""
+
+    def __init__(self) -> None:
+        self._read: dict[Path, dict[str, Definition]] = {}
+
+    def of_plugin(self, path: Path) -> list[Definition]:
+        """The node classes of `x.py` or `x/`: what `__init__.py` offers, else what the files hold.
+
+        Raises:
+            One of `UNREADABLE`: A file cannot be read as Python.
+        """
+        own = (path, path / "__init__.py")
+        for files in ([file for file in own if file.is_file()], sources(path)):
+            known = [each for file in files for each in self.of_file(file).values()]
+            found = [each for each in known if path in (each.file, each.file.parent)]
+            if found:
+                return found
+        return []
+
+    def of_file(self, file: Path) -> dict[str, Definition]:
+        """The names in a file that stand for node classes, defined there or imported."""
+        if file in self._read:
+            return self._read[file]
+        found = self._read[file] = {}  # a circular import sees what is known so far
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an invalid escape in the user's string is not ours to report
+            tree = ast.parse(file.read_bytes(), file.name)
+        for statement in ast.walk(tree):
+            if isinstance(statement, ast.ImportFrom):
+                found |= self._imported(statement, file)
+        for statement in tree.body:
+            if isinstance(statement, ast.ClassDef) and any(_is_node(base, found) for base in statement.bases):
+                text = ast.get_docstring(statement) or ast.get_docstring(tree) or ""
+                summary = text.partition("\n")[0]
+                found[statement.name] = Definition(statement.name, file, statement.lineno, summary)
+        return found
+
+    def _imported(self, statement: ast.ImportFrom, file: Path) -> dict[str, Definition]:
+        names = {each.name: each.asname or each.name for each in statement.names}
+        if not statement.level:
+            # Other packages are not read: what is called Node, or SomethingNode, is taken for one.
+            return {
+                local: Definition(name, Path(), 1, "")
+                for name, local in names.items()
+                if name.endswith("Node")
+            }
+        base = file.parents[statement.level - 1].joinpath(*(statement.module or "").split("."))
+        with suppress(*UNREADABLE):
+            known = self.of_file(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))
+            return known if "*" in names else {names[name]: known[name] for name in names if name in known}
+        return {}
+
+
+def sources(path: Path) -> list[Path]:
+    """The Python files of a plugin: the file itself, or those directly in its folder."""
+    if os.path.isdir(path):  # noqa: PTH112  # Path.is_dir raises where the parent may not be read
+        return sorted(each for each in path.glob("*.py") if each.is_file())
+    return [path] if path.suffix == ".py" and os.path.isfile(path) else []  # noqa: PTH113  # the same
+
+
+def files_with_nodes(path: Path) -> list[Path]:
+    """The files of a package that define a node, and those of which only importing tells what is wrong."""
+    outline = Outline()
+
+    def worth_importing(file: Path) -> bool:
+        try:
+            return any(each.file == file for each in outline.of_file(file).values())
+        except UNREADABLE:
+            return True
+
+    return [file for file in sources(path) if file.stem != "__init__" and worth_importing(file)]
+
+
+def _is_node(base: ast.expr, known: Mapping[str, Definition]) -> bool:
+    if isinstance(base, ast.Attribute):
+        return base.attr.endswith("Node")
+    return isinstance(base, ast.Name) and base.id in known
