@@ -1,0 +1,357 @@
+"""QoS: how messages of a topic are queued, kept and limited in time, and which ends of a topic fit together.
+
+What delivery means
+===================
+<!-- delivery semantics: the doctests that state them go here -->
+
+Which ends fit
+==============
+A publisher offers, a subscription requests, and a pair is refused when less is offered than requested. This
+is the rule of DDS, which ROS 2 follows on every middleware but Zenoh; that one delivers regardless.
+
+>>> found = compatibility(QoS(reliability=Reliability.BEST_EFFORT), QoS())
+>>> found.verdict, found.reasons
+(<Verdict.ERROR: 'ERROR'>, ('reliability: best_effort is offered, reliable is requested',))
+>>> found.fix
+'set reliability: best_effort on the subscription, or reliability: reliable on the publisher'
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+)
+
+from busflow.duration import PATTERN, parse_duration, show_duration
+from busflow.errors import Fault
+from busflow.text import did_you_mean
+from busflow.validation import faults
+
+
+class _Word(StrEnum):
+    """A word of a profile, in any case."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> Self | None:
+        lower = value.lower() if isinstance(value, str) else None
+        return next((member for member in cls if member.value == lower), None)
+
+
+class _Policy(_Word):
+    """A policy as ROS 2 names it, with the values that only peers elsewhere have."""
+
+    @classmethod
+    def read(cls, text: str | None) -> Self:
+        """What a peer says; UNKNOWN where this version does not know the word."""
+        return cls(text) if text in cls.__members__.values() else cls("unknown")
+
+    @property
+    def word(self) -> str | None:
+        """The word to tell a peer; there is none for UNKNOWN."""
+        return None if self.value == "unknown" else self.value
+
+
+class Overflow(_Word):
+    """What happens to a message for a full queue."""
+
+    DROP_OLDEST = "drop_oldest"
+    DROP_NEWEST = "drop_newest"
+    BLOCK = "block"
+    """The publisher waits."""
+
+
+class History(_Policy):
+    """How much is kept, in ROS 2's words. busflow always keeps the last `depth`: no queue is unbounded."""
+
+    SYSTEM_DEFAULT = "system_default"
+    KEEP_LAST = "keep_last"
+    KEEP_ALL = "keep_all"
+    UNKNOWN = "unknown"
+
+
+class Reliability(_Policy):
+    """Whether what a link between processes loses is sent again."""
+
+    SYSTEM_DEFAULT = "system_default"
+    RELIABLE = "reliable"
+    BEST_EFFORT = "best_effort"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+class Durability(_Policy):
+    """Whether a newcomer receives what was published before it came."""
+
+    SYSTEM_DEFAULT = "system_default"
+    TRANSIENT_LOCAL = "transient_local"
+    VOLATILE = "volatile"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+class Liveliness(_Policy):
+    """Who says that a publisher is alive: its process, or every single message."""
+
+    SYSTEM_DEFAULT = "system_default"
+    AUTOMATIC = "automatic"
+    MANUAL_BY_TOPIC = "manual_by_topic"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+def _limit(value: object) -> float | None:
+    """A duration or no limit, which may be written as null or as infinity."""
+    return None if value is None or (seconds := parse_duration(value)) == math.inf else seconds
+
+
+_DURATION_SCHEMA = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
+_Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _DURATION_SCHEMA})]
+_Limit = Annotated[
+    float | None,
+    BeforeValidator(_limit),
+    WithJsonSchema({"anyOf": [*_DURATION_SCHEMA, {"type": "null"}]}),
+]
+
+
+def _key(word: str) -> Any:
+    """The word of the YAML form, `deadline`, beside the field's own name, which carries the unit."""
+    return AliasChoices(word, f"{word}_s")
+
+
+class QoS(BaseModel):
+    """A quality-of-service profile. Fields that are not stated can be decided by another layer: see `merge`.
+
+    In YAML the durations are `deadline`, `lifespan`, `lease`, `block_timeout`: seconds, or text with a unit.
+
+    >>> QoS.model_validate({"depth": 5, "deadline": "50ms"}).deadline_s
+    0.05
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    depth: int = Field(default=10, ge=1, strict=True)
+    """How many messages may wait for a subscription, and how many a transient_local topic keeps."""
+    overflow: Overflow = Overflow.DROP_OLDEST
+    """What happens to a message for a full queue."""
+    block_timeout_s: _Seconds = Field(default=5.0, validation_alias=_key("block_timeout"))
+    """How long `send` waits for room, where overflow is block."""
+    reliability: Reliability = Reliability.RELIABLE
+    """Whether what a link between processes loses is sent again."""
+    durability: Durability = Durability.VOLATILE
+    """Whether a newcomer receives what was published before it came."""
+    deadline_s: _Limit = Field(default=None, validation_alias=_key("deadline"))
+    """The longest time between two messages."""
+    lifespan_s: _Limit = Field(default=None, validation_alias=_key("lifespan"))
+    """The age at which a message expires."""
+    liveliness: Liveliness = Liveliness.AUTOMATIC
+    """Who says that a publisher is alive: its process, or every single message."""
+    lease_s: _Limit = Field(default=None, validation_alias=_key("lease"))
+    """How long a publisher that says nothing counts as alive."""
+
+    @property
+    def history(self) -> History:
+        """Always `keep_last`."""
+        return History.KEEP_LAST
+
+    @classmethod
+    def merge(cls, *layers: QoS) -> QoS:
+        """One profile of several layers: what a later one states wins, field by field.
+
+        What is stated as `system_default` becomes busflow's own default.
+
+        >>> merged = QoS.merge(QoS(depth=5, deadline_s=1), SENSOR_DATA, QoS(depth=2))
+        >>> merged.depth, merged.reliability.value, merged.deadline_s
+        (2, 'best_effort', 1.0)
+        """
+        stated: dict[str, object] = {}
+        for layer in layers:
+            stated |= {name: getattr(layer, name) for name in layer.model_fields_set}
+        for name, value in stated.items():
+            if value == "system_default":
+                stated[name] = cls.model_fields[name].default
+        return cls.model_validate(stated)
+
+
+def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:
+    """Everything wrong with a profile as a file states it: the path of each key, why, and a remedy.
+
+    >>> for fault in qos_faults({"depht": 5, "deadline": -1}):
+    ...     print(fault.path, fault.message, "→", fault.fix)
+    ('deadline',) deadline: a duration is at least 1 ns and at most 292 years, got -1 → None
+    ('depht',) unknown key depht → did you mean 'depth'?
+    """
+    try:
+        profile = QoS.model_validate(data)
+    except ValidationError as error:
+        return tuple(_remedied(fault) for fault in faults(error, QoS, data, noun="key"))
+    words = {name: value for name, value in profile if value == "unknown"}
+    return tuple(
+        Fault((name,), f"{name}: unknown is only for what others say", "leave it out") for name in words
+    )
+
+
+def _remedied(fault: Fault) -> Fault:
+    """The fault of a key, with advice in the words of the YAML form."""
+    if fault.code != "unknown":
+        return fault
+    key, words = str(fault.path[-1]), [name.removesuffix("_s") for name in QoS.model_fields]
+    fix = did_you_mean(key, words)
+    if key == "history":
+        fix = "leave it out: the last `depth` messages are kept; instead of keep_all, choose overflow: block"
+    elif key.removesuffix("_s") in words:
+        fix = f"{key.removesuffix('_s')} says the same; leave one of them out"
+    return replace(fault, fix=fix)
+
+
+def _preset(depth: int, reliability: Reliability, durability: Durability = Durability.VOLATILE) -> QoS:
+    """A profile as ROS 2 has it: complete but for the time limits, which it leaves to others."""
+    system = Liveliness.SYSTEM_DEFAULT
+    return QoS(depth=depth, reliability=reliability, durability=durability, liveliness=system)
+
+
+DEFAULT = _preset(10, Reliability.RELIABLE)
+SENSOR_DATA = _preset(5, Reliability.BEST_EFFORT)
+SERVICES_DEFAULT = _preset(10, Reliability.RELIABLE)
+PARAMETERS = _preset(1000, Reliability.RELIABLE)
+PARAMETER_EVENTS = _preset(1000, Reliability.RELIABLE)
+ACTION_STATUS_DEFAULT = _preset(1, Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
+SYSTEM_DEFAULT = _preset(10, Reliability.SYSTEM_DEFAULT, Durability.SYSTEM_DEFAULT)
+BEST_AVAILABLE = QoS(
+    depth=10,
+    reliability=Reliability.BEST_AVAILABLE,
+    durability=Durability.BEST_AVAILABLE,
+    liveliness=Liveliness.BEST_AVAILABLE,
+)
+PRESETS: Mapping[str, QoS] = MappingProxyType(
+    {
+        "default": DEFAULT,
+        "sensor_data": SENSOR_DATA,
+        "services_default": SERVICES_DEFAULT,
+        "parameters": PARAMETERS,
+        "parameter_events": PARAMETER_EVENTS,
+        "action_status_default": ACTION_STATUS_DEFAULT,
+        "system_default": SYSTEM_DEFAULT,
+        "best_available": BEST_AVAILABLE,
+    }
+)
+"""The built-in profiles, by the names that `ros2 topic echo --qos-profile` takes."""
+
+
+class Verdict(StrEnum):
+    """Whether a publisher and a subscription fit."""
+
+    OK = "OK"
+    WARNING = "WARNING"
+    """It depends on what a `system_default` or unknown policy turns out to be."""
+    ERROR = "ERROR"
+
+
+@dataclass(frozen=True, slots=True)
+class Compatibility:
+    """Whether two ends fit: every policy that is in the way, why, and the smallest change that helps."""
+
+    verdict: Verdict
+    policies: tuple[str, ...] = ()
+    """In ROS 2's words: reliability, durability, deadline, liveliness, liveliness_lease_duration."""
+    reasons: tuple[str, ...] = ()
+    fix: str = ""
+
+
+_WEAK_AND_STRONG: Mapping[str, tuple[str, str]] = {
+    "reliability": (Reliability.BEST_EFFORT, Reliability.RELIABLE),
+    "durability": (Durability.VOLATILE, Durability.TRANSIENT_LOCAL),
+    "liveliness": (Liveliness.AUTOMATIC, Liveliness.MANUAL_BY_TOPIC),
+}
+_POLICIES = {
+    "reliability": "reliability",
+    "durability": "durability",
+    "deadline_s": "deadline",
+    "liveliness": "liveliness",
+    "lease_s": "liveliness_lease_duration",
+}
+_UNCLEAR = ("system_default", "unknown")
+
+
+def compatibility(offered: QoS, requested: QoS) -> Compatibility:
+    """Whether a publisher offers what a subscription requests.
+
+    Depth, overflow and lifespan never matter. Doubts are told only where there is no error. An unlimited
+    deadline or lease is the same as none.
+    """
+    pairs = [(name, getattr(offered, name), getattr(requested, name)) for name in _POLICIES]
+    if clashes := [pair for pair in pairs if _clash(*pair)]:
+        fixes = [" and ".join(f"{_said(each[0], each[end])}" for each in clashes) for end in (1, 2)]
+        fix = f"set {fixes[0]} on the subscription, or {fixes[1]} on the publisher"
+        return Compatibility(Verdict.ERROR, *_told(clashes), fix)
+    if doubts := [pair for pair in pairs if _doubt(*pair)]:
+        fix = f"state {' and '.join(name for name, *_ in doubts)} on both ends"
+        return Compatibility(Verdict.WARNING, *_told(doubts), fix)
+    return Compatibility(Verdict.OK)
+
+
+def best_available(profile: QoS, peers: Iterable[QoS], *, publisher: bool) -> QoS:
+    """The profile with each `best_available` policy made definite, so that it fits those peers.
+
+    A publisher offers the most, with the tightest limits that a subscription requests; a subscription
+    requests what every publisher offers. Time limits that the profile leaves open are decided with
+    its liveliness. Newcomers change nothing afterwards.
+    """
+    peers = list(peers)
+    decided: dict[str, object] = {}
+    for name, (weak, strong) in _WEAK_AND_STRONG.items():
+        if getattr(profile, name) == "best_available":
+            strongs = [getattr(peer, name) == strong for peer in peers]
+            most = (name != "liveliness" or any(strongs)) if publisher else all(strongs)
+            decided[name] = strong if most else weak
+    for name in ("deadline_s", "lease_s"):
+        if "liveliness" in decided and getattr(profile, name) is None:
+            limits = [limit for peer in peers if (limit := getattr(peer, name)) is not None]
+            decided[name] = (min if publisher else max)(limits, default=None)
+    return profile.model_copy(update=decided)
+
+
+def _clash(name: str, offered: Any, requested: Any) -> bool:
+    if name in _WEAK_AND_STRONG:
+        return (offered, requested) == _WEAK_AND_STRONG[name]
+    return requested is not None and (offered is None or requested < offered)
+
+
+def _doubt(name: str, offered: Any, requested: Any) -> bool:
+    """Whether the two would clash if what is unclear turned out badly."""
+    if name not in _WEAK_AND_STRONG or not {offered, requested} & {*_UNCLEAR}:
+        return False
+    weak, strong = _WEAK_AND_STRONG[name]
+    return offered in (*_UNCLEAR, weak) and requested in (*_UNCLEAR, strong)
+
+
+def _told(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The policies' names, and a reason for each."""
+    told = [
+        (_POLICIES[name], f"{_said(name, offered)} is offered, {_value(requested)} is requested")
+        for name, offered, requested in pairs
+    ]
+    return tuple(name for name, _ in told), tuple(reason for _, reason in told)
+
+
+def _said(name: str, value: str | float | None) -> str:
+    """A field as YAML has it."""
+    return f"{name.removesuffix('_s')}: {_value(value)}"
+
+
+def _value(value: str | float | None) -> str:
+    if value is None:
+        return "null"
+    return str(value) if isinstance(value, str) else show_duration(value)
