@@ -70,7 +70,7 @@ class TopicSpec(EndpointSpec):
 
 
 @dataclass(frozen=True, slots=True)
-class RemapRule:
+class RemapSpec:
     """One entry of a node's `remap`."""
 
     match: str
@@ -89,7 +89,7 @@ class NodeSpec:
     plugin_origin: Origin
     parameters: Value  # a mapping, not validated yet: `.data` is what to validate
     folders: tuple[Path, ...] = ()  # plugin folders, those of the node's own file first
-    remap: tuple[RemapRule, ...] = ()
+    remap: tuple[RemapSpec, ...] = ()
     publishers: tuple[EndpointSpec, ...] = ()
     subscriptions: tuple[EndpointSpec, ...] = ()
     restart: Restart = Restart.NEVER
