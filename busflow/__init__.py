@@ -1,1 +1,96 @@
-"""busflow: a robot's node graph that you `pip install`."""
+"""busflow: a robot's node graph that you `pip install`.
+
+Everything public of the core is here, imported when first used so that the command line starts fast.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock as Clock
+    from busflow.clock import Duration as Duration
+    from busflow.clock import Time as Time
+    from busflow.declarations import publisher as publisher
+    from busflow.declarations import subscription as subscription
+    from busflow.declarations import timer as timer
+    from busflow.errors import BusflowError as BusflowError
+    from busflow.message import Length as Length
+    from busflow.message import Message as Message
+    from busflow.node import Node as Node
+    from busflow.parameters import Parameters as Parameters
+    from busflow.publishers import Publisher as Publisher
+    from busflow.qos import DEFAULT as DEFAULT
+    from busflow.qos import SENSOR_DATA as SENSOR_DATA
+    from busflow.qos import Durability as Durability
+    from busflow.qos import Overflow as Overflow
+    from busflow.qos import QoS as QoS
+    from busflow.qos import Reliability as Reliability
+    from busflow.runner import Graph as Graph
+    from busflow.runner import launch as launch
+    from busflow.runner import run as run
+    from busflow.subscriptions import Subscription as Subscription
+    from busflow.timers import Timer as Timer
+
+_HOMES = {
+    "BusflowError": "errors",
+    "Clock": "clock",
+    "DEFAULT": "qos",
+    "Durability": "qos",
+    "Duration": "clock",
+    "Graph": "runner",
+    "Length": "message",
+    "Message": "message",
+    "Node": "node",
+    "Overflow": "qos",
+    "Parameters": "parameters",
+    "Publisher": "publishers",
+    "QoS": "qos",
+    "Reliability": "qos",
+    "SENSOR_DATA": "qos",
+    "Subscription": "subscriptions",
+    "Time": "clock",
+    "Timer": "timers",
+    "launch": "runner",
+    "publisher": "declarations",
+    "run": "runner",
+    "subscription": "declarations",
+    "timer": "declarations",
+}
+
+__all__ = [
+    "DEFAULT",
+    "SENSOR_DATA",
+    "BusflowError",
+    "Clock",
+    "Durability",
+    "Duration",
+    "Graph",
+    "Length",
+    "Message",
+    "Node",
+    "Overflow",
+    "Parameters",
+    "Publisher",
+    "QoS",
+    "Reliability",
+    "Subscription",
+    "Time",
+    "Timer",
+    "launch",
+    "publisher",
+    "run",
+    "subscription",
+    "timer",
+]
+
+__version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'busflow' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"busflow.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

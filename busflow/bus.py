@@ -1,0 +1,179 @@
+"""Bus: the topics of one run, who is on them, and the ledger that accounts for every message.
+
+A bus is an object: two in one process never meet. It checks every endpoint that comes against those already
+there, owns the dispatcher, and owns the inbox through which other threads publish.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from collections import deque
+from collections.abc import Callable, Iterator
+from threading import Lock, get_ident
+from typing import Any, TypeVar
+
+from busflow.dispatcher import Dispatcher
+from busflow.endpoint import Endpoint
+from busflow.errors import IncompatibleQoS, IncompatibleType, WouldBlock
+from busflow.message import Message, type_name
+from busflow.publishers import Publisher
+from busflow.qos import Verdict, compatibility
+from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
+from busflow.topic import Topic
+
+M = TypeVar("M", bound=Message)
+
+INBOX_DEPTH = 4096
+"""Messages from other threads that may wait for the loop."""
+
+
+class Inbox:
+    """What other threads hand to the loop: in order, bounded, counted; a full inbox loses its oldest.
+
+    The lock only guards the few instructions that decide who wakes the loop; nothing waits while holding it.
+    """
+
+    __slots__ = ("_armed", "_dispatcher", "_items", "_lock", "_loop", "dropped", "refused", "taken")
+
+    def __init__(self, dispatcher: Dispatcher) -> None:
+        self._dispatcher = dispatcher
+        self._items: deque[Callable[[], None]] = deque()
+        self._lock = Lock()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._armed = False
+        self.taken = 0
+        self.dropped = 0
+        self.refused = 0
+
+    def open(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Deliver on this loop, first of all what came before."""
+        with self._lock:
+            self._loop = loop
+            self._armed = bool(self._items)
+        if self._armed:
+            loop.call_soon(self._drain)
+
+    def close(self) -> None:
+        """Deliver no more; what waits is lost and counted."""
+        with self._lock:
+            self._loop = None
+            self.dropped += len(self._items)
+            self._items.clear()
+
+    def put(self, publish: Callable[[], None]) -> None:
+        """Hand over one publish, from any thread, without waiting."""
+        with self._lock:
+            if len(self._items) >= INBOX_DEPTH:
+                self._items.popleft()
+                self.dropped += 1
+            self._items.append(publish)
+            if self._armed or self._loop is None:
+                return
+            self._armed = True
+            loop = self._loop
+        loop.call_soon_threadsafe(self._drain)
+
+    def _drain(self) -> None:
+        self._dispatcher.run_now(self._publish_waiting)
+
+    def _publish_waiting(self) -> None:
+        with self._lock:
+            waiting = tuple(self._items)
+            self._items.clear()
+            self._armed = False
+        for publish in waiting:
+            self.taken += 1
+            try:
+                publish()
+            except WouldBlock:  # the thread that published has long gone on: the count is how it is told
+                self.refused += 1
+
+
+class Bus:
+    """Topics by name, and everything that crosses them."""
+
+    def __init__(self, *, virtual: bool = False, explore: random.Random | None = None) -> None:
+        """A bus that does not deliver until `open`.
+
+        Args:
+            virtual: budget turns by messages, not by wall time, so that every run is the same.
+            explore: pick the order of deliveries at random, from this seeded generator.
+        """
+        self.topics: dict[str, Topic[Any]] = {}
+        self.dispatcher = Dispatcher(virtual=virtual, explore=explore)
+        self.inbox = Inbox(self.dispatcher)
+        self._gone: list[SubscriptionStatistics] = []
+        self._thread = get_ident()
+
+    def open(self) -> None:
+        """Begin to deliver, on the running event loop."""
+        self._thread = get_ident()
+        loop = asyncio.get_running_loop()
+        self.dispatcher.open(loop)
+        self.inbox.open(loop)
+
+    def close(self) -> None:
+        """Deliver no more; what is queued stays counted as queued."""
+        self.inbox.close()
+        self.dispatcher.close()
+
+    def attach_publisher(self, publisher: Publisher[M]) -> None:
+        """Connect a publisher to its topic.
+
+        Raises:
+            IncompatibleType: the topic is of another type.
+            IncompatibleQoS: a subscription there requests more than the publisher offers.
+        """
+        topic = self._topic(publisher.endpoint, publisher.type)
+        for subscription in topic.subscriptions:
+            check_qos(publisher.endpoint, subscription.endpoint)
+        publisher.attach(topic, self._thread, self.inbox.put)
+
+    def attach_subscription(self, subscription: Subscription[M], on_failure: OnFailure) -> None:
+        """Connect a subscription to its topic; it receives what transient_local publishers kept.
+
+        Raises:
+            IncompatibleType: the topic is of another type.
+            IncompatibleQoS: it requests more than a publisher there offers.
+        """
+        topic = self._topic(subscription.endpoint, subscription.type)
+        for publisher in topic.publishers:
+            check_qos(publisher.endpoint, subscription.endpoint)
+        subscription.attach(topic, self.dispatcher, on_failure)
+
+    def detach_subscription(self, subscription: Subscription[Any]) -> None:
+        """Disconnect a subscription; its line stays in the ledger."""
+        subscription.close()
+        self._gone.append(subscription.statistics())
+
+    def ledger(self) -> Iterator[SubscriptionStatistics]:
+        """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
+        for topic in self.topics.values():
+            yield from (subscription.statistics() for subscription in topic.subscriptions)
+        yield from self._gone
+
+    def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
+        topic = self.topics.get(endpoint.topic)
+        if topic is None:
+            topic = self.topics[endpoint.topic] = Topic(endpoint.topic, message_type)
+        elif topic.type is not message_type:
+            raise IncompatibleType(
+                f"{endpoint.origin} uses {endpoint.topic} as {type_name(message_type)}, "
+                f"but it carries {type_name(topic.type)}"
+            )
+        return topic
+
+
+def check_qos(offered: Endpoint, requested: Endpoint) -> None:
+    """Refuse a pair of endpoints of which one offers less than the other requests.
+
+    Raises:
+        IncompatibleQoS: naming both ends, every reason and the smallest fix.
+    """
+    found = compatibility(offered.qos, requested.qos)
+    if found.verdict is Verdict.ERROR:
+        raise IncompatibleQoS(
+            f"{requested.origin} cannot receive from {offered.origin} on {offered.topic}: "
+            f"{'; '.join(found.reasons)}; {found.fix}"
+        )

@@ -1,0 +1,26 @@
+"""Endpoint: what is known of one end of a topic without running it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from busflow.message import Message
+from busflow.qos import QoS
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """What is known of one end of a topic without running it."""
+
+    node: str
+    """The fully qualified name of its node, `/left/arm`."""
+    topic: str
+    """The final name of its topic, `/imu/data`."""
+    type: type[Message]
+    qos: QoS
+    origin: str
+    """What declares it, for people: `SensorProcessor.on_imu`."""
+    written: str
+    """The topic's name as the node wrote it, before namespaces and remapping."""
+    remap_rule: str | None = None
+    """The remap rule that applied, if one did."""

@@ -1,0 +1,100 @@
+"""Log: the structured log lines of one run, bound to nodes, written to the sinks that the run was given.
+
+Nothing global is configured. A sink is a function that takes one finished record; what a record holds from
+outside is escaped by whoever shows it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TextIO, cast
+
+import structlog
+from structlog.typing import EventDict, FilteringBoundLogger
+
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+
+LEVELS: Mapping[str, int] = {"debug": 10, "info": 20, "warning": 30, "error": 40, "critical": 50}
+_COLOURS = {"debug": "2", "info": "32", "warning": "33", "error": "31", "critical": "1;31"}
+
+
+@dataclass(frozen=True, slots=True)
+class LogRecord:
+    """One line of the log."""
+
+    stamp_ns: int
+    """The run's clock when it was written, nanoseconds since 1970."""
+    level: str
+    node: str
+    event: str
+    values: Mapping[str, Any]
+    """What the line carries besides its text."""
+
+
+Sink = Callable[[LogRecord], None]
+
+
+class Log:
+    """Where the nodes of a run write, and how many lines of each level there were."""
+
+    def __init__(self, clock: Clock, *, level: str = "info", sinks: tuple[Sink, ...] = ()) -> None:
+        self.sinks: list[Sink] = list(sinks)
+        self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
+        self._clock = clock
+        self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
+
+    def bind(self, node: str) -> FilteringBoundLogger:
+        """The logger of one node."""
+        logger = structlog.wrap_logger(
+            None, processors=[self._write], wrapper_class=self._wrapper, context_class=dict, node=node
+        )
+        return cast("FilteringBoundLogger", logger.bind())
+
+    def _write(self, _logger: object, level: str, event: EventDict) -> EventDict:
+        values = dict(event)
+        node, text = str(values.pop("node", "")), str(values.pop("event", ""))
+        if level == "exception":
+            level = "error"
+        self.counts[level] = self.counts.get(level, 0) + 1
+        record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
+        for sink in self.sinks:
+            sink(record)
+        raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
+
+
+def console_sink(stream: TextIO, *, colour: bool) -> Sink:
+    """Lines for people: time of day (UTC), level, node, text, values."""
+
+    def write(record: LogRecord) -> None:
+        seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
+        time_of_day = f"{seconds // 3600 % 24:02}:{seconds // 60 % 60:02}:{seconds % 60:02}"
+        level = f"{record.level:<8}"
+        if colour:
+            level = f"\x1b[{_COLOURS.get(record.level, '0')}m{level}\x1b[0m"
+        values = "".join(f" {name}={printable(value, limit=400)}" for name, value in record.values.items())
+        node, text = printable(record.node), printable(record.event)
+        stream.write(f"{time_of_day}.{nanoseconds // 1_000_000:03} {level} {node}: {text}{values}\n")
+        stream.flush()
+
+    return write
+
+
+def json_sink(stream: TextIO) -> Sink:
+    """One JSON object a line: `stamp_ns`, `level`, `node`, `event`, and the values under their own names."""
+
+    def write(record: LogRecord) -> None:
+        line = {
+            "stamp_ns": record.stamp_ns,
+            "level": record.level,
+            "node": record.node,
+            "event": record.event,
+        }
+        stream.write(json.dumps({**record.values, **line}, default=str) + "\n")
+        stream.flush()
+
+    return write

@@ -1,0 +1,141 @@
+"""Bounded queues: what happens to a message when its subscription's queue is full, and the count of what was lost.
+
+Pure: no loop, no clock, no locks. A queue belongs to one subscription and is used from one thread. It owns the
+counters of what it dropped; nobody else changes them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter, deque
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from busflow.errors import InvalidQoS
+from busflow.qos import Overflow
+
+T = TypeVar("T")
+
+
+def _no_one_listens() -> None:
+    """What a queue does on arrival until somebody consumes it: nothing, the message waits."""
+
+
+class Queue(ABC, Generic[T]):
+    """Messages on their way to one subscription, first in first out, never more than `depth`.
+
+    `wake` is called when a message arrives while `idle` is true, and `idle` is then false until the consumer
+    says otherwise: one wake-up for any number of messages.
+    """
+
+    __slots__ = ("depth", "drops", "idle", "items", "wake")
+
+    def __init__(self, depth: int) -> None:
+        if depth < 1:
+            raise InvalidQoS(f"depth must be at least 1, got {depth}; write how many messages may wait")
+        self.depth = depth
+        self.items: deque[T] = deque()
+        self.drops: Counter[str] = Counter()
+        self.idle = False
+        self.wake: Callable[[], None] = _no_one_listens
+
+    @abstractmethod
+    def push(self, item: T) -> None:
+        """Take a message in, or lose one, as the overflow policy says."""
+
+    @property
+    def dropped(self) -> int:
+        """How many messages this queue has lost, for whatever reason."""
+        return self.drops.total()
+
+    @property
+    def full(self) -> bool:
+        """Whether the next message finds no room."""
+        return len(self.items) >= self.depth
+
+    def discard(self, reason: str) -> None:
+        """Lose the oldest message and count it under `reason`."""
+        self.items.popleft()
+        self.drops[reason] += 1
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {len(self.items)}/{self.depth}, {self.dropped} dropped>"
+
+
+class DropOldest(Queue[T]):
+    """The newest `depth` messages wait; a full queue loses its oldest.
+
+    >>> queue = DropOldest(2)
+    >>> for item in "abc":
+    ...     queue.push(item)
+    >>> list(queue.items), queue.dropped
+    (['b', 'c'], 1)
+    """
+
+    __slots__ = ()
+
+    def push(self, item: T) -> None:
+        """Take the message in; lose the oldest one when there is no room."""
+        items = self.items
+        if len(items) >= self.depth:
+            items.popleft()
+            self.drops["overflow"] += 1
+        items.append(item)
+        if self.idle:
+            self.idle = False
+            self.wake()
+
+
+class DropNewest(Queue[T]):
+    """The first `depth` messages wait; a full queue loses what arrives.
+
+    >>> queue = DropNewest(2)
+    >>> for item in "abc":
+    ...     queue.push(item)
+    >>> list(queue.items), queue.dropped
+    (['a', 'b'], 1)
+    """
+
+    __slots__ = ()
+
+    def push(self, item: T) -> None:
+        """Take the message in, or lose it when there is no room."""
+        if len(self.items) >= self.depth:
+            self.drops["overflow"] += 1
+            return
+        self.items.append(item)
+        if self.idle:
+            self.idle = False
+            self.wake()
+
+
+class Block(Queue[T]):
+    """Loses nothing: whoever publishes looks for room first, and waits or is refused.
+
+    >>> queue = Block(1)
+    >>> queue.push("a")
+    >>> queue.full
+    True
+    """
+
+    __slots__ = ()
+
+    def push(self, item: T) -> None:
+        """Take the message in; the publisher has checked `full` on every queue of the topic before."""
+        self.items.append(item)
+        if self.idle:
+            self.idle = False
+            self.wake()
+
+
+def create_queue(overflow: Overflow, depth: int) -> Queue[Any]:
+    """The queue that does what `overflow` says."""
+    kinds: dict[Overflow, type[Queue[Any]]] = {
+        Overflow.DROP_OLDEST: DropOldest,
+        Overflow.DROP_NEWEST: DropNewest,
+        Overflow.BLOCK: Block,
+    }
+    return kinds[overflow](depth)

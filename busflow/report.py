@@ -1,0 +1,126 @@
+"""Report: what a run came to, as data; the same numbers while it runs and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from busflow.message import type_name
+from busflow.subscriptions import SubscriptionStatistics
+
+if TYPE_CHECKING:
+    from busflow.bus import Bus
+    from busflow.errors import ExitCode
+    from busflow.supervisor import Unit
+    from busflow.timers import TimerStatistics
+
+
+@dataclass(frozen=True, slots=True)
+class NodeReport:
+    """One node and what became of it."""
+
+    name: str
+    plugin: str
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
+class TopicReport:
+    """One topic: how much was published, and the ledger of each subscription."""
+
+    name: str
+    type: str
+    published: int
+    subscriptions: tuple[SubscriptionStatistics, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A run's account of itself; all times are those of the run's clock, in seconds."""
+
+    name: str
+    seed: int
+    clock: str
+    """Which clock: `system` or `sim`."""
+    duration_s: float
+    exit_code: ExitCode
+    nodes: tuple[NodeReport, ...]
+    topics: tuple[TopicReport, ...]
+    timers: tuple[TimerStatistics, ...]
+    inbox_dropped: int = 0
+    """Messages from other threads that found the inbox full, or came after the end."""
+    inbox_refused: int = 0
+    """Messages from other threads that an `overflow: block` subscription had no room for."""
+
+    @property
+    def dropped(self) -> int:
+        """Messages that did not reach a subscription they were published to."""
+        ledger = sum(line.dropped for topic in self.topics for line in topic.subscriptions)
+        return ledger + self.inbox_dropped + self.inbox_refused
+
+    def as_json(self) -> dict[str, Any]:
+        """The report as `--report FILE` writes it."""
+        return {
+            "name": self.name,
+            "seed": self.seed,
+            "clock": self.clock,
+            "duration_s": self.duration_s,
+            "exit_code": int(self.exit_code),
+            "nodes": [{"name": node.name, "plugin": node.plugin, "state": node.state} for node in self.nodes],
+            "topics": [_topic_json(topic) for topic in self.topics],
+            "timers": [_timer_json(timer) for timer in self.timers],
+            "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
+        }
+
+
+def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
+    """The bus's topics by name, each with the ledger of those who received it."""
+    ledger = list(bus.ledger())
+    return tuple(
+        TopicReport(
+            name=topic.name,
+            type=type_name(topic.type),
+            published=topic.published,
+            subscriptions=tuple(line for line in ledger if line.topic == topic.name),
+        )
+        for topic in sorted(bus.topics.values(), key=lambda topic: topic.name)
+    )
+
+
+def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
+    """The run's nodes, in the order of the launch file."""
+    return tuple(NodeReport(unit.name, unit.plugin, unit.state.value) for unit in units)
+
+
+def _topic_json(topic: TopicReport) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.type,
+        "published": topic.published,
+        "subscriptions": [
+            {
+                "node": line.node,
+                "depth": line.depth,
+                "overflow": line.overflow.value,
+                "published": line.published,
+                "delivered": line.delivered,
+                "dropped": line.dropped,
+                "queued": line.queued,
+                "drops": line.drops,
+            }
+            for line in topic.subscriptions
+        ],
+    }
+
+
+def _timer_json(timer: TimerStatistics) -> dict[str, Any]:
+    return {
+        "node": timer.node,
+        "name": timer.name,
+        "period_s": timer.period_s,
+        "fired": timer.fired,
+        "missed": timer.missed,
+        "lateness_p50_s": timer.lateness_p50_s,
+        "lateness_p99_s": timer.lateness_p99_s,
+    }

@@ -1,0 +1,327 @@
+"""Graph: starts the nodes of a launch description together, watches over them, and stops them in order.
+
+`launch(...)` makes one inside a program that already has an event loop; `run(...)` is the whole program.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TypeAlias, TypeVar, overload
+
+import anyio
+
+from busflow.bus import Bus
+from busflow.clock import Clock, SystemClock
+from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Problem
+from busflow.launch.description import LaunchDescription
+
+# LOAD
+from busflow.launch.preflight import Plan, Preflight
+from busflow.log import Log, Sink, console_sink
+from busflow.message import Message
+from busflow.node import Node, runtime_of
+from busflow.publishers import Publisher
+from busflow.qos import QoS
+from busflow.report import Report, node_reports, topic_reports
+from busflow.runtime import Failure, NodeRuntime, Surroundings
+from busflow.signals import SignalGuard
+from busflow.subscriptions import Subscription
+from busflow.supervisor import Unit
+from busflow.text import did_you_mean
+
+N = TypeVar("N", bound=Node)
+M = TypeVar("M", bound=Message)
+
+What: TypeAlias = str | Path | LaunchDescription | Node | type[Node]
+"""What a graph is made of: launch files, their descriptions, node classes, instances."""
+
+GRACE_S = 0.75
+"""How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
+
+
+class _Outside(Node):
+    """Who publishes and receives when the program around a graph does."""
+
+
+class Graph:
+    """The nodes of one run, on one bus.
+
+    Use it as `async with launch(...) as graph`, or call `start` and `stop` yourself (in a notebook). A node that
+    fails ends the graph, and the `async with` block, with `NodeFailed`.
+    """
+
+    def __init__(
+        self,
+        what: Sequence[What],
+        *,
+        args: Mapping[str, object] | None = None,
+        seed: int | None = None,
+        strict: bool = False,
+        clock: Clock | None = None,
+        log_level: str = "info",
+        sinks: tuple[Sink, ...] = (),
+    ) -> None:
+        descriptions = [_described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
+        self.descriptions = descriptions
+        self.name = next((each.name for each in descriptions), "graph")
+        self.seed = seed if seed is not None else next((s.seed for s in descriptions if s.seed is not None), 0)
+        self.grace_s = next((s.shutdown_grace_s for s in descriptions if s.shutdown_grace_s is not None), GRACE_S)
+        self.clock: Clock = clock or SystemClock()
+        self.log = Log(self.clock, level=log_level, sinks=sinks)
+        self.bus = Bus()
+        self.units: list[Unit] = []
+        self.failures: list[Failure] = []
+        self.warnings: list[Problem] = []
+        self.exit_code = ExitCode.OK
+        self._nodes = [_instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+        self._strict = strict
+        self._outside: NodeRuntime | None = None
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self._main: asyncio.Task[None] | None = None
+        self._host: asyncio.Task[Any] | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ending = asyncio.Event()
+        self._ready = asyncio.Event()
+        self._duration_s: float | None = None
+
+    # Life.
+
+    def plan(self) -> Plan:
+        """Build and check the nodes, without starting them."""
+        preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self._strict)
+        return preflight.plan(self.descriptions, self._nodes)
+
+    async def start(self) -> None:
+        """Check the graph and start its nodes; returns when every `start` has returned.
+
+        Raises:
+            LaunchError: the graph cannot run, with every problem.
+            NodeFailed: a node failed while starting; everything is stopped again.
+        """
+        if self._main is not None:
+            raise NotRunning(f"the graph {self.name} was started before; launch another one")
+        plan = self.plan()
+        if plan.errors:
+            raise LaunchError(plan.errors)
+        self.warnings = [problem for problem in plan.problems if problem not in plan.errors]
+        for member in plan.members:
+            self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
+        for unit in self.units:
+            unit.runtime.connect(self.bus)
+        self._loop = asyncio.get_running_loop()
+        self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
+        await self._ready.wait()
+        if self.failures:
+            await self.wait()
+
+    async def wait(self) -> None:
+        """Wait until the graph has ended.
+
+        Raises:
+            NodeFailed: a node failed; the first failure's exception is the cause.
+        """
+        if self._main is None:
+            raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
+        await asyncio.shield(self._main)
+        if self.failures:
+            first = self.failures[0]
+            raise NodeFailed(f"{first.node} failed in {first.origin}: {first.error!r}") from first.error
+
+    async def stop(self) -> None:
+        """Stop the nodes in reverse order and wait until they have ended; a failure was told by then."""
+        self.ask_to_stop()
+        if self._main is not None:
+            await asyncio.shield(self._main)
+
+    def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
+        """Let the graph end, without waiting; `code` says why unless a node has failed."""
+        if not self._ending.is_set():
+            if self.exit_code is ExitCode.OK:
+                self.exit_code = code
+            self._ending.set()
+
+    async def __aenter__(self) -> Self:
+        await self.start()
+        self._host = asyncio.current_task()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        host, self._host = self._host, None
+        await self.stop()
+        if self.failures and (error is None or (kind is asyncio.CancelledError and _uncancelled(host))):
+            await self.wait()
+
+    async def _live(self) -> None:
+        self.bus.open()
+        self.clock.begin()
+        try:
+            async with anyio.create_task_group() as tasks:
+                for unit in self.units:
+                    tasks.start_soon(unit.live, name=unit.name)
+                for unit in self.units:
+                    await unit.started.wait()
+                self._ready.set()
+                await self._ending.wait()
+                await self._stop_units()
+        finally:
+            self._duration_s = self.clock.seconds()
+            if self._outside is not None:
+                self._outside.disconnect()
+            self.bus.close()
+            self._ready.set()
+
+    async def _stop_units(self) -> None:
+        with anyio.move_on_after(self.grace_s) as patience:
+            for unit in reversed(self.units):
+                unit.ask_to_stop()
+                await unit.ended.wait()
+        if patience.cancelled_caught:
+            late = [unit for unit in self.units if not unit.ended.is_set()]
+            names = ", ".join(unit.name for unit in late)
+            self.log.bind("busflow").error(f"not stopped within {self.grace_s:g} s: {names}")
+            for unit in late:
+                unit.ask_to_stop()
+                unit.give_up()
+
+    def _on_failure(self, failure: Failure) -> None:
+        self.failures.append(failure)
+        self.exit_code = ExitCode.FAILED
+        self._ending.set()
+        if self._host is not None:
+            self._host.cancel()
+
+    # What the program around the graph does.
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Publish a message from outside, as any publisher of the topic would."""
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            created = self._around().create_publisher(type(message), topic, None, origin="Graph.publish")
+            publisher = self._publishers[topic] = created
+        publisher.publish(message)
+
+    def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
+        """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""
+        return self._around().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+
+    @overload
+    def node(self, which: type[N]) -> N: ...
+    @overload
+    def node(self, which: str) -> Node: ...
+    def node(self, which: type[N] | str) -> N | Node:
+        """The node of a class, or of a name; relative names are below `/`."""
+        if isinstance(which, str):
+            full = f"/{which.removeprefix('/')}"
+            found: list[Node] = [unit.node for unit in self.units if unit.name == full]
+        else:
+            found = [unit.node for unit in self.units if isinstance(unit.node, which)]
+        shown = which if isinstance(which, str) else which.__name__
+        names = [unit.name for unit in self.units]
+        if not found:
+            raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names)}")
+        if len(found) > 1:
+            raise NotRunning(f"{len(found)} nodes are a {shown}; ask for one by name: {', '.join(names)}")
+        return found[0]
+
+    def report(self) -> Report:
+        """What the run has come to so far, or in the end."""
+        return Report(
+            name=self.name,
+            seed=self.seed,
+            clock=self.clock.kind,
+            duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
+            exit_code=self.exit_code,
+            nodes=node_reports(self.units),
+            topics=topic_reports(self.bus),
+            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
+            inbox_dropped=self.bus.inbox.dropped,
+            inbox_refused=self.bus.inbox.refused,
+        )
+
+    def _around(self) -> NodeRuntime:
+        if self._main is None:
+            raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
+        if self._outside is None:
+            runtime = runtime_of(_Outside(name="_outside"))
+            runtime.declare(Surroundings(self.clock, self.log, self.seed))
+            runtime.connect(self.bus)
+            self._outside = runtime
+        return self._outside
+
+    def ask_to_stop_from_thread(self, code: ExitCode) -> None:
+        """As `ask_to_stop`, from another thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self.ask_to_stop, code)
+
+
+def launch(
+    *what: What, args: Mapping[str, object] | None = None, seed: int | None = None, strict: bool = False
+) -> Graph:
+    """A graph of launch files, node classes and instances, for a program that has an event loop already.
+
+    It installs no signal handlers and logs to standard error.
+
+        async with busflow.launch("configs/lab1.yaml", args={"rate_hz": 50}) as graph:
+            async for state in graph.subscribe(Float64, "balance_state"):
+                ...
+
+    Raises:
+        LaunchError: on start, with every problem of the launch files and the graph.
+    """
+    return Graph(what, args=args, seed=seed, strict=strict, sinks=(console_sink(sys.stderr, colour=False),))
+
+
+def run(*what: What, args: Mapping[str, object] | None = None, seed: int | None = None) -> ExitCode:
+    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code."""
+    graph = launch(*what, args=args, seed=seed)
+    return run_graph(graph)
+
+
+def run_graph(graph: Graph, *, for_s: float | None = None) -> ExitCode:
+    """Run a graph with signals, for a time if one is given.
+
+    Raises:
+        LaunchError: the graph cannot run.
+        NodeFailed: a node failed.
+    """
+
+    async def main() -> None:
+        await graph.start()
+        if for_s is not None:
+            with anyio.move_on_after(for_s):
+                await graph.wait()
+            await graph.stop()
+        await graph.wait()
+
+    with SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1), asyncio.Runner() as runner:
+        runner.run(main())
+    return graph.exit_code
+
+
+def _described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
+    return what if isinstance(what, LaunchDescription) else _load(Path(what), args=args or {})
+
+
+def _instance(what: Any) -> Node:
+    if isinstance(what, Node):
+        return what
+    if isinstance(what, type) and issubclass(what, Node):
+        return what()
+    raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
+
+
+def _uncancelled(task: asyncio.Task[Any] | None) -> bool:
+    """Take back the cancellation by which a failing graph ended its own `async with` block."""
+    return task is not None and task.cancelling() > 0 and task.uncancel() == 0
+
+
+def _load(path, args):
+    from busflow.launch.load import load
+
+    return load(path, args=args)

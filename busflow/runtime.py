@@ -1,0 +1,275 @@
+"""NodeRuntime: everything behind a node's one private name. Its endpoints, its tasks, and where failures go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import anyio
+import anyio.abc
+import numpy as np
+from structlog.typing import FilteringBoundLogger
+
+from busflow import names
+from busflow.declarations import (
+    Declaration,
+    Handler,
+    PublisherDeclaration,
+    PullDeclaration,
+    TimerDeclaration,
+    declarations_of,
+)
+from busflow.endpoint import Endpoint
+from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.message import Message
+from busflow.publishers import Publisher
+from busflow.qos import QoS
+from busflow.subscriptions import MessageHandler, Subscription
+from busflow.timers import Missed, Timer, TimerHandler
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from busflow.bus import Bus
+    from busflow.clock import Clock
+    from busflow.log import Log
+    from busflow.node import Node
+
+M = TypeVar("M", bound=Message)
+
+
+class Rng(np.random.Generator):
+    """A numpy generator that can go back to where it began."""
+
+    def __init__(self, seed: int, name: str) -> None:
+        """The generator of one node: of the run's seed and the node's full name."""
+        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
+        self._beginning = self.bit_generator.state
+
+    def reseed(self) -> None:
+        """Start the sequence over."""
+        self.bit_generator.state = self._beginning
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A node that raised: where, on what, and the exception."""
+
+    node: str
+    origin: str
+    """What raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
+    error: BaseException
+    message: Message | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
+
+    clock: Clock
+    log: Log
+    seed: int = 0
+    namespace: str = "/"
+    remaps: Mapping[str, str] = field(default_factory=dict[str, str])
+    publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
+    subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+
+
+class NodeRuntime:
+    """One node's endpoints and tasks, from declaration to the end."""
+
+    def __init__(self, node: Node, name: str) -> None:
+        names.check_node_name(name)
+        self.node = node
+        self.name = name
+        self.publishers: list[Publisher[Any]] = []
+        self.subscriptions: list[Subscription[Any]] = []
+        self.timers: list[Timer] = []
+        self.used_remaps: set[str] = set()
+        self.on_failure: Callable[[Failure], None] | None = None
+        self._surroundings: Surroundings | None = None
+        self._bus: Bus | None = None
+        self._tasks: anyio.abc.TaskGroup | None = None
+        self._open = False
+
+    @property
+    def full_name(self) -> str:
+        """The node's name with its namespace."""
+        namespace = self._surroundings.namespace if self._surroundings else "/"
+        return names.fully_qualified(self.name, namespace)
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What the node was given, once it is part of a graph."""
+        if self._surroundings is None:
+            raise NotRunning(f"{self.name} is not part of a graph yet; see busflow.launch, or busflow.testing")
+        return self._surroundings
+
+    @cached_property
+    def log(self) -> FilteringBoundLogger:
+        """The run's log, bound to this node."""
+        return self.surroundings.log.bind(self.full_name)
+
+    @cached_property
+    def rng(self) -> Rng:
+        """The node's own generator."""
+        return Rng(self.surroundings.seed, self.full_name)
+
+    def declare(self, surroundings: Surroundings) -> None:
+        """Give the node its surroundings and create what it declares; nothing is connected yet."""
+        if self._surroundings is not None:
+            raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
+        self._surroundings = surroundings
+        for attribute, declaration in declarations_of(type(self.node)).items():
+            endpoint = self._create(declaration)
+            if endpoint is not None:
+                vars(self.node)[attribute] = endpoint
+        self.node.declare()
+
+    def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Timer | None:
+        origin = declared.origin
+        if isinstance(declared, PublisherDeclaration):
+            return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin)
+        if isinstance(declared, PullDeclaration):
+            return self.create_subscription(declared.type, declared.topic, None, declared.qos, origin=origin)
+        if isinstance(declared, Handler):
+            bound = declared.function.__get__(self.node)
+            for role in declared.roles:
+                self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+        if isinstance(declared, TimerDeclaration):
+            bound = declared.function.__get__(self.node)
+            period = declared.period(self.node.parameters)
+            return self.create_timer(period, bound, name=declared.name, missed=declared.missed)
+        return None
+
+    def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str) -> Publisher[M]:
+        """A publisher of this node, connected at once when the node is."""
+        layers = self.surroundings.publisher_qos
+        publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
+        if self._bus is not None:
+            self._bus.attach_publisher(publisher)
+        self.publishers.append(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        message_type: type[M],
+        topic: str,
+        handler: MessageHandler[M] | None,
+        qos: QoS | None,
+        *,
+        origin: str,
+    ) -> Subscription[M]:
+        """A subscription of this node, connected at once when the node is."""
+        layers = self.surroundings.subscription_qos
+        endpoint = self._endpoint(message_type, topic, qos, layers, origin)
+        subscription = Subscription(message_type, endpoint, handler)
+        if self._bus is not None:
+            self._connect_subscription(self._bus, subscription)
+        self.subscriptions.append(subscription)
+        if self._open:
+            self._open_subscription(subscription)
+        return subscription
+
+    def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
+        """A timer of this node, ticking at once when the node is started."""
+        timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
+        if self._bus is not None:
+            self._connect_timer(self._bus, timer)
+        self.timers.append(timer)
+        if self._open:
+            timer.open()
+        return timer
+
+    def _endpoint(
+        self,
+        message_type: type[M],
+        topic: str,
+        qos: QoS | None,
+        layers: Callable[[str], tuple[QoS, ...]],
+        origin: str,
+    ) -> Endpoint:
+        if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
+            raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
+        around = self.surroundings
+        resolved = names.resolve(topic, node=self.name, namespace=around.namespace, remaps=around.remaps)
+        if resolved.rule is not None:
+            self.used_remaps.add(resolved.rule)
+        stated = () if qos is None else (qos,)
+        merged = QoS.merge(*stated, *layers(resolved.name))
+        return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+
+    def connect(self, bus: Bus) -> None:
+        """Connect every declared endpoint to the bus; messages wait until `open`."""
+        self._bus = bus
+        for publisher in self.publishers:
+            bus.attach_publisher(publisher)
+        for subscription in self.subscriptions:
+            self._connect_subscription(bus, subscription)
+        for timer in self.timers:
+            self._connect_timer(bus, timer)
+
+    def _connect_subscription(self, bus: Bus, subscription: Subscription[Any]) -> None:
+        origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
+        bus.attach_subscription(subscription, lambda error, message: self.fail(origin, error, message))
+
+    def _connect_timer(self, bus: Bus, timer: Timer) -> None:
+        origin = f"{type(self.node).__name__}.{timer.name} (timer)"
+        clock = self.surroundings.clock
+        timer.attach(clock, bus.dispatcher, self.spawn, lambda error: self.fail(origin, error))
+
+    def adopt_tasks(self, tasks: anyio.abc.TaskGroup) -> None:
+        """Run what the node spawns in this task group."""
+        self._tasks = tasks
+
+    def open(self) -> None:
+        """Begin to hand over messages, and to tick."""
+        self._open = True
+        for subscription in self.subscriptions:
+            self._open_subscription(subscription)
+        for timer in self.timers:
+            timer.open()
+
+    def _open_subscription(self, subscription: Subscription[Any]) -> None:
+        pump = subscription.open()
+        if pump is not None:
+            self.spawn(pump, subscription.endpoint.origin)
+
+    def close(self) -> None:
+        """Hand over and tick no more; what arrives waits and stays counted."""
+        self._open = False
+        for timer in self.timers:
+            timer.close()
+        for subscription in self.subscriptions:
+            subscription.pause()
+
+    def disconnect(self) -> None:
+        """End what is iterated over and leave every topic."""
+        for subscription in self.subscriptions:
+            if self._bus is not None:
+                self._bus.detach_subscription(subscription)
+        for publisher in self.publishers:
+            publisher.close()
+        self._tasks = None
+
+    def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        """Run a coroutine in the node's task group; its failure is the node's."""
+        if self._tasks is None:
+            coroutine.close()
+            raise NotRunning(f"{self.full_name} has no tasks before its start() and after its stop()")
+        self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
+
+    async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        try:
+            await coroutine
+        except Exception as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+            self.fail(f"{type(self.node).__name__} (task {name})", error)
+
+    def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
+        """Tell whoever supervises the node that it raised; it is handed nothing more."""
+        self.close()
+        if self.on_failure is not None:
+            self.on_failure(Failure(self.full_name, origin, error, message))

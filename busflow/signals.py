@@ -1,0 +1,93 @@
+"""SignalGuard: Ctrl-C and SIGTERM reach a run even while a node blocks the event loop.
+
+Python's own handlers run on the main thread, between two of its instructions, so a node stuck in a C call would
+keep them out. The operating system's signal is therefore written to a socket, and a thread of its own reads it: it
+asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from busflow.errors import ExitCode
+from busflow.text import printable
+
+_CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
+_OWN = (str(Path(__file__).parent), os.path.dirname(os.__file__))  # noqa: PTH120  # the standard library's folder
+
+
+class SignalGuard:
+    """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
+
+    def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float) -> None:
+        self._ask_to_stop = ask_to_stop
+        self._grace_s = grace_s
+        self._before: dict[signal.Signals, Any] = {}
+        self._before_fd = -1
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is not threading.main_thread():
+            return self  # signals are the main thread's: whoever runs us in another one takes care of them
+        self._reader, self._writer = socket.socketpair()
+        self._writer.setblocking(False)
+        for number in _CODES:
+            self._before[number] = signal.signal(number, _leave_it_to_the_guard)
+        self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._before:
+            return
+        signal.set_wakeup_fd(self._before_fd)
+        for number, before in self._before.items():
+            signal.signal(number, before)
+        self._before.clear()
+        self._writer.close()  # the guard's thread reads the end and returns
+
+    def _watch(self) -> None:
+        code: ExitCode | None = None
+        with self._reader:
+            while True:
+                received = b""
+                try:
+                    received = self._reader.recv(1)
+                except TimeoutError:
+                    _end_process(code or ExitCode.FAILED, f"the run did not stop within {self._grace_s:g} s")
+                if not received:
+                    return
+                found = _CODES.get(signal.Signals(received[0]))
+                if found is None:
+                    continue
+                if code is not None:
+                    _end_process(code, "stopped at once, at a second signal")
+                code = found
+                self._reader.settimeout(self._grace_s)
+                self._ask_to_stop(code)
+
+
+def _leave_it_to_the_guard(_number: int, _frame: FrameType | None) -> None:
+    """Installed so that Python raises no KeyboardInterrupt: the guard's thread has the signal already."""
+
+
+def _end_process(code: ExitCode, why: str) -> None:
+    """End the process now, and say what the main thread was doing."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
+    where = ""
+    for entry in reversed(traceback.extract_stack(frame) if frame else []):
+        if not entry.filename.startswith((*_OWN, "<")):
+            where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
+            break
+    os.write(2, f"busflow: {why}{where}\n".encode())
+    os._exit(code)

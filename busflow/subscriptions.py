@@ -1,0 +1,265 @@
+"""Subscription: the receiving end of a topic, and its line of the ledger."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from inspect import iscoroutinefunction
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+
+from busflow.endpoint import Endpoint
+from busflow.message import Message
+from busflow.qos import Durability, Overflow
+from busflow.queues import Queue, create_queue
+
+if TYPE_CHECKING:
+    from busflow.dispatcher import Dispatcher
+    from busflow.topic import Topic
+
+M = TypeVar("M", bound=Message)
+
+MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
+OnFailure = Callable[[BaseException, Message], None]
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriptionStatistics:
+    """One line of the ledger: `published == delivered + dropped + queued` at every moment."""
+
+    node: str
+    topic: str
+    depth: int
+    overflow: Overflow
+    published: int
+    delivered: int
+    dropped: int
+    queued: int
+    drops: dict[str, int] = field(default_factory=dict[str, int])
+    """How many were dropped for which reason."""
+
+
+class Subscription(Generic[M]):
+    """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
+
+    Pulling: `async for message in subscription` takes them one by one and ends with the graph; `latest` skips to
+    the newest.
+    """
+
+    __slots__ = (
+        "_at_close", "_at_start", "_dispatcher", "_doorbell", "_ended", "_handler", "_latest", "_on_failure",
+        "_open", "_topic", "delivered", "endpoint", "queue", "type",
+    )  # fmt: skip
+
+    def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
+        """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
+        self.type = message_type
+        self.endpoint = endpoint
+        self.delivered = 0
+        self.queue: Queue[M] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
+        self._handler = handler
+        self._topic: Topic[M] | None = None
+        self._dispatcher: Dispatcher | None = None
+        self._on_failure: OnFailure | None = None
+        self._doorbell: asyncio.Future[None] | None = None
+        self._latest: M | None = None
+        self._at_start = 0
+        self._at_close: int | None = None
+        self._open = False
+        self._ended = False
+        self._listen()
+
+    @property
+    def topic(self) -> str:
+        """The topic's final name."""
+        return self.endpoint.topic
+
+    @property
+    def publisher_count(self) -> int:
+        """How many publishers there are on the topic."""
+        return len(self._topic.publishers) if self._topic else 0
+
+    @property
+    def published(self) -> int:
+        """How many messages were published to this subscription since it came."""
+        if self._at_close is not None:
+            return self._at_close
+        return self._topic.published - self._at_start if self._topic else 0
+
+    def statistics(self) -> SubscriptionStatistics:
+        """The ledger's line of this subscription, as it stands now."""
+        queue, qos = self.queue, self.endpoint.qos
+        return SubscriptionStatistics(
+            node=self.endpoint.node,
+            topic=self.topic,
+            depth=qos.depth,
+            overflow=qos.overflow,
+            published=self.published,
+            delivered=self.delivered,
+            dropped=queue.dropped,
+            queued=len(queue),
+            drops=dict(queue.drops),
+        )
+
+    # Pulling.
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> M:
+        items = self.queue.items
+        while not items:
+            if self._ended:
+                raise StopAsyncIteration
+            await self._ring()
+        return self._take()
+
+    @property
+    def latest(self) -> M | None:
+        """The newest message, or None before the first; older ones still waiting are dropped as `superseded`."""
+        queue = self.queue
+        while len(queue) > 1:
+            queue.discard("superseded")
+        if queue.items:
+            self._take()
+        return self._latest
+
+    def _take(self) -> M:
+        message = self._latest = self.queue.items.popleft()
+        self.delivered += 1
+        self._made_room()
+        return message
+
+    # Being handed messages.
+
+    def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
+        """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
+        self._topic, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
+        self._at_start = topic.published
+        topic.subscriptions.append(self)
+        if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
+            kept = topic.kept()[-self.endpoint.qos.depth :]
+            self._at_start -= len(kept)
+            for message in kept:
+                self.queue.push(message)
+        topic.rebuild()
+
+    def open(self) -> Coroutine[Any, Any, None] | None:
+        """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
+        self._open = True
+        if self._handler is None:
+            return None
+        if iscoroutinefunction(self._handler):
+            return self._pump(self._handler)
+        if self.queue.items:
+            self._get_in_line()
+        else:
+            self.queue.idle = True
+        return None
+
+    def pause(self) -> None:
+        """Hand over no more; what arrives waits in the queue."""
+        self._open = False
+        self.queue.idle = False
+
+    def close(self) -> None:
+        """Leave the topic; iterations end after what still waits."""
+        self.pause()
+        self._ended = True
+        self._answer()
+        if self._topic is not None:
+            topic, self._at_close = self._topic, self.published
+            self._topic = None
+            topic.forget_subscription(self)
+
+    def adopt(self, predecessor: Subscription[M]) -> None:
+        """Take over the place of a subscription of an earlier life of this node: its queue, ledger and topic."""
+        self.queue, self.delivered = predecessor.queue, predecessor.delivered
+        self._topic, self._dispatcher = predecessor._topic, predecessor._dispatcher
+        self._on_failure, self._at_start = predecessor._on_failure, predecessor._at_start
+        predecessor.pause()
+        self._listen()
+        if self._topic is not None:
+            self._topic.replace_subscription(predecessor, self)
+        predecessor._topic = None
+
+    def turn(self, limit: int) -> int:
+        """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
+        queue = self.queue
+        items = queue.items
+        handler = cast("Callable[[M], None]", self._handler)
+        handled = 0
+        message: M | None = None
+        try:
+            while items and handled < limit and self._open:
+                handled += 1
+                message = items.popleft()
+                self.delivered += 1
+                handler(message)
+        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+            self._failed(error, message)
+        if self._topic is not None and self._topic.waiting:
+            self._topic.grant()
+        if self._open:
+            if items:
+                self._dispatcher.ready.append(self)  # type: ignore[union-attr]  # attached, or it had no turn
+            else:
+                queue.idle = True
+        return handled
+
+    async def _pump(self, handler: Callable[[M], Any]) -> None:
+        """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
+        items = self.queue.items
+        dispatcher = cast("Dispatcher", self._dispatcher)
+        while self._open:
+            if not items:
+                await self._ring()
+            handled, started = 0, dispatcher.now()
+            while items and self._open:
+                message = items.popleft()
+                self.delivered += 1
+                handled += 1
+                self._made_room()
+                try:
+                    await handler(message)
+                except Exception as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+                    self._failed(error, message)
+                    return
+                if dispatcher.spent(started, handled):
+                    await asyncio.sleep(0)
+                    handled, started = 0, dispatcher.now()
+
+    async def _ring(self) -> None:
+        """Wait until something arrives, or the subscription ends."""
+        if self._doorbell is not None:
+            raise RuntimeError(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
+        self._doorbell = asyncio.get_running_loop().create_future()
+        self.queue.idle = True
+        try:
+            await self._doorbell
+        finally:
+            self._doorbell = None
+
+    def _answer(self) -> None:
+        if self._doorbell is not None and not self._doorbell.done():
+            self._doorbell.set_result(None)
+
+    def _listen(self) -> None:
+        """Choose what an arrival does: a plain handler gets in line, a task that waits is woken."""
+        plain = self._handler is not None and not iscoroutinefunction(self._handler)
+        self.queue.wake = self._get_in_line if plain else self._answer
+
+    def _get_in_line(self) -> None:
+        cast("Dispatcher", self._dispatcher).schedule(self)
+
+    def _made_room(self) -> None:
+        if self._topic is not None and self._topic.waiting:
+            self._topic.grant()
+
+    def _failed(self, error: BaseException, message: M | None) -> None:
+        self.pause()
+        cast("OnFailure", self._on_failure)(error, cast("M", message))
+
+    def __repr__(self) -> str:
+        s = self.statistics()
+        return f"<Subscription {s.topic} of {s.node}: {s.delivered} delivered, {s.dropped} dropped, {s.queued} queued>"

@@ -1,0 +1,116 @@
+"""Unit: one node's life in a run, from start to stop, and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+import anyio
+
+from busflow.errors import StartTimeout
+from busflow.node import Node, runtime_of
+from busflow.runtime import Failure
+
+START_TIMEOUT_S = 10.0
+"""How long a node's `start` may take, in wall time."""
+
+
+class NodeState(StrEnum):
+    """Where a node is in its life."""
+
+    BUILT = "built"
+    STARTING = "starting"
+    RUNNING = "running"
+    STOPPING = "stopping"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+class Unit:
+    """A node and the task that carries it through its life."""
+
+    def __init__(self, node: Node, *, plugin: str, on_failure: Callable[[Failure], None]) -> None:
+        """A unit that `live` will carry; `on_failure` hears of whatever the node raises."""
+        self.node = node
+        self.plugin = plugin
+        self.runtime = runtime_of(node)
+        self.state = NodeState.BUILT
+        self.failures: list[Failure] = []
+        self.started = anyio.Event()
+        self.ended = anyio.Event()
+        self._stop_asked = anyio.Event()
+        self._scope = anyio.CancelScope()
+        self._tell = on_failure
+        self.runtime.on_failure = self._failed
+
+    @property
+    def name(self) -> str:
+        """The node's full name."""
+        return self.runtime.full_name
+
+    async def live(self) -> None:
+        """Start the node, let it run until `ask_to_stop` or a failure, and stop it."""
+        try:
+            with self._scope:
+                async with anyio.create_task_group() as tasks:
+                    self.runtime.adopt_tasks(tasks)
+                    if await self._start():
+                        self.runtime.open()
+                        self.runtime.spawn(self._run(), "run")
+                    self.started.set()
+                    await self._stop_asked.wait()
+                    self.runtime.close()
+                    tasks.cancel_scope.cancel()
+                await self._stop()
+        finally:
+            self.runtime.close()
+            self.runtime.disconnect()
+            self.state = NodeState.FAILED if self.failures else NodeState.STOPPED
+            self.started.set()
+            self.ended.set()
+
+    def ask_to_stop(self) -> None:
+        """Let the node leave `run` and go through its `stop`."""
+        self._stop_asked.set()
+
+    def give_up(self) -> None:
+        """Do not wait for the node's `stop` any longer."""
+        self._scope.cancel()
+
+    async def _start(self) -> bool:
+        self.state = NodeState.STARTING
+        with anyio.move_on_after(START_TIMEOUT_S) as patience:
+            try:
+                await self.node.start()
+            except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
+                self.runtime.fail(f"{type(self.node).__name__}.start", error)
+        if patience.cancelled_caught:
+            late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
+            self.runtime.fail(f"{type(self.node).__name__}.start", late)
+        if self.failures:
+            return False
+        self.state = NodeState.RUNNING
+        return True
+
+    async def _run(self) -> None:
+        try:
+            await self.node.run()
+        except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
+            self.runtime.fail(f"{type(self.node).__name__}.run", error)
+
+    async def _stop(self) -> None:
+        if not self.failures:
+            self.state = NodeState.STOPPING
+        try:
+            await self.node.stop()
+        except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
+            self.runtime.fail(f"{type(self.node).__name__}.stop", error)
+
+    def _failed(self, failure: Failure) -> None:
+        self.failures.append(failure)
+        self.state = NodeState.FAILED
+        self._tell(failure)
+        self.ask_to_stop()
+
+    def __repr__(self) -> str:
+        return f"<Unit {self.name} {self.state}>"

@@ -1,0 +1,106 @@
+"""Topic: a name, its type, who is on both ends of it now, and who waits for room.
+
+The tuple of `push` methods that a publish walks is rebuilt when somebody comes or goes, never searched. Every counter
+has one owner: a publisher counts what it published, a queue what it dropped, a subscription what it handed over.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from busflow.errors import SendTimeout
+from busflow.message import Message
+from busflow.publishers import Publisher
+from busflow.qos import Overflow
+from busflow.subscriptions import Subscription
+
+M = TypeVar("M", bound=Message)
+
+
+class Topic(Generic[M]):
+    """A name, its type, and who is on both ends of it now."""
+
+    __slots__ = ("_retired", "blocking", "name", "publishers", "pushes", "subscriptions", "type", "waiting")
+
+    def __init__(self, name: str, message_type: type[M]) -> None:
+        self.name = name
+        self.type = message_type
+        self.publishers: list[Publisher[M]] = []
+        self.subscriptions: list[Subscription[M]] = []
+        self.pushes: tuple[Callable[[M], None], ...] = ()
+        self.blocking: tuple[Subscription[M], ...] = ()
+        self.waiting: deque[asyncio.Future[None]] = deque()
+        self._retired = 0
+
+    @property
+    def published(self) -> int:
+        """How many messages were ever published here."""
+        return self._retired + sum(publisher.published for publisher in self.publishers)
+
+    def kept(self) -> list[M]:
+        """What the transient_local publishers keep for late joiners, in the order of publishing."""
+        kept = [entry for publisher in self.publishers for entry in publisher.history]
+        return [message for _, message in sorted(kept, key=lambda entry: entry[0])]
+
+    def first_full(self) -> Subscription[M] | None:
+        """The first `overflow: block` subscription without room."""
+        for subscription in self.blocking:
+            if subscription.queue.full:
+                return subscription
+        return None
+
+    async def wait_for_room(self) -> None:
+        """Wait behind earlier senders until every blocking queue has room; then publish before awaiting again."""
+        turn = asyncio.get_running_loop().create_future()
+        self.waiting.append(turn)
+        limit_s = min((each.endpoint.qos.block_timeout_s for each in self.blocking), default=None)
+        granted = False
+        try:
+            async with asyncio.timeout(limit_s):
+                await turn
+                while self.first_full() is not None:  # a late joiner's queue may have come full of what was kept
+                    self.waiting[0] = turn = asyncio.get_running_loop().create_future()
+                    await turn
+            granted = True
+        except TimeoutError:
+            raise SendTimeout(
+                f"no room on {self.name} within {limit_s} s (overflow: block): "
+                f"{', '.join(each.endpoint.node for each in self.blocking)} is too slow; raise its depth or "
+                "block_timeout, or choose overflow: drop_oldest"
+            ) from None
+        finally:
+            self.waiting.remove(turn)
+            if not granted:  # whoever leaves the line must not leave the next one standing there for ever
+                self.grant()
+
+    def grant(self) -> None:
+        """Wake the first waiting sender when there is room for it."""
+        if self.waiting and self.first_full() is None and not self.waiting[0].done():
+            self.waiting[0].set_result(None)
+
+    def rebuild(self) -> None:
+        """Bring the tuple that a publish walks up to date with who is here."""
+        self.pushes = tuple(subscription.queue.push for subscription in self.subscriptions)
+        self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
+        for publisher in self.publishers:
+            publisher.adjust()
+        self.grant()
+
+    def forget_publisher(self, publisher: Publisher[M]) -> None:
+        """A publisher leaves; what it published stays counted."""
+        self.publishers.remove(publisher)
+        self._retired += publisher.published
+        self.rebuild()
+
+    def forget_subscription(self, subscription: Subscription[M]) -> None:
+        """A subscription leaves."""
+        self.subscriptions.remove(subscription)
+        self.rebuild()
+
+    def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:
+        """A subscription takes over another one's place."""
+        self.subscriptions[self.subscriptions.index(old)] = new
+        self.rebuild()

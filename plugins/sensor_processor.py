@@ -1,0 +1,71 @@
+"""The processor of lab 1: balance from the IMU, warnings from the joints, and a status of both."""
+
+from math import hypot
+
+from pydantic import Field
+
+from busflow import SENSOR_DATA, Node, Parameters, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import Float64
+
+FAST_RAD_S = 1.0
+"""A mean joint speed beyond this is worth a line in the log, rad/s."""
+
+
+class SensorProcessorParameters(Parameters):
+    max_joint_angle: float = Field(default=3.0, gt=0, description="Warn of a joint beyond this angle, rad.")
+    timeout_s: float = Field(default=1.0, gt=0, description="A sensor silent for so long is offline, s.")
+
+
+class SensorProcessor(Node):
+    """Turns IMU and joint readings into balance metrics and a status."""
+
+    parameters: SensorProcessorParameters
+
+    balance = publisher(Float64, "balance_state")
+    stability = publisher(Float64, "stability_index")
+
+    async def start(self) -> None:
+        self.last_imu_s: float | None = None
+        self.last_joints_s: float | None = None
+        self.told = ""
+
+    @subscription("imu/data", qos=SENSOR_DATA)
+    def on_imu(self, imu: Imu) -> None:
+        self.last_imu_s = self.clock.seconds()
+        rotation = hypot(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z)
+        balance = min(1.0, (abs(imu.linear_acceleration.y) + rotation) / 2.0)
+        self.balance.publish(Float64(data=balance))
+        self.stability.publish(Float64(data=1.0 - balance))
+
+    @subscription("joint_states")
+    def on_joint_states(self, joints: JointState) -> None:
+        self.last_joints_s = self.clock.seconds()
+        limit = self.parameters.max_joint_angle
+        for name, angle in zip(joints.name, joints.position, strict=False):
+            if abs(angle) > limit:
+                self.log.warning("joint beyond its limit", joint=name, angle=float(angle), limit=limit)
+        speed = float(abs(joints.velocity).mean()) if len(joints.velocity) else 0.0
+        if speed > FAST_RAD_S:
+            self.log.info("the joints move fast", mean_speed=speed)
+
+    @timer(0.5)
+    def tell_status(self) -> None:
+        if self.status != self.told:
+            self.told = self.status
+            self.log.info(self.told)
+
+    @property
+    def status(self) -> str:
+        """Which sensors are heard, in one sentence."""
+        imu, joints = self.operational(self.last_imu_s), self.operational(self.last_joints_s)
+        if imu and joints:
+            return "All sensors operational"
+        if imu:
+            return "IMU operational, joint sensors offline"
+        if joints:
+            return "Joint sensors operational, IMU offline"
+        return "No sensor data received"
+
+    def operational(self, last_s: float | None) -> bool:
+        return last_s is not None and self.clock.seconds() - last_s < self.parameters.timeout_s

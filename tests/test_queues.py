@@ -1,0 +1,91 @@
+"""What a full queue does, and what it counts."""
+
+from collections import deque
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.errors import InvalidQoS
+from busflow.qos import Overflow
+from busflow.queues import Queue, create_queue
+
+LOSSY = [Overflow.DROP_OLDEST, Overflow.DROP_NEWEST]
+
+
+def filled(overflow: Overflow, depth: int, items: str) -> Queue[str]:
+    queue: Queue[str] = create_queue(overflow, depth)
+    for item in items:
+        queue.push(item)
+    return queue
+
+
+@pytest.mark.parametrize(("overflow", "kept"), [(Overflow.DROP_OLDEST, "cde"), (Overflow.DROP_NEWEST, "abc")])
+def test_a_full_queue_loses_the_end_its_policy_names(overflow, kept):
+    queue = filled(overflow, 3, "abcde")
+    assert "".join(queue.items) == kept
+    assert queue.drops == {"overflow": 2}
+
+
+def test_a_block_queue_says_when_it_is_full_and_loses_nothing():
+    queue = filled(Overflow.BLOCK, 2, "ab")
+    assert queue.full
+    assert (len(queue), queue.dropped) == (2, 0)
+
+
+@pytest.mark.parametrize("depth", [0, -1])
+def test_a_depth_below_one_is_refused_with_the_depth(depth):
+    with pytest.raises(InvalidQoS, match=f"got {depth}"):
+        create_queue(Overflow.DROP_OLDEST, depth)
+
+
+@pytest.mark.parametrize("overflow", list(Overflow))
+def test_one_wake_up_serves_any_number_of_arrivals_until_the_consumer_is_idle_again(overflow):
+    queue = create_queue(overflow, 3)
+    woken: list[int] = []
+    queue.wake = lambda: woken.append(len(queue))
+    queue.idle = True
+    queue.push("a")
+    queue.push("b")
+    assert woken == [1]
+    queue.items.clear()
+    queue.idle = True
+    queue.push("c")
+    assert woken == [1, 1]
+
+
+@pytest.mark.parametrize("overflow", LOSSY)
+def test_a_queue_nobody_consumes_wakes_nobody(overflow):
+    queue = filled(overflow, 1, "ab")
+    assert not queue.idle
+    assert queue.dropped == 1
+
+
+def test_discarding_counts_under_its_own_reason():
+    queue = filled(Overflow.DROP_OLDEST, 2, "abc")
+    queue.discard("superseded")
+    assert queue.drops == {"overflow": 1, "superseded": 1}
+    assert list(queue.items) == ["c"]
+
+
+@given(
+    overflow=st.sampled_from(LOSSY),
+    depth=st.integers(1, 5),
+    steps=st.lists(st.one_of(st.integers(), st.just("take")), max_size=60),
+)
+def test_every_message_is_delivered_dropped_or_queued_and_order_holds(overflow, depth, steps):
+    queue: Queue[int] = create_queue(overflow, depth)
+    model: deque[int] = deque(maxlen=depth)
+    published = delivered = 0
+    for step in steps:
+        if step == "take":
+            if queue.items:
+                assert queue.items.popleft() == model.popleft()
+                delivered += 1
+        else:
+            queue.push(step)
+            published += 1
+            if overflow is Overflow.DROP_OLDEST or len(model) < depth:
+                model.append(step)
+        assert list(queue.items) == list(model)
+        assert published == delivered + queue.dropped + len(queue)
