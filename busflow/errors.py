@@ -45,7 +45,7 @@ class InvalidQoS(BusflowError, ValueError):
 
 
 class InvalidDeclaration(BusflowError, TypeError):
-    """A node class declares something that cannot work; raised when the class is created."""
+    """A node or message class declares something that cannot work; raised when the class is created."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,12 @@ class InvalidParameter(BusflowError, ValueError):
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
         super().__init__("; ".join(_sentence(fault) for fault in self.faults))
+
+
+class UnknownType(BusflowError, LookupError):
+    """No message or service type has this name."""
+
+    exit_code = ExitCode.USAGE
 
 
 class IncompatibleType(BusflowError, TypeError):

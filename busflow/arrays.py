@@ -1,0 +1,185 @@
+"""Read-only numpy arrays: how the numeric sequence of a message is checked, copied at most once and frozen.
+
+A frozen array is a view of memory that nobody can write through it: of `bytes`, or of a read-only array. A
+read-only array that owns its memory is not enough, for `setflags(write=True)` opens it again.
+"""
+
+from __future__ import annotations
+
+from array import array as machine_array
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+from pydantic_core import PydanticCustomError
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+AnyArray = NDArray[Any]
+
+_ACCEPTED: dict[str, tuple[tuple[type, ...], str, str]] = {
+    # the kind of array: which single values it takes, which kinds of array, how an error calls them
+    "f": ((float, int, np.floating, np.integer), "fiu", "numbers"),
+    "i": ((int, np.integer), "iu", "integers"),
+    "u": ((int, np.integer), "iu", "integers"),
+    "b": ((bool, np.bool_), "b", "booleans"),
+}
+
+
+def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Gives `array` up to a message without copying it: freezes it and the arrays it is a view of.
+
+    A message copies a writeable array, which is right for a few numbers and dear for an image. Who will not
+    write any more takes the copy out: `Image(data=take(frame))`. Views made earlier, through which somebody
+    may still write, are beyond numpy's reach: make none. Memory that numpy does not own (a mapped file, a
+    driver's buffer) can change behind its back and is copied.
+
+    >>> frame = np.zeros(4, np.uint8)
+    >>> given = take(frame)
+    >>> np.shares_memory(frame, given), frame.flags.writeable, given.flags.writeable
+    (True, False, False)
+    """
+    chain: list[AnyArray] = [array]
+    base: Any = array.base
+    while isinstance(base, np.ndarray):
+        chain.append(cast("AnyArray", base))
+        base = chain[-1].base
+    if not (base is None or isinstance(base, bytes)):
+        return frozen(array.copy())
+    for each in chain:
+        each.flags.writeable = False
+    return array.view(np.ndarray)
+
+
+def zeros(length: int = 0) -> Any:
+    """The default of a field of numbers, that many zeros of its type; typed so that a type checker agrees."""
+    return frozen(np.zeros(length, np.uint8))
+
+
+def array(values: Sequence[float]) -> Any:
+    """The default of an array field, these values; typed so that a type checker agrees."""
+    return frozen(np.array(values))
+
+
+def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
+    """`value` itself when nobody can write to it, else a frozen copy."""
+    if is_frozen(value):
+        return value
+    if not value.flags.writeable and value.base is None:
+        return value.view()
+    if value.size == 0:
+        return take(np.empty(value.shape, value.dtype))
+    return np.frombuffer(value.tobytes(), value.dtype).reshape(value.shape)
+
+
+def is_frozen(value: AnyArray) -> bool:
+    """Whether `value` is a view that can neither be written through nor opened again."""
+    while not value.flags.writeable:
+        base: Any = value.base
+        if type(base) is bytes:
+            return True
+        if type(base) is not np.ndarray:
+            return False
+        if base.base is None:
+            return not base.flags.writeable
+        value = base
+    return False
+
+
+def checker(
+    dtype: DTypeLike, *, low: int = 0, high: int = 0, exactly: int | None = None, at_most: int | None = None
+) -> Callable[[Any], AnyArray]:
+    """A function that turns what a constructor is given into a frozen one-dimensional array of `dtype`."""
+    wanted = np.dtype(dtype)
+
+    def check(value: Any) -> AnyArray:
+        checked: AnyArray
+        # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
+        if type(value) is np.ndarray and value.dtype is wanted and value.ndim == 1:
+            owner: Any = value.base
+            checked = value if type(owner) is bytes else frozen(value)
+        else:
+            checked = frozen(_convert(value, wanted, low, high))
+        length = len(checked)
+        if exactly is not None and length != exactly:
+            raise _refused(f"takes exactly {exactly} values, not {length}")
+        if at_most is not None and length > at_most:
+            raise _refused(f"takes at most {at_most} values, not {length}")
+        return checked
+
+    return check
+
+
+def same(left: AnyArray, right: AnyArray) -> bool:
+    """Whether two arrays hold the same values, NaN counting as equal to NaN."""
+    return np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
+
+
+def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
+    """A new or flattened array of `dtype` with the values of `value`, each of which must fit exactly."""
+    if isinstance(value, bytes | bytearray | memoryview):
+        return _from_bytes(cast("bytes", value), dtype)
+    if isinstance(value, machine_array):
+        value = np.asarray(cast("ArrayLike", value))
+    if isinstance(value, list | tuple):
+        return _from_list(cast("list[Any]", value), dtype, low, high)
+    given = cast("AnyArray", value)
+    if not isinstance(value, np.ndarray) or hasattr(given, "mask"):
+        raise _refused(f"takes a numpy array, a list or a tuple, not {type(given).__name__}")
+    if given.ndim == 0:
+        raise _refused("takes a sequence, not a single value")
+    flat = given.view(np.ndarray).reshape(-1)
+    if flat.dtype == dtype:
+        return flat
+    if flat.size == 0:
+        return np.empty(0, dtype)
+    if flat.dtype.kind == "O":
+        return _from_list(flat.tolist(), dtype, low, high)
+    _, kinds, words = _ACCEPTED[dtype.kind]
+    if flat.dtype.kind not in kinds:
+        raise _refused(f"takes {words}, not an array of {flat.dtype}")
+    if dtype.kind == "f":
+        return _narrow(flat, dtype)
+    if int(flat.min()) < low or int(flat.max()) > high:
+        raise _refused(f"takes integers from {low} to {high}, not {int(flat.min())} to {int(flat.max())}")
+    return flat.astype(dtype)
+
+
+def _from_list(values: list[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
+    classes, _, words = _ACCEPTED[dtype.kind]
+    booleans = dtype.kind == "b"
+    for kind in set(map(type, values)):
+        if not issubclass(kind, classes) or (kind is bool and not booleans):
+            index = next(i for i, each in enumerate(values) if type(each) is kind)
+            raise _refused(f"takes {words}; item {index} is {values[index]!r}")
+    if dtype.kind == "f":
+        try:
+            return _narrow(np.array(values, np.float64), dtype)
+        except OverflowError:
+            raise _refused(f"holds values that {dtype} cannot") from None
+    if values and not booleans and (min(values) < low or max(values) > high):
+        index = next(i for i, each in enumerate(values) if not low <= each <= high)
+        raise _refused(f"takes integers from {low} to {high}; item {index} is {values[index]!r}")
+    return np.array(values, dtype)
+
+
+def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:
+    if dtype != np.uint8:
+        raise _refused(f"takes {_ACCEPTED[dtype.kind][2]}, not bytes")
+    if memoryview(value).itemsize != 1:
+        raise _refused("takes a memoryview of bytes, not of wider items")
+    return np.frombuffer(bytes(value), np.uint8) if len(value) else np.empty(0, np.uint8)
+
+
+def _narrow(values: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
+    """`values` rounded to `dtype`; a finite value must stay finite."""
+    with np.errstate(over="ignore"):
+        rounded = values.astype(dtype)
+    overflowed = np.isinf(rounded)
+    if overflowed.any() and (overflowed & np.isfinite(values)).any():
+        raise _refused(f"holds values that {dtype} cannot")
+    return rounded
+
+
+def _refused(reason: str) -> PydanticCustomError:
+    return PydanticCustomError("array", "{reason}", {"reason": f"The array {reason}"})
