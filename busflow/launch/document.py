@@ -16,9 +16,9 @@ from typing import Any, NoReturn
 import yaml
 
 from busflow.errors import LaunchError, Place, Problem
+from busflow.launch.scalar import plain_scalar
 from busflow.launch.syntax import explain
 from busflow.launch.value import Origin, Scalar, Source, Value
-from busflow.text import printable
 
 MAX_BYTES = 1 << 20
 MAX_BYTES_WITHOUT_LIBYAML = 128 << 10
@@ -30,14 +30,6 @@ MAX_PROBLEMS = 20
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _UNREADABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 _BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xfe\xff": "UTF-32"}
-
-_NULL = re.compile(r"(?:~|null|Null|NULL|)")
-_TRUE = re.compile(r"true|True|TRUE")
-_FALSE = re.compile(r"false|False|FALSE")
-_INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
-_SPECIAL_FLOAT = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
-_BASES = {"0o": 8, "0x": 16}
 
 
 def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = ()) -> Value:
@@ -151,28 +143,12 @@ class _Builder:
 
     def scalar(self, text: str, place: Place) -> Scalar:
         """What a plain scalar means."""
-        if _NULL.fullmatch(text):
+        try:
+            return plain_scalar(text)
+        except ValueError as error:
+            fix = "quote it if it is text; a larger number needs a float such as 1.0e+20"
+            self._problems.append(Problem("number-too-large", str(error), fix, place))
             return None
-        if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):
-            return text[0] in "tT"
-        if _INT.fullmatch(text):
-            # Python refuses to convert very long decimals, so the digits are counted first.
-            number = int(text, _BASES.get(text[:2], 10)) if len(text) < 70 else 1 << 64
-            if not -(1 << 63) <= number < 1 << 63:
-                fix = "quote it if it is text, or write it as a float: 1.0e+20"
-                message = f"the integer {printable(text, limit=40)} does not fit in 64 bits"
-                self._problems.append(Problem("integer-too-large", message, fix, place))
-                return 0
-            return number
-        if _FLOAT.fullmatch(text):
-            number = float(text)
-            if number in (float("inf"), float("-inf")):
-                message = f"the number {printable(text, limit=40)} is beyond the range of a float"
-                self._problems.append(Problem("number-too-large", message, "write .inf if that is meant", place))
-            return number
-        if _SPECIAL_FLOAT.fullmatch(text):
-            return float(text.replace(".", ""))
-        return text
 
     def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
         self._nodes += 1

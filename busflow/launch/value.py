@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Any, TypeAlias, cast
 
 from busflow.errors import KeyPath, Place
 
@@ -17,6 +17,7 @@ class Source(StrEnum):
 
     FILE = "file"
     COMMAND_LINE = "command line"
+    ENVIRONMENT = "environment"
     CALLER = "caller"  # Python code that passed `args` or `overrides`
     DEFAULT = "default"
 
@@ -49,6 +50,16 @@ class Value:
     content: Scalar | list[Value] | dict[str, Value]
     origin: Origin
     key: Place | None = None
+
+    @classmethod
+    def of(cls, data: Any, origin: Origin) -> Value:
+        """Plain data, all of one origin."""
+        if isinstance(data, Mapping):
+            items = cast("Mapping[object, object]", data).items()
+            return cls({str(key): cls.of(each, origin) for key, each in items}, origin)
+        if isinstance(data, (list, tuple)):
+            return cls([cls.of(each, origin) for each in cast("list[object]", data)], origin)
+        return cls(data, origin)
 
     @property
     def data(self) -> object:
