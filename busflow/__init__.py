@@ -9,10 +9,14 @@ if TYPE_CHECKING:
     from busflow.clock import Clock as Clock
     from busflow.clock import Duration as Duration
     from busflow.clock import Time as Time
+    from busflow.declarations import on_event as on_event
     from busflow.declarations import publisher as publisher
     from busflow.declarations import subscription as subscription
     from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
+    from busflow.events import DeadlineMissed as DeadlineMissed
+    from busflow.events import LivelinessChanged as LivelinessChanged
+    from busflow.events import LivelinessLost as LivelinessLost
     from busflow.message import Length as Length
     from busflow.message import Message as Message
     from busflow.node import Node as Node
@@ -34,10 +38,13 @@ _HOMES = {
     "BusflowError": "errors",
     "Clock": "clock",
     "DEFAULT": "qos",
+    "DeadlineMissed": "events",
     "Durability": "qos",
     "Duration": "clock",
     "Graph": "runner",
     "Length": "message",
+    "LivelinessChanged": "events",
+    "LivelinessLost": "events",
     "Message": "message",
     "Node": "node",
     "Overflow": "qos",
@@ -50,6 +57,7 @@ _HOMES = {
     "Time": "clock",
     "Timer": "timers",
     "launch": "runner",
+    "on_event": "declarations",
     "publisher": "declarations",
     "run": "runner",
     "subscription": "declarations",
@@ -61,10 +69,13 @@ __all__ = [
     "SENSOR_DATA",
     "BusflowError",
     "Clock",
+    "DeadlineMissed",
     "Durability",
     "Duration",
     "Graph",
     "Length",
+    "LivelinessChanged",
+    "LivelinessLost",
     "Message",
     "Node",
     "Overflow",
@@ -76,6 +87,7 @@ __all__ = [
     "Time",
     "Timer",
     "launch",
+    "on_event",
     "publisher",
     "run",
     "subscription",

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from threading import Lock, get_ident
 from typing import Any, TypeVar
 
+from busflow.clock import Clock, SystemClock
 from busflow.dispatcher import Dispatcher
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleQoS, IncompatibleType, WouldBlock
@@ -93,15 +94,17 @@ class Inbox:
 class Bus:
     """Topics by name, and everything that crosses them."""
 
-    def __init__(self, *, virtual: bool = False, explore: random.Random | None = None) -> None:
+    def __init__(self, clock: Clock | None = None, *, explore: random.Random | None = None) -> None:
         """A bus that does not deliver until `open`.
 
         Args:
-            virtual: budget turns by messages, not by wall time, so that every run is the same.
+            clock: the run's clock, by default the system's. In simulated time turns are budgeted by messages, not by
+                wall time, so that every run is the same.
             explore: pick the order of deliveries at random, from this seeded generator.
         """
         self.topics: dict[str, Topic[Any]] = {}
-        self.dispatcher = Dispatcher(virtual=virtual, explore=explore)
+        self.clock: Clock = clock or SystemClock()
+        self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
         self._gone: list[SubscriptionStatistics] = []
         self._thread = get_ident()
@@ -156,7 +159,7 @@ class Bus:
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)
         if topic is None:
-            topic = self.topics[endpoint.topic] = Topic(endpoint.topic, message_type)
+            topic = self.topics[endpoint.topic] = Topic(endpoint.topic, message_type, self.clock)
         elif topic.type is not message_type:
             raise IncompatibleType(
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(message_type)}, "

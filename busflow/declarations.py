@@ -16,6 +16,7 @@ from types import FrameType, FunctionType, SimpleNamespace
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
 
 from busflow.errors import InvalidDeclaration
+from busflow.events import Event
 from busflow.message import Message
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
@@ -37,6 +38,16 @@ class SubscriptionRole:
 
     topic: str
     qos: QoS | None
+
+
+@dataclass(frozen=True, slots=True)
+class EventRole:
+    """One `@on_event` of a handler."""
+
+    topic: str
+
+
+Role = SubscriptionRole | EventRole
 
 
 class Declaration:
@@ -90,9 +101,9 @@ class PullDeclaration(_Endpoint[Subscription[M]]):
 
 
 class Handler(Declaration, Generic[P, R]):
-    """A method with `@subscription` above it; on an instance it is the method."""
+    """A method with `@subscription` or `@on_event` above it; on an instance it is the method."""
 
-    def __init__(self, function: Callable[Concatenate[Any, P], R], roles: tuple[SubscriptionRole, ...]) -> None:
+    def __init__(self, function: Callable[Concatenate[Any, P], R], roles: tuple[Role, ...]) -> None:
         self.function = function
         self.roles = roles
         self._surroundings: Mapping[str, Any] = {}
@@ -118,15 +129,30 @@ class Handler(Declaration, Generic[P, R]):
         Raises:
             InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no message.
         """
+        return _checked_type(self._annotated("message: Imu"), self.origin)
+
+    def event_type(self) -> type[Event]:
+        """The kind of event that the handler's annotation states.
+
+        Raises:
+            InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no event.
+        """
+        found = self._annotated("event: DeadlineMissed")
+        if not (isinstance(found, type) and issubclass(found, Event)):
+            kinds = ", ".join(kind.__name__ for kind in Event.__subclasses__())
+            raise InvalidDeclaration(f"{self.origin} must annotate the event it hears of, one of {kinds}")
+        return found
+
+    def _annotated(self, example: str) -> Any:
         annotation = _message_annotation(self.function)
         if annotation is None:
             raise InvalidDeclaration(
-                f"{self.origin} must annotate the message it takes: def {self.name}(self, message: Imu) -> None"
+                f"{self.origin} must annotate what it takes: def {self.name}(self, {example}) -> None"
             )
         if isinstance(annotation, str):
             names = getattr(self.function, "__globals__", {})
             annotation = resolve(annotation, names, self._surroundings, self.origin)
-        return _checked_type(annotation, self.origin)
+        return annotation
 
 
 class TimerDeclaration(_Endpoint[Timer]):
@@ -191,24 +217,23 @@ class ParametersDeclaration(Declaration):
         Raises:
             InvalidDeclaration: it cannot be resolved, or is no `Parameters` class.
         """
-        found = self._annotation
+        found: Any = self._annotation
         if isinstance(found, str):
             found = resolve(found, vars(sys.modules[module]), self._surroundings, self.origin)
-        if not (isinstance(found, type) and issubclass(found, Parameters)):
-            raise InvalidDeclaration(
-                f"{self.origin} must be annotated with a class derived from busflow.Parameters, "
-                f"not {printable(found)!r}"
-            )
-        return found
+        if isinstance(found, type) and issubclass(cast("type[Any]", found), Parameters):
+            return cast("type[Parameters]", found)
+        raise InvalidDeclaration(
+            f"{self.origin} must be annotated with a class derived from busflow.Parameters, not {printable(found)!r}"
+        )
 
 
 @overload
-def subscription(topic: str, /, *, qos: QoS | None = None) -> _SubscriptionDecorator: ...
+def subscription(topic: str, /, *, qos: QoS | None = None) -> _HandlerDecorator: ...
 @overload
 def subscription(message_type: type[M], topic: str, /, *, qos: QoS | None = None) -> PullDeclaration[M]: ...
 def subscription(
     message_type: type[M] | str, topic: str | None = None, /, *, qos: QoS | None = None
-) -> _SubscriptionDecorator | PullDeclaration[M]:
+) -> _HandlerDecorator | PullDeclaration[M]:
     """Receive a topic: above a handler, or as an attribute to pull from.
 
     Write `@subscription("imu/data")` above a method, or `imu = subscription(Imu, "imu/data")`. The handler's annotation
@@ -216,7 +241,7 @@ def subscription(
     is pulled from: `async for`, `.latest`.
     """
     if isinstance(message_type, str):
-        return _SubscriptionDecorator(SubscriptionRole(message_type, qos))
+        return _HandlerDecorator(SubscriptionRole(message_type, qos))
     if topic is None:
         raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
     return PullDeclaration(message_type, topic, qos)
@@ -247,10 +272,18 @@ def timer(
     return lambda function: TimerDeclaration(function, period_s, hz, policy)
 
 
-class _SubscriptionDecorator:
-    """What `@subscription(topic)` returns; above another one it adds a second, separate subscription."""
+def on_event(topic: str) -> _HandlerDecorator:
+    """Hear what happens to this node's own ends of a topic, besides messages.
 
-    def __init__(self, role: SubscriptionRole) -> None:
+    Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
+    """
+    return _HandlerDecorator(EventRole(topic))
+
+
+class _HandlerDecorator:
+    """What `@subscription(topic)` returns; above another one it adds a second, separate role."""
+
+    def __init__(self, role: Role) -> None:
         self._role = role
 
     @overload

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
+from busflow.events import DeadlineMissed, Event, LivelinessLost
+from busflow.limits import NS_PER_S, Perishable, Watch
 from busflow.message import Message, type_name
-from busflow.qos import Durability
+from busflow.qos import Durability, Liveliness
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -27,20 +29,30 @@ M = TypeVar("M", bound=Message)
 class Publisher(Generic[M]):
     """The sending end of a topic."""
 
-    __slots__ = ("_direct", "_hand_over", "_history", "_thread", "_topic", "endpoint", "published", "type")
+    __slots__ = (
+        "_deadline", "_direct", "_hand_over", "_history", "_lease", "_lifespan_ns", "_thread", "_topic", "alive",
+        "deadlines_missed", "endpoint", "liveliness_lost", "on_event", "published", "type",
+    )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
         """A publisher that `Bus.attach_publisher` has yet to connect."""
         self.type = message_type
         self.endpoint = endpoint
         self.published = 0
+        self.deadlines_missed = 0
+        self.liveliness_lost = 0
+        self.alive = True
+        self.on_event: Callable[[Event], None] | None = None
         self._topic: Topic[M] | None = None
         self._direct = False
         self._thread = 0
         self._hand_over: Callable[[Callable[[], None]], None] | None = None
         qos = endpoint.qos
         latched = qos.durability is Durability.TRANSIENT_LOCAL
-        self._history: deque[tuple[int, M]] | None = deque(maxlen=qos.depth) if latched else None
+        self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if latched else None
+        self._lifespan_ns = None if qos.lifespan_s is None else round(qos.lifespan_s * NS_PER_S)
+        self._deadline: Watch | None = None
+        self._lease: Watch | None = None
 
     @property
     def topic(self) -> str:
@@ -103,12 +115,26 @@ class Publisher(Generic[M]):
             raise WouldBlock(f"a send() on {topic.name} is waiting its turn; await send() to queue behind it")
         self._deliver(topic, message)
 
+    def assert_liveliness(self) -> None:
+        """Say that this publisher is alive without publishing; `liveliness: manual_by_topic` asks for it."""
+        if self._lease is not None and self._topic is not None:
+            self._lease.touch()
+            if not self.alive:
+                self.alive = True
+                self._topic.tell_liveliness()
+
     def _deliver(self, topic: Topic[M], message: M) -> None:
         self.published += 1
+        self.assert_liveliness()
+        if self._deadline is not None:
+            self._deadline.touch()
+        item: M | Perishable[M] = message
+        if self._lifespan_ns is not None:
+            item = Perishable(message, topic.clock.monotonic_ns() + self._lifespan_ns)
         if self._history is not None:
-            self._history.append((topic.published, message))
+            self._history.append((topic.published, item))
         for push in topic.pushes:
-            push(message)
+            push(item)
 
     def _attached(self, message: M) -> Topic[M]:
         if type(message) is not self.type:
@@ -123,23 +149,50 @@ class Publisher(Generic[M]):
     def attach(self, topic: Topic[M], thread: int, hand_over: Callable[[Callable[[], None]], None] | None) -> None:
         """Connect to a topic; called by the bus."""
         self._topic, self._thread, self._hand_over = topic, thread, hand_over
+        qos = self.endpoint.qos
+        if qos.deadline_s is not None:
+            self._deadline = Watch(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
+        if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
+            self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
         topic.publishers.append(self)
         topic.rebuild()
 
     def close(self) -> None:
         """Leave the topic: what was published stays counted, what was kept for late joiners is gone."""
+        for watch in (self._deadline, self._lease):
+            if watch is not None:
+                watch.close()
         if self._topic is not None:
             topic, self._topic, self._direct = self._topic, None, False
             topic.forget_publisher(self)
 
     def adjust(self) -> None:
         """Learn whether the short path is open; called by the topic when its ends change."""
-        self._direct = self._topic is not None and not self._topic.blocking and self._history is None
+        plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
+        self._direct = plain and self._topic is not None and not self._topic.blocking
 
     @property
-    def history(self) -> tuple[tuple[int, M], ...]:
+    def perishable(self) -> bool:
+        """Whether what is published here can expire."""
+        return self._lifespan_ns is not None
+
+    @property
+    def history(self) -> tuple[tuple[int, M | Perishable[M]], ...]:
         """What a transient_local publisher keeps for late joiners: (order on the topic, message)."""
         return tuple(self._history or ())
+
+    def _miss_deadline(self) -> None:
+        self.deadlines_missed += 1
+        if self.on_event is not None:
+            self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
+
+    def _lose_liveliness(self) -> None:
+        self.alive = False
+        self.liveliness_lost += 1
+        if self.on_event is not None:
+            self.on_event(LivelinessLost(self.topic, self.liveliness_lost))
+        if self._topic is not None:
+            self._topic.tell_liveliness()
 
     def __repr__(self) -> str:
         return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"

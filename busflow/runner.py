@@ -72,7 +72,7 @@ class Graph:
         self.grace_s = next((s.shutdown_grace_s for s in descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
-        self.bus = Bus()
+        self.bus = Bus(self.clock)
         self.units: list[Unit] = []
         self.failures: list[Failure] = []
         self.warnings: list[Problem] = []

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import anyio
@@ -18,15 +20,18 @@ from busflow.declarations import (
     Handler,
     PublisherDeclaration,
     PullDeclaration,
+    SubscriptionRole,
     TimerDeclaration,
     declarations_of,
 )
 from busflow.endpoint import Endpoint
 from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.events import Event
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.subscriptions import MessageHandler, Subscription
+from busflow.text import did_you_mean
 from busflow.timers import Missed, Timer, TimerHandler
 
 if TYPE_CHECKING:
@@ -65,6 +70,16 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True)
+class Listener:
+    """One `@on_event` of a node."""
+
+    topic: str
+    event_type: type[Event]
+    handler: Callable[[Any], Any]
+    origin: str
+
+
+@dataclass(frozen=True, slots=True)
 class Surroundings:
     """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
 
@@ -93,6 +108,7 @@ class NodeRuntime:
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
         self._tasks: anyio.abc.TaskGroup | None = None
+        self._listeners: list[Listener] = []
         self._open = False
 
     @property
@@ -128,6 +144,16 @@ class NodeRuntime:
             if endpoint is not None:
                 vars(self.node)[attribute] = endpoint
         self.node.declare()
+        self._check_listeners()
+
+    def _check_listeners(self) -> None:
+        topics = {each.topic for each in (*self.publishers, *self.subscriptions)}
+        for listener in self._listeners:
+            if listener.topic not in topics:
+                raise InvalidDeclaration(
+                    f"{listener.origin} listens for events of {listener.topic}, which the node neither publishes nor "
+                    f"receives; {did_you_mean(listener.topic, topics)}"
+                )
 
     def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Timer | None:
         origin = declared.origin
@@ -138,7 +164,11 @@ class NodeRuntime:
         if isinstance(declared, Handler):
             bound = declared.function.__get__(self.node)
             for role in declared.roles:
-                self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+                if isinstance(role, SubscriptionRole):
+                    self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+                else:
+                    topic = self._resolve(role.topic).name
+                    self._listeners.append(Listener(topic, declared.event_type(), bound, origin))
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
@@ -150,7 +180,7 @@ class NodeRuntime:
         layers = self.surroundings.publisher_qos
         publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
         if self._bus is not None:
-            self._bus.attach_publisher(publisher)
+            self._connect_publisher(self._bus, publisher)
         self.publishers.append(publisher)
         return publisher
 
@@ -194,25 +224,34 @@ class NodeRuntime:
     ) -> Endpoint:
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
+        resolved = self._resolve(topic)
+        stated = () if qos is None else (qos,)
+        merged = QoS.merge(*stated, *layers(resolved.name))
+        return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+
+    def _resolve(self, topic: str) -> names.Resolved:
         around = self.surroundings
         resolved = names.resolve(topic, node=self.name, namespace=around.namespace, remaps=around.remaps)
         if resolved.rule is not None:
             self.used_remaps.add(resolved.rule)
-        stated = () if qos is None else (qos,)
-        merged = QoS.merge(*stated, *layers(resolved.name))
-        return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+        return resolved
 
     def connect(self, bus: Bus) -> None:
         """Connect every declared endpoint to the bus; messages wait until `open`."""
         self._bus = bus
         for publisher in self.publishers:
-            bus.attach_publisher(publisher)
+            self._connect_publisher(bus, publisher)
         for subscription in self.subscriptions:
             self._connect_subscription(bus, subscription)
         for timer in self.timers:
             self._connect_timer(bus, timer)
 
+    def _connect_publisher(self, bus: Bus, publisher: Publisher[Any]) -> None:
+        bus.attach_publisher(publisher)
+        publisher.on_event = self._hear if self._listeners else None
+
     def _connect_subscription(self, bus: Bus, subscription: Subscription[Any]) -> None:
+        subscription.on_event = self._hear if self._listeners else None
         origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
         bus.attach_subscription(subscription, lambda error, message: self.fail(origin, error, message))
 
@@ -254,6 +293,23 @@ class NodeRuntime:
         for publisher in self.publishers:
             publisher.close()
         self._tasks = None
+
+    def _hear(self, event: Event) -> None:
+        """Tell the node's listeners of an event, in a turn of the loop of their own."""
+        for listener in self._listeners:
+            if self._open and listener.topic == event.topic and isinstance(event, listener.event_type):
+                asyncio.get_running_loop().call_soon(self._tell, listener, event)
+
+    def _tell(self, listener: Listener, event: Event) -> None:
+        if not self._open or self._bus is None:
+            return
+        if iscoroutinefunction(listener.handler):
+            self.spawn(listener.handler(event), listener.origin)
+            return
+        try:
+            self._bus.dispatcher.run_now(lambda: listener.handler(event))
+        except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+            self.fail(f"{listener.origin} (event {event})", error)
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         """Run a coroutine in the node's task group; its failure is the node's."""

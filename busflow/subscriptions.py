@@ -9,11 +9,14 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.endpoint import Endpoint
+from busflow.events import DeadlineMissed, Event, LivelinessChanged
+from busflow.limits import Perishable, Watch, fresh
 from busflow.message import Message
 from busflow.qos import Durability, Overflow
 from busflow.queues import Queue, create_queue
 
 if TYPE_CHECKING:
+    from busflow.clock import Clock
     from busflow.dispatcher import Dispatcher
     from busflow.topic import Topic
 
@@ -36,7 +39,8 @@ class SubscriptionStatistics:
     dropped: int
     queued: int
     drops: dict[str, int] = field(default_factory=dict[str, int])
-    """How many were dropped for which reason."""
+    """How many were dropped for which reason: overflow, expired, superseded."""
+    deadlines_missed: int = 0
 
 
 class Subscription(Generic[M]):
@@ -47,8 +51,9 @@ class Subscription(Generic[M]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_dispatcher", "_doorbell", "_ended", "_handler", "_latest", "_on_failure",
-        "_open", "_topic", "delivered", "endpoint", "queue", "type",
+        "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_latest",
+        "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "on_event",
+        "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -56,13 +61,18 @@ class Subscription(Generic[M]):
         self.type = message_type
         self.endpoint = endpoint
         self.delivered = 0
-        self.queue: Queue[M] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
+        self.deadlines_missed = 0
+        self.on_event: Callable[[Event], None] | None = None
+        self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self._handler = handler
         self._topic: Topic[M] | None = None
         self._dispatcher: Dispatcher | None = None
         self._on_failure: OnFailure | None = None
         self._doorbell: asyncio.Future[None] | None = None
         self._latest: M | None = None
+        self._clock: Clock | None = None
+        self._deadline: Watch | None = None
+        self._liveliness = (0, 0)
         self._at_start = 0
         self._at_close: int | None = None
         self._open = False
@@ -99,6 +109,7 @@ class Subscription(Generic[M]):
             dropped=queue.dropped,
             queued=len(queue),
             drops=dict(queue.drops),
+            deadlines_missed=self.deadlines_missed,
         )
 
     # Pulling.
@@ -107,28 +118,39 @@ class Subscription(Generic[M]):
         return self
 
     async def __anext__(self) -> M:
-        items = self.queue.items
-        while not items:
+        while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
             await self._ring()
-        return self._take()
+        return message
 
     @property
     def latest(self) -> M | None:
         """The newest message, or None before the first; older ones still waiting are dropped as `superseded`."""
-        queue = self.queue
-        while len(queue) > 1:
-            queue.discard("superseded")
-        if queue.items:
-            self._take()
+        while len(self.queue) > 1:
+            self.queue.discard("superseded")
+        self._take()
         return self._latest
 
-    def _take(self) -> M:
-        message = self._latest = self.queue.items.popleft()
-        self.delivered += 1
-        self._made_room()
+    def _take(self) -> M | None:
+        """Hand over the oldest message that has not expired, if one waits."""
+        items = self.queue.items
+        message: M | None = None
+        while items and message is None:
+            message = self._fresh(items.popleft())
+        if message is not None:
+            self._latest = message
+            self.delivered += 1
+        if self._topic is not None and self._topic.waiting:
+            self._topic.grant()
         return message
+
+    def _fresh(self, item: M | Perishable[M]) -> M | None:
+        """The message of an item, or None and one more drop when it has expired."""
+        message = fresh(item, self._clock) if isinstance(item, Perishable) and self._clock is not None else item
+        if message is None:
+            self.queue.drops["expired"] += 1
+        return cast("M | None", message)
 
     # Being handed messages.
 
@@ -136,6 +158,7 @@ class Subscription(Generic[M]):
         """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
         self._topic, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
+        self._watch(topic.clock)
         topic.subscriptions.append(self)
         if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
             kept = topic.kept()[-self.endpoint.qos.depth :]
@@ -143,6 +166,18 @@ class Subscription(Generic[M]):
             for message in kept:
                 self.queue.push(message)
         topic.rebuild()
+
+    @property
+    def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
+        """What a publish on the topic has to call for this subscription."""
+        return (self.queue.push,) if self._deadline is None else (self.queue.push, self._deadline.touch)
+
+    def notice_liveliness(self, alive: int, not_alive: int) -> None:
+        """Learn how many publishers there are; the node hears of it when that has changed."""
+        if self._liveliness != (alive, not_alive):
+            self._liveliness = (alive, not_alive)
+            if self.on_event is not None:
+                self.on_event(LivelinessChanged(self.topic, alive, not_alive))
 
     def open(self) -> Coroutine[Any, Any, None] | None:
         """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
@@ -167,6 +202,8 @@ class Subscription(Generic[M]):
         self.pause()
         self._ended = True
         self._answer()
+        if self._deadline is not None:
+            self._deadline.close()
         if self._topic is not None:
             topic, self._at_close = self._topic, self.published
             self._topic = None
@@ -175,25 +212,30 @@ class Subscription(Generic[M]):
     def adopt(self, predecessor: Subscription[M]) -> None:
         """Take over the place of a subscription of an earlier life of this node: its queue, ledger and topic."""
         self.queue, self.delivered = predecessor.queue, predecessor.delivered
+        self.deadlines_missed, self._liveliness = predecessor.deadlines_missed, predecessor._liveliness
         self._topic, self._dispatcher = predecessor._topic, predecessor._dispatcher
         self._on_failure, self._at_start = predecessor._on_failure, predecessor._at_start
-        predecessor.pause()
+        predecessor._topic = None
+        predecessor.close()
         self._listen()
         if self._topic is not None:
+            self._watch(self._topic.clock)
             self._topic.replace_subscription(predecessor, self)
-        predecessor._topic = None
 
     def turn(self, limit: int) -> int:
         """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
         queue = self.queue
         items = queue.items
         handler = cast("Callable[[M], None]", self._handler)
+        perishable = self._topic is not None and self._topic.perishable
         handled = 0
         message: M | None = None
         try:
             while items and handled < limit and self._open:
                 handled += 1
-                message = items.popleft()
+                message = cast("M", items.popleft())
+                if perishable and (message := self._fresh(message)) is None:
+                    continue
                 self.delivered += 1
                 handler(message)
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
@@ -209,17 +251,13 @@ class Subscription(Generic[M]):
 
     async def _pump(self, handler: Callable[[M], Any]) -> None:
         """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
-        items = self.queue.items
         dispatcher = cast("Dispatcher", self._dispatcher)
         while self._open:
-            if not items:
+            if not self.queue.items:
                 await self._ring()
             handled, started = 0, dispatcher.now()
-            while items and self._open:
-                message = items.popleft()
-                self.delivered += 1
+            while self._open and (message := self._take()) is not None:
                 handled += 1
-                self._made_room()
                 try:
                     await handler(message)
                 except Exception as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
@@ -252,9 +290,15 @@ class Subscription(Generic[M]):
     def _get_in_line(self) -> None:
         cast("Dispatcher", self._dispatcher).schedule(self)
 
-    def _made_room(self) -> None:
-        if self._topic is not None and self._topic.waiting:
-            self._topic.grant()
+    def _watch(self, clock: Clock) -> None:
+        self._clock = clock
+        limit_s = self.endpoint.qos.deadline_s
+        self._deadline = None if limit_s is None else Watch(limit_s, clock, self._miss_deadline, repeat=True)
+
+    def _miss_deadline(self) -> None:
+        self.deadlines_missed += 1
+        if self.on_event is not None:
+            self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
 
     def _failed(self, error: BaseException, message: M | None) -> None:
         self.pause()

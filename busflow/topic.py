@@ -9,13 +9,17 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from busflow.errors import SendTimeout
+from busflow.limits import Perishable, fresh
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Overflow
 from busflow.subscriptions import Subscription
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
 
@@ -23,14 +27,27 @@ M = TypeVar("M", bound=Message)
 class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
-    __slots__ = ("_retired", "blocking", "name", "publishers", "pushes", "subscriptions", "type", "waiting")
+    __slots__ = (
+        "_retired",
+        "blocking",
+        "clock",
+        "name",
+        "perishable",
+        "publishers",
+        "pushes",
+        "subscriptions",
+        "type",
+        "waiting",
+    )
 
-    def __init__(self, name: str, message_type: type[M]) -> None:
+    def __init__(self, name: str, message_type: type[M], clock: Clock) -> None:
         self.name = name
+        self.clock = clock
+        self.perishable = False
         self.type = message_type
         self.publishers: list[Publisher[M]] = []
         self.subscriptions: list[Subscription[M]] = []
-        self.pushes: tuple[Callable[[M], None], ...] = ()
+        self.pushes: tuple[Callable[[M | Perishable[M]], None], ...] = ()
         self.blocking: tuple[Subscription[M], ...] = ()
         self.waiting: deque[asyncio.Future[None]] = deque()
         self._retired = 0
@@ -40,10 +57,10 @@ class Topic(Generic[M]):
         """How many messages were ever published here."""
         return self._retired + sum(publisher.published for publisher in self.publishers)
 
-    def kept(self) -> list[M]:
-        """What the transient_local publishers keep for late joiners, in the order of publishing."""
-        kept = [entry for publisher in self.publishers for entry in publisher.history]
-        return [message for _, message in sorted(kept, key=lambda entry: entry[0])]
+    def kept(self) -> list[M | Perishable[M]]:
+        """What the transient_local publishers keep for late joiners and has not expired, in the order of publishing."""
+        kept = sorted((entry for each in self.publishers for entry in each.history), key=lambda entry: entry[0])
+        return [item for _, item in kept if fresh(item, self.clock) is not None]
 
     def first_full(self) -> Subscription[M] | None:
         """The first `overflow: block` subscription without room."""
@@ -83,11 +100,20 @@ class Topic(Generic[M]):
 
     def rebuild(self) -> None:
         """Bring the tuple that a publish walks up to date with who is here."""
-        self.pushes = tuple(subscription.queue.push for subscription in self.subscriptions)
+        self.pushes = tuple(push for each in self.subscriptions for push in each.pushes)
         self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
+        # Once a message that can expire may wait somewhere, every taking looks, also after its publisher has gone.
+        self.perishable = self.perishable or any(each.perishable for each in self.publishers)
         for publisher in self.publishers:
             publisher.adjust()
+        self.tell_liveliness()
         self.grant()
+
+    def tell_liveliness(self) -> None:
+        """Let the subscriptions know how many publishers are alive, if that has changed."""
+        alive = sum(publisher.alive for publisher in self.publishers)
+        for subscription in self.subscriptions:
+            subscription.notice_liveliness(alive, len(self.publishers) - alive)
 
     def forget_publisher(self, publisher: Publisher[M]) -> None:
         """A publisher leaves; what it published stays counted."""
