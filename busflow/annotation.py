@@ -10,9 +10,9 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, cast, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MultipleOf
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticKnownError, core_schema
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from busflow.errors import KeyPath
 
@@ -79,9 +79,7 @@ def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
         schema = {key: value for key, value in resolve(schema).items() if key != "ref"}
         kind = "enum"
     if kind in {"int", "float", "bool", "str"}:
-        return core_schema.no_info_before_validator_function(
-            python_scalar, cast("Any", {**schema, "strict": True})
-        )
+        return core_schema.no_info_before_validator_function(python_scalar, cast("Any", {**schema, "strict": True}))
     if kind in {"enum", "literal"}:
         return _strict_choice(schema)
     if kind == "function-before" and schema["function"]["function"] is python_scalar:
@@ -103,9 +101,7 @@ def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
 
 def python_scalar(value: object) -> object:
     """A numpy scalar as Python's own number; anything else as it is."""
-    return (
-        cast("Any", value).item() if type(value).__module__ == "numpy" and hasattr(value, "item") else value
-    )
+    return cast("Any", value).item() if type(value).__module__ == "numpy" and hasattr(value, "item") else value
 
 
 def split(annotation: object) -> tuple[object, tuple[object, ...]]:
@@ -167,7 +163,8 @@ def step_into(annotation: object, step: str | int) -> tuple[object, tuple[object
     """The annotation and the metadata one step further in; None where that is not known."""
     annotation, _ = split(annotation)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        info = annotation.model_fields.get(str(step))
+        fields = annotation.model_fields
+        info = fields.get(str(step)) or next((each for each in fields.values() if each.alias == step), None)
         return (None, ()) if info is None else _with_metadata(info.annotation, info.metadata)
     arguments = [each for each in get_args(annotation) if each is not Ellipsis]
     origin = get_origin(annotation)
@@ -210,3 +207,13 @@ def _strict_choice(schema: Any) -> Any:
 
 def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[object, tuple[object, ...]]:
     return annotation, (*split(annotation)[1], *metadata)
+
+
+class StrictModel(BaseModel):
+    """A frozen model that knows its keys and does not convert numbers, booleans and texts into each other."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return strict_scalars(handler(source), handler.resolve_ref_schema)

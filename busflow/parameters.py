@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias, TypeVar, cast
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema
 
-from busflow.annotation import UNBOUNDED, Bounds, choices, split, strict_scalars, type_word
+from busflow.annotation import UNBOUNDED, Bounds, StrictModel, choices, split, type_word
 from busflow.errors import InvalidParameter
 from busflow.validation import faults, plain
 
@@ -18,7 +17,7 @@ T = TypeVar("T")
 P = TypeVar("P", bound="Parameters")
 
 
-class Parameters(BaseModel):
+class Parameters(StrictModel):
     """The parameters of a node, each with a type, a default, a range and a description.
 
     >>> from pydantic import Field
@@ -30,12 +29,6 @@ class Parameters(BaseModel):
     Traceback (most recent call last):
     busflow.errors.InvalidParameter: rate_hz must be a number, got text '50' (remove the quotes)
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return strict_scalars(handler(source), handler.resolve_ref_schema)
 
 
 class _ReadOnlyMark:

@@ -75,9 +75,7 @@ def plain(value: object) -> Any:
         case Enum():
             return value.value
         case Mapping():
-            return {
-                str(plain(key)): plain(each) for key, each in cast("Mapping[object, object]", value).items()
-            }
+            return {str(plain(key)): plain(each) for key, each in cast("Mapping[object, object]", value).items()}
         case list() | tuple() | set() | frozenset():
             return [plain(each) for each in cast("Sequence[object]", value)]
         case bool() | int() | float() | str() | None:
@@ -98,9 +96,7 @@ def shown(value: object) -> str:
         case bool():
             return str(value).lower()
         case float():
-            return (
-                repr(value) if isfinite(value) else f"{value:f}".replace("inf", ".inf").replace("nan", ".nan")
-            )
+            return repr(value) if isfinite(value) else f"{value:f}".replace("inf", ".inf").replace("nan", ".nan")
         case int():
             return repr(value) if abs(value) < 10**20 else "a number of more than 20 digits"
         case str():
@@ -131,27 +127,14 @@ def _located(
     location = error["loc"]
     for index, step in enumerate(location):
         if get_origin(split(annotation)[0]) in {Union, UnionType}:
-            if (
-                len(
-                    {
-                        each["loc"][index : index + 1]
-                        for each in errors
-                        if each["loc"][:index] == location[:index]
-                    }
-                )
-                > 1
-            ):
+            if len({each["loc"][index : index + 1] for each in errors if each["loc"][:index] == location[:index]}) > 1:
                 return tuple(path), cast("object", data)  # no member fits, and which was meant is unknown
             annotation = None
             continue
         inner, _ = step_into(annotation, step)
         if isinstance(data, Mapping) and step in data:
             data = cast("Mapping[object, object]", data)[step]
-        elif (
-            isinstance(data, (list, tuple))
-            and isinstance(step, int)
-            and step < len(cast("list[object]", data))
-        ):
+        elif isinstance(data, (list, tuple)) and isinstance(step, int) and step < len(cast("list[object]", data)):
             data = cast("list[object]", data)[step]
         elif inner is None and error["type"] != "missing":
             continue
@@ -203,9 +186,7 @@ def _fault(path: KeyPath, errors: Sequence[ErrorDetails], model: type[BaseModel]
         fix = did_you_mean(value, map(str, allowed)) if isinstance(value, str) else None
         return Fault(path, f"{name} must be {expected}, got {shown(value)}", fix, "choice")
     annotation = annotation or _KINDS.get(kind.partition("_")[0])
-    return Fault(
-        path, f"{name} must be {_noun(annotation)}, got {shown(value)}", _remedy(annotation, value), "type"
-    )
+    return Fault(path, f"{name} must be {_noun(annotation)}, got {shown(value)}", _remedy(annotation, value), "type")
 
 
 def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str) -> Fault:
@@ -219,9 +200,7 @@ def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str)
         fix = None if known is None else did_you_mean(str(path[-1]), known)
         return Fault(path, f"unknown {noun} {dotted(path)}", fix, "unknown")
     word = type_word(at(model, path)[0])
-    return Fault(
-        path, f"{noun} {dotted(path)} is required", f"add `{path[-1]}:` with a value ({word})", "missing"
-    )
+    return Fault(path, f"{noun} {dotted(path)} is required", f"add `{path[-1]}:` with a value ({word})", "missing")
 
 
 def _noun(annotation: object, kind: str = "a mapping") -> str:
