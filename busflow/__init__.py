@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from busflow.declarations import subscription as subscription
     from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
+    from busflow.errors import SendTimeout as SendTimeout
+    from busflow.errors import WouldBlock as WouldBlock
     from busflow.events import DeadlineMissed as DeadlineMissed
     from busflow.events import LivelinessChanged as LivelinessChanged
     from busflow.events import LivelinessLost as LivelinessLost
@@ -53,9 +55,11 @@ _HOMES = {
     "QoS": "qos",
     "Reliability": "qos",
     "SENSOR_DATA": "qos",
+    "SendTimeout": "errors",
     "Subscription": "subscriptions",
     "Time": "clock",
     "Timer": "timers",
+    "WouldBlock": "errors",
     "launch": "runner",
     "on_event": "declarations",
     "publisher": "declarations",
@@ -83,9 +87,11 @@ __all__ = [
     "Publisher",
     "QoS",
     "Reliability",
+    "SendTimeout",
     "Subscription",
     "Time",
     "Timer",
+    "WouldBlock",
     "launch",
     "on_event",
     "publisher",

@@ -2,7 +2,7 @@
 
 Theory of operation. A publish is a loop over the topic's tuple of bound `push` methods. Whatever needs more than that
 (a blocking queue, a kept history, another thread, an endpoint that is not attached) makes the publisher take
-`_publish_carefully`, so the common path pays for one flag, one comparison of types and one thread number.
+`_publish_carefully`, so the common path pays for one test, one comparison of types and one thread number.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Publisher(Generic[M]):
     """The sending end of a topic."""
 
     __slots__ = (
-        "_deadline", "_direct", "_hand_over", "_history", "_lease", "_lifespan_ns", "_thread", "_topic", "alive",
+        "_deadline", "_hand_over", "_history", "_lease", "_lifespan_ns", "_pushes", "_thread", "_topic", "alive",
         "deadlines_missed", "endpoint", "liveliness_lost", "on_event", "published", "type",
     )  # fmt: skip
 
@@ -44,7 +44,8 @@ class Publisher(Generic[M]):
         self.alive = True
         self.on_event: Callable[[Event], None] | None = None
         self._topic: Topic[M] | None = None
-        self._direct = False
+        # The topic's pushes while nothing but calling them is needed: the short path. None sends a publish the long way.
+        self._pushes: tuple[Callable[[M], None], ...] | None = None
         self._thread = 0
         self._hand_over: Callable[[Callable[[], None]], None] | None = None
         qos = endpoint.qos
@@ -74,9 +75,10 @@ class Publisher(Generic[M]):
             WouldBlock: a subscription with `overflow: block` has no room, or a `send` is waiting; nobody got it.
             NotRunning: the publisher belongs to no running graph.
         """
-        if self._direct and type(message) is self.type and get_ident() == self._thread:
+        pushes = self._pushes
+        if pushes is not None and type(message) is self.type and get_ident() == self._thread:
             self.published += 1
-            for push in self._topic.pushes:  # type: ignore[union-attr]  # _direct implies a topic
+            for push in pushes:
                 push(message)
         else:
             self._publish_carefully(message)
@@ -163,13 +165,13 @@ class Publisher(Generic[M]):
             if watch is not None:
                 watch.close()
         if self._topic is not None:
-            topic, self._topic, self._direct = self._topic, None, False
+            topic, self._topic, self._pushes = self._topic, None, None
             topic.forget_publisher(self)
 
     def adjust(self) -> None:
         """Learn whether the short path is open; called by the topic when its ends change."""
         plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
-        self._direct = plain and self._topic is not None and not self._topic.blocking
+        self._pushes = self._topic.pushes if plain and self._topic is not None and not self._topic.blocking else None
 
     @property
     def perishable(self) -> bool:

@@ -2,7 +2,60 @@
 
 What delivery means
 ===================
-<!-- delivery semantics: the doctests that state them go here -->
+One bounded queue per subscription, first in first out. `publish` never waits: what finds a full queue is dropped as
+the subscription's `overflow` says, and counted there. In every line of the ledger, at every moment,
+`published == delivered + dropped + queued`.
+
+>>> import asyncio
+>>> from busflow import Message, WouldBlock, launch
+>>> class Number(Message, package="doc"):
+...     data: int
+>>> async def drop(overflow):
+...     async with launch() as graph:
+...         subscription = graph.subscribe(Number, "numbers", qos=QoS(depth=2, overflow=overflow))
+...         for data in range(5):
+...             graph.publish("numbers", Number(data=data))
+...         line = subscription.statistics()
+...         first = (await anext(subscription)).data
+...         return first, (line.published, line.delivered, line.dropped, line.queued)
+>>> asyncio.run(drop(Overflow.DROP_OLDEST))
+(3, (5, 0, 3, 2))
+>>> asyncio.run(drop(Overflow.DROP_NEWEST))
+(0, (5, 0, 3, 2))
+
+With `overflow: block` nothing is dropped: `publish` is refused while any such queue of the topic is full, and then
+nobody receives the message and nothing is counted; `await publisher.send(message)` waits for room instead, first come
+first served, for at most the subscription's `block_timeout`.
+
+>>> async def block():
+...     async with launch() as graph:
+...         careful = graph.subscribe(Number, "numbers", qos=QoS(depth=1, overflow=Overflow.BLOCK))
+...         other = graph.subscribe(Number, "numbers")
+...         graph.publish("numbers", Number(data=1))
+...         try:
+...             graph.publish("numbers", Number(data=2))
+...         except WouldBlock:
+...             return careful.statistics().published, other.statistics().published
+>>> asyncio.run(block())
+(1, 1)
+
+A late joiner of a `transient_local` topic receives what its publishers kept: the last `depth` messages of the
+publisher or of the subscription, whichever is less. A `volatile` one receives what is published from then on.
+
+>>> async def join_late():
+...     latched = QoS(depth=3, durability=Durability.TRANSIENT_LOCAL)
+...     async with launch() as graph:
+...         publisher = graph.advertise(Number, "numbers", qos=latched)
+...         for data in range(5):
+...             publisher.publish(Number(data=data))
+...         newcomer = graph.subscribe(Number, "numbers", qos=latched.model_copy(update={"depth": 2}))
+...         return [(await anext(newcomer)).data for _ in range(2)], len(newcomer.queue)
+>>> asyncio.run(join_late())
+([3, 4], 0)
+
+Messages older than their publisher's `lifespan` are dropped as `expired` instead of delivered. A silence beyond the
+`deadline` is an event and a count on both ends; it runs from the first message. A `manual_by_topic` publisher that is
+silent beyond its `lease` counts as not alive.
 
 Which ends fit
 ==============

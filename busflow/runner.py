@@ -199,12 +199,15 @@ class Graph:
     # What the program around the graph does.
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message from outside, as any publisher of the topic would."""
+        """Publish a message from outside, as a publisher with the topic's default QoS."""
         publisher = self._publishers.get(topic)
         if publisher is None:
-            created = self._around().create_publisher(type(message), topic, None, origin="Graph.publish")
-            publisher = self._publishers[topic] = created
+            publisher = self._publishers[topic] = self.advertise(type(message), topic)
         publisher.publish(message)
+
+    def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+        """A publisher outside, for what `publish` cannot do: `send`, or a QoS of one's own."""
+        return self._around().create_publisher(message_type, topic, qos, origin="Graph.advertise")
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""

@@ -150,7 +150,7 @@ class Subscription(Generic[M]):
         message = fresh(item, self._clock) if isinstance(item, Perishable) and self._clock is not None else item
         if message is None:
             self.queue.drops["expired"] += 1
-        return cast("M | None", message)
+        return message  # type: ignore[return-value]  # a Perishable is unpacked above once there is a clock
 
     # Being handed messages.
 
@@ -225,23 +225,24 @@ class Subscription(Generic[M]):
     def turn(self, limit: int) -> int:
         """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
         queue = self.queue
-        items = queue.items
-        handler = cast("Callable[[M], None]", self._handler)
-        perishable = self._topic is not None and self._topic.perishable
+        items: Any = queue.items
+        handler: Any = self._handler
+        topic = self._topic
+        perishable = topic is not None and topic.perishable
         handled = 0
         message: M | None = None
         try:
             while items and handled < limit and self._open:
                 handled += 1
-                message = cast("M", items.popleft())
-                if perishable and (message := self._fresh(message)) is None:
+                message = items.popleft()
+                if perishable and (message := self._fresh(message)) is None:  # type: ignore[arg-type]  # just taken
                     continue
                 self.delivered += 1
                 handler(message)
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
             self._failed(error, message)
-        if self._topic is not None and self._topic.waiting:
-            self._topic.grant()
+        if topic is not None and topic.waiting:
+            topic.grant()
         if self._open:
             if items:
                 self._dispatcher.ready.append(self)  # type: ignore[union-attr]  # attached, or it had no turn
@@ -251,7 +252,7 @@ class Subscription(Generic[M]):
 
     async def _pump(self, handler: Callable[[M], Any]) -> None:
         """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
-        dispatcher = cast("Dispatcher", self._dispatcher)
+        dispatcher: Dispatcher = self._dispatcher  # type: ignore[assignment]  # attached before it is opened
         while self._open:
             if not self.queue.items:
                 await self._ring()
@@ -288,7 +289,7 @@ class Subscription(Generic[M]):
         self.queue.wake = self._get_in_line if plain else self._answer
 
     def _get_in_line(self) -> None:
-        cast("Dispatcher", self._dispatcher).schedule(self)
+        self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
 
     def _watch(self, clock: Clock) -> None:
         self._clock = clock
