@@ -44,7 +44,7 @@ class Publisher(Generic[M]):
         self.alive = True
         self.on_event: Callable[[Event], None] | None = None
         self._topic: Topic[M] | None = None
-        # The topic's pushes while nothing but calling them is needed: the short path. None sends a publish the long way.
+        # The topic's pushes while a publish needs nothing but to call them; None sends it the long way.
         self._pushes: tuple[Callable[[M], None], ...] | None = None
         self._thread = 0
         self._hand_over: Callable[[Callable[[], None]], None] | None = None

@@ -16,7 +16,8 @@ import anyio
 
 from busflow.bus import Bus
 from busflow.clock import Clock, SystemClock
-from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Problem
+from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
+from busflow.failure import Failure
 from busflow.launch.description import LaunchDescription
 
 # LOAD
@@ -27,7 +28,7 @@ from busflow.node import Node, runtime_of
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.report import Report, node_reports, topic_reports
-from busflow.runtime import Failure, NodeRuntime, Surroundings
+from busflow.runtime import NodeRuntime, Surroundings
 from busflow.signals import SignalGuard
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Unit
@@ -75,7 +76,6 @@ class Graph:
         self.bus = Bus(self.clock)
         self.units: list[Unit] = []
         self.failures: list[Failure] = []
-        self.warnings: list[Problem] = []
         self.exit_code = ExitCode.OK
         self._nodes = [_instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
@@ -87,6 +87,7 @@ class Graph:
         self._ending = asyncio.Event()
         self._ready = asyncio.Event()
         self._duration_s: float | None = None
+        self._asked_early: ExitCode | None = None
 
     # Life.
 
@@ -107,12 +108,14 @@ class Graph:
         plan = self.plan()
         if plan.errors:
             raise LaunchError(plan.errors)
-        self.warnings = [problem for problem in plan.problems if problem not in plan.errors]
+        self._tell_warnings(plan)
         for member in plan.members:
             self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
         for unit in self.units:
             unit.runtime.connect(self.bus)
         self._loop = asyncio.get_running_loop()
+        if self._asked_early is not None:
+            self.ask_to_stop(self._asked_early)
         self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
         await self._ready.wait()
         if self.failures:
@@ -129,7 +132,7 @@ class Graph:
         await asyncio.shield(self._main)
         if self.failures:
             first = self.failures[0]
-            raise NodeFailed(f"{first.node} failed in {first.origin}: {first.error!r}") from first.error
+            raise NodeFailed(first.render()) from first.error
 
     async def stop(self) -> None:
         """Stop the nodes in reverse order and wait until they have ended; a failure was told by then."""
@@ -177,20 +180,31 @@ class Graph:
             self._ready.set()
 
     async def _stop_units(self) -> None:
+        """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
         with anyio.move_on_after(self.grace_s) as patience:
-            for unit in reversed(self.units):
+            for left, unit in zip(range(len(self.units), 0, -1), reversed(self.units), strict=True):
                 unit.ask_to_stop()
+                # A slow node costs the others the order of stopping, not their own stop().
+                with anyio.move_on_after((patience.deadline - anyio.current_time()) / left):
+                    await unit.ended.wait()
+            for unit in self.units:
                 await unit.ended.wait()
-        if patience.cancelled_caught:
-            late = [unit for unit in self.units if not unit.ended.is_set()]
+        late = [unit for unit in self.units if not unit.ended.is_set()]
+        if late:
             names = ", ".join(unit.name for unit in late)
-            self.log.bind("busflow").error(f"not stopped within {self.grace_s:g} s: {names}")
-            for unit in late:
-                unit.ask_to_stop()
-                unit.give_up()
+            self.log.bind("busflow").error(f"not stopped within {self.grace_s:g} s, given up: {names}")
+        for unit in late:
+            unit.give_up()
+
+    def _tell_warnings(self, plan: Plan) -> None:
+        log = self.log.bind("busflow")
+        for problem in plan.problems:
+            tell = log.warning if problem.severity is Severity.WARNING else log.debug
+            tell(problem.message, **{key: str(at) for key, at in (("at", problem.place), ("fix", problem.fix)) if at})
 
     def _on_failure(self, failure: Failure) -> None:
         self.failures.append(failure)
+        self.log.bind(failure.node).error(failure.summary)
         self.exit_code = ExitCode.FAILED
         self._ending.set()
         if self._host is not None:
@@ -258,7 +272,8 @@ class Graph:
         return self._outside
 
     def ask_to_stop_from_thread(self, code: ExitCode) -> None:
-        """As `ask_to_stop`, from another thread."""
+        """As `ask_to_stop`, from another thread, and also before the graph is started."""
+        self._asked_early = code
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self.ask_to_stop, code)
 
@@ -275,7 +290,7 @@ def launch(
                 ...
 
     Raises:
-        LaunchError: on start, with every problem of the launch files and the graph.
+        LaunchError: with every problem of the launch files; on start, with every problem of the graph.
     """
     return Graph(what, args=args, seed=seed, strict=strict, sinks=(console_sink(sys.stderr, colour=False),))
 
@@ -302,8 +317,12 @@ def run_graph(graph: Graph, *, for_s: float | None = None) -> ExitCode:
             await graph.stop()
         await graph.wait()
 
-    with SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1), asyncio.Runner() as runner:
-        runner.run(main())
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1)
+    with guard, asyncio.Runner() as runner:
+        try:
+            runner.run(main())
+        finally:  # what still works in threads of its own does not keep the program from ending
+            guard.count_down(graph.exit_code)
     return graph.exit_code
 
 

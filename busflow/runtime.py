@@ -27,6 +27,7 @@ from busflow.declarations import (
 from busflow.endpoint import Endpoint
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.events import Event
+from busflow.failure import Failure
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import QoS
@@ -56,17 +57,6 @@ class Rng(np.random.Generator):
     def reseed(self) -> None:
         """Start the sequence over."""
         self.bit_generator.state = self._beginning
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """A node that raised: where, on what, and the exception."""
-
-    node: str
-    origin: str
-    """What raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
-    error: BaseException
-    message: Message | None = None
 
 
 @dataclass(frozen=True, slots=True)

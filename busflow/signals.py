@@ -21,6 +21,8 @@ from typing import Any, Self
 from busflow.errors import ExitCode
 from busflow.text import printable
 
+_ENDED = 0
+"""No signal has this number: the run itself says that it has ended."""
 _CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 _OWN = (str(Path(__file__).parent), os.path.dirname(os.__file__))  # noqa: PTH120  # the standard library's folder
 
@@ -56,25 +58,30 @@ class SignalGuard:
         self._before.clear()
         self._writer.close()  # the guard's thread reads the end and returns
 
+    def count_down(self, code: ExitCode) -> None:
+        """The run has ended: give the rest of the program the grace to do so too."""
+        if self._before:
+            self._writer.send(bytes([_ENDED, code]))
+
     def _watch(self) -> None:
         code: ExitCode | None = None
         with self._reader:
             while True:
-                received = b""
                 try:
-                    received = self._reader.recv(1)
+                    received = self._reader.recv(2)
                 except TimeoutError:
-                    _end_process(code or ExitCode.FAILED, f"the run did not stop within {self._grace_s:g} s")
+                    _end_process(code or ExitCode.FAILED, f"the run did not end within {self._grace_s:g} s")
+                    return
                 if not received:
                     return
-                found = _CODES.get(signal.Signals(received[0]))
-                if found is None:
-                    continue
-                if code is not None:
-                    _end_process(code, "stopped at once, at a second signal")
-                code = found
                 self._reader.settimeout(self._grace_s)
-                self._ask_to_stop(code)
+                if received[0] == _ENDED:
+                    code = ExitCode(received[-1])
+                elif code is not None:
+                    _end_process(code, "ended at once, at a second signal")
+                elif received[0] in _CODES:
+                    code = _CODES[signal.Signals(received[0])]
+                    self._ask_to_stop(code)
 
 
 def _leave_it_to_the_guard(_number: int, _frame: FrameType | None) -> None:

@@ -8,8 +8,8 @@ from enum import StrEnum
 import anyio
 
 from busflow.errors import StartTimeout
+from busflow.failure import Failure
 from busflow.node import Node, runtime_of
-from busflow.runtime import Failure
 
 START_TIMEOUT_S = 10.0
 """How long a node's `start` may take, in wall time."""

@@ -15,8 +15,7 @@ from busflow import plugins
 from busflow.blame import blame
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
 from busflow.launch.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
-
-# FAULTS
+from busflow.launch.faults import parameter_problems
 from busflow.message import type_name
 from busflow.names import resolve
 from busflow.node import Node, parameters_class, runtime_of
