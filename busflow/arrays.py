@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from array import array as machine_array
 from collections.abc import Callable, Sequence
+from struct import error as StructError  # noqa: N812 - it is an exception, whatever the standard library calls it
+from struct import pack
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -17,6 +19,21 @@ from pydantic_core import PydanticCustomError
 Scalar = TypeVar("Scalar", bound=np.generic)
 AnyArray = NDArray[Any]
 
+_BYTES = (bytes, bytearray, memoryview)
+_LISTS = (list, tuple)
+_CODES = {
+    "bool": "?",
+    "int8": "b",
+    "int16": "h",
+    "int32": "i",
+    "int64": "q",
+    "uint8": "B",
+    "uint16": "H",
+    "uint32": "I",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}
 _ACCEPTED: dict[str, tuple[tuple[type, ...], str, str]] = {
     # the kind of array: which single values it takes, which kinds of array, how an error calls them
     "f": ((float, int, np.floating, np.integer), "fiu", "numbers"),
@@ -69,7 +86,8 @@ def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
         return value.view()
     if value.size == 0:
         return take(np.empty(value.shape, value.dtype))
-    return np.frombuffer(value.tobytes(), value.dtype).reshape(value.shape)
+    copied = np.frombuffer(value.tobytes(), value.dtype)
+    return copied if value.ndim == 1 else copied.reshape(value.shape)
 
 
 def is_frozen(value: AnyArray) -> bool:
@@ -117,12 +135,13 @@ def same(left: AnyArray, right: AnyArray) -> bool:
 
 def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     """A new or flattened array of `dtype` with the values of `value`, each of which must fit exactly."""
-    if isinstance(value, bytes | bytearray | memoryview):
+    if isinstance(value, _LISTS):
+        values = cast("Sequence[Any]", value)
+        return _from_list(values, dtype, low, high) if values else np.empty(0, dtype)
+    if isinstance(value, _BYTES):
         return _from_bytes(cast("bytes", value), dtype)
     if isinstance(value, machine_array):
         value = np.asarray(cast("ArrayLike", value))
-    if isinstance(value, list | tuple):
-        return _from_list(cast("list[Any]", value), dtype, low, high)
     given = cast("AnyArray", value)
     if not isinstance(value, np.ndarray) or hasattr(given, "mask"):
         raise _refused(f"takes a numpy array, a list or a tuple, not {type(given).__name__}")
@@ -145,22 +164,19 @@ def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     return flat.astype(dtype)
 
 
-def _from_list(values: list[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
+def _from_list(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     classes, _, words = _ACCEPTED[dtype.kind]
     booleans = dtype.kind == "b"
     for kind in set(map(type, values)):
         if not issubclass(kind, classes) or (kind is bool and not booleans):
             index = next(i for i, each in enumerate(values) if type(each) is kind)
             raise _refused(f"takes {words}; item {index} is {values[index]!r}")
-    if dtype.kind == "f":
-        try:
-            return _narrow(np.array(values, np.float64), dtype)
-        except OverflowError:
-            raise _refused(f"holds values that {dtype} cannot") from None
-    if values and not booleans and (min(values) < low or max(values) > high):
-        index = next(i for i, each in enumerate(values) if not low <= each <= high)
-        raise _refused(f"takes integers from {low} to {high}; item {index} is {values[index]!r}")
-    return np.array(values, dtype)
+    try:
+        # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
+        return np.frombuffer(pack(f"={len(values)}{_CODES[dtype.name]}", *values), dtype)
+    except (StructError, OverflowError):
+        between = f" from {low} to {high}" if dtype.kind in "iu" else ""
+        raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None
 
 
 def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:
@@ -173,6 +189,8 @@ def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:
 
 def _narrow(values: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
     """`values` rounded to `dtype`; a finite value must stay finite."""
+    if np.can_cast(values.dtype, dtype):
+        return values.astype(dtype)
     with np.errstate(over="ignore"):
         rounded = values.astype(dtype)
     overflowed = np.isinf(rounded)

@@ -1,0 +1,12 @@
+"""`rosgraph_msgs`: the clock of a simulation."""
+
+from busflow.message import Message
+from busflow.msgs.builtin_interfaces import Time
+
+__all__ = ["Clock"]
+
+
+class Clock(Message, package="rosgraph_msgs"):
+    """What time it is in the simulation, as published on `/clock`."""
+
+    clock: Time = Time()
