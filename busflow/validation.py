@@ -16,6 +16,9 @@ from busflow.annotation import Bounds, at, choices, split, step_into, type_word
 from busflow.errors import Fault, KeyPath
 from busflow.text import did_you_mean
 
+MOST_FAULTS = 100
+"""More of them help nobody, and a hostile file could have a hundred thousand."""
+
 _NOUNS: dict[object, str] = {
     bool: "true or false",
     int: "a whole number",
@@ -51,7 +54,7 @@ _YAML_1_1 = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "fa
 
 
 def faults(error: ValidationError, model: type[BaseModel], data: object, *, noun: str) -> tuple[Fault, ...]:
-    """Each thing wrong with `data`, once per path.
+    """Each thing wrong with `data`, once per path; of very many only the first.
 
     Args:
         error: What `model` raised for `data`.
@@ -59,7 +62,7 @@ def faults(error: ValidationError, model: type[BaseModel], data: object, *, noun
         data: The input; it tells a key from a step of pydantic's own, such as the member of a union.
         noun: What one key of the model is called: "parameter", "key".
     """
-    errors = error.errors(include_url=False)
+    errors = error.errors(include_url=False)[:MOST_FAULTS]
     found: dict[KeyPath, list[ErrorDetails]] = {}
     for each in errors:
         path, value = _located(each, errors, model, data)
@@ -214,10 +217,14 @@ def _noun(annotation: object, kind: str = "a mapping") -> str:
     if annotation in _NOUNS:
         return _NOUNS[annotation]
     origin = get_origin(annotation) or annotation
-    if isinstance(origin, type) and issubclass(origin, (BaseModel, Mapping)):
+    if not isinstance(origin, type) or not issubclass(origin, (BaseModel, Mapping, list, tuple, set, frozenset)):
+        return type_word(annotation)
+    if issubclass(origin, BaseModel):
         return kind or type_word(annotation)
-    is_list = isinstance(origin, type) and issubclass(origin, (list, tuple, set, frozenset))
-    return f"a {type_word(annotation)}" if is_list else type_word(annotation)
+    if issubclass(origin, Mapping):
+        return "a mapping"
+    simple = all(each in _NOUNS or each is Ellipsis for each in get_args(annotation))
+    return f"a {type_word(annotation)}" if simple and get_args(annotation) else "a list"
 
 
 def _remedy(annotation: object, value: object) -> str | None:

@@ -23,6 +23,9 @@ MAX_DEPTH = 32
 MAX_SUBSTITUTED = 1 << 20
 """Characters, or items of lists, that all the expressions of one load may put in: no small file becomes a huge one."""
 
+MAX_FAILURES = 100
+"""Expressions of one file that may fail before the rest is not looked at."""
+
 Result: TypeAlias = tuple[Any, Origin | None]
 """A value as plain data, and the origin of the name it was taken from."""
 _Thunk: TypeAlias = Callable[[], Result]
@@ -42,17 +45,26 @@ _WORDS = {"true": True, "false": False, "null": None}
 
 
 @dataclass(slots=True)
+class Budget:
+    """How much the expressions of one load may still put in."""
+
+    left: int = MAX_SUBSTITUTED
+
+    def spend(self, data: object) -> bool:
+        """Take off what an expression puts in; False when that is too much."""
+        self.left -= len(cast("str", data)) if isinstance(data, (str, list)) else 1
+        return self.left >= 0
+
+
+@dataclass(slots=True)
 class Scope:
     """What the names in an expression stand for."""
 
     env: Mapping[str, str]
     args: Mapping[str, Value] = field(default_factory=dict[str, Value])
-    substituted: int = 0
-
-    def spend(self, data: object) -> bool:
-        """Count what an expression puts in; False when it is too much."""
-        self.substituted += len(cast("str", data)) if isinstance(data, (str, list)) else 1
-        return self.substituted <= MAX_SUBSTITUTED
+    broken: frozenset[str] = frozenset()
+    """Arguments whose own problem is told already: whatever uses them fails without a word."""
+    budget: Budget = field(default_factory=Budget)
 
 
 @dataclass(slots=True)
@@ -74,6 +86,14 @@ class Resolver:
         """
         content = value.content
         if isinstance(content, dict):
+            for key, each in content.items():
+                if "${" in key:
+                    fix = "write it out; only values hold expressions"
+                    origin = replace(each.origin, place=each.key)
+                    message = "a key cannot hold an expression"
+                    self.problems.append(
+                        Problem("expression", message, fix, origin.place, included_from=origin.included_from)
+                    )
             members = {key: self.resolve(each, (*path, key)) for key, each in content.items()}
             return replace(value, content=members)
         if isinstance(content, list):
@@ -85,6 +105,8 @@ class Resolver:
         except LaunchError as error:
             self.problems += error.problems
             self.failed.add(path)
+            if len(self.failed) >= MAX_FAILURES:
+                raise LaunchError(self.problems) from None
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
@@ -118,7 +140,7 @@ class _Template:
                 whole = dollar == 0
                 data, origin = self._expression(whole=whole)
                 through = through or origin
-                if not self._scope.spend(data):
+                if not self._scope.budget.spend(data):
                     raise self._error("the expressions of this file put in too much", "use smaller values", dollar)
                 if whole and self._at == len(self._text):
                     return data, through
@@ -235,6 +257,8 @@ class _Template:
         if name in _WORDS:
             return lambda: (_WORDS[name], None)
         if group == "args" and member:
+            if member in self._scope.broken:
+                raise LaunchError([])
             value = self._scope.args.get(member)
             if value is None:
                 fix = did_you_mean(member, self._scope.args)

@@ -75,6 +75,11 @@ class Value:
         """The members of a mapping; empty for anything else."""
         return self.content if isinstance(self.content, dict) else {}
 
+    def section(self, key: str) -> Mapping[str, Value]:
+        """The members of the member `key`; empty where that is not a mapping."""
+        found = self.members.get(key)
+        return found.members if found is not None else {}
+
     def find(self, path: KeyPath) -> Value | None:
         """What is at `path` below this value, or None."""
         found: Value | None = self
@@ -121,6 +126,18 @@ class Value:
         inner = members.get(str(step)) or Value({}, value.origin, value.key)
         members[str(step)] = inner.with_member(rest, value)
         return replace(self, content=members)
+
+    def without(self, path: KeyPath) -> Value:
+        """A copy in which nothing is at `path`; without anything, an empty mapping."""
+        found = self.find(path[:1])
+        if found is None or not path:
+            return self if path else replace(self, content={})
+        inner = found.without(path[1:]) if path[1:] else None
+        if isinstance(self.content, list):
+            items = [inner if n == path[0] else each for n, each in enumerate(self.content)]
+            return replace(self, content=[each for each in items if each is not None])
+        members = {key: inner if key == str(path[0]) else each for key, each in self.members.items()}
+        return replace(self, content={key: each for key, each in members.items() if each is not None})
 
     def merged(self, over: Value) -> Value:
         """This value with `over` laid on it: mappings merge key by key, everything else is replaced."""

@@ -1,0 +1,163 @@
+"""From the merged keys of all files to a `LaunchDescription`, every name and QoS profile checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+from busflow import names
+from busflow.errors import Problem
+from busflow.launch.description import (
+    Argument,
+    ClockSpec,
+    EndpointSpec,
+    LaunchDescription,
+    NodeSpec,
+    RemapSpec,
+    TopicSpec,
+)
+from busflow.launch.faults import key_origin, problem_at, problems
+from busflow.launch.merge import Part
+from busflow.launch.model import LaunchKeys, NodeKeys
+from busflow.launch.value import Value
+from busflow.qos import PRESETS, QoS, qos_faults
+from busflow.text import did_you_mean
+
+
+@dataclass(slots=True)
+class Builder:
+    """Builds a description, leaving out what is wrong and collecting why."""
+
+    part: Part
+    keys: LaunchKeys
+    problems: list[Problem] = field(default_factory=list[Problem])
+    _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
+
+    def build(self, name: str, arguments: Mapping[str, Argument], files: tuple[Path, ...]) -> LaunchDescription:
+        """The description of everything that is right."""
+        tree, keys = self.part.tree, self.keys
+        self._profiles = self._named_profiles(self.part.tree.section("qos"))
+        nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
+        clock = keys.clock
+        return LaunchDescription(
+            name=keys.name or name,
+            nodes=tuple(node for node in nodes if node is not None),
+            topics=tuple(self._topics()),
+            profiles=self._profiles,
+            arguments=tuple(arguments.values()),
+            folders=tuple(self.part.folders),
+            clock=ClockSpec(clock.mode, clock.start, clock.rate),
+            seed=keys.seed,
+            shutdown_grace_s=keys.shutdown.grace,
+            files=files,
+            resolved=tree,
+        )
+
+    def _node(self, key: str, value: Value) -> NodeSpec | None:
+        stated = self.keys.nodes.get(key)
+        if stated is None or stated.plugin is None:
+            return None
+        space, _, name = key.rpartition("/")
+        namespace, origin = f"/{space}", key_origin(value)
+        right = self._named(names.node_name_fault, "node name", name, value)
+        right = self._named(names.namespace_fault, "namespace", namespace, value) and right
+        if not right:
+            return None
+        members = value.members
+        own = self.part.own_folders.get(key, ())
+        others = (folder.path for folder in self.part.folders)
+        return NodeSpec(
+            name=name,
+            namespace=namespace,
+            origin=origin,
+            plugin=stated.plugin,
+            plugin_origin=members["plugin"].origin,
+            parameters=_mapping(members.get("parameters"), value),
+            folders=tuple(dict.fromkeys([*own, *others])),
+            remap=tuple(self._remap(stated, value)),
+            publishers=tuple(self._endpoints(value.section("publishers"))),
+            subscriptions=tuple(self._endpoints(value.section("subscriptions"))),
+            restart=stated.restart,
+        )
+
+    def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
+        rules: list[RemapSpec] = []
+        entries = node.section("remap")
+        for match, replacement in stated.remap.items():
+            value = entries[match]
+            right = self._named(names.topic_name_fault, "topic name", match, value)
+            right = self._named(names.topic_name_fault, "topic name", replacement, value, at_key=False) and right
+            if right:
+                rules.append(RemapSpec(match, replacement, key_origin(value)))
+        return rules
+
+    def _topics(self) -> list[TopicSpec]:
+        found: list[TopicSpec] = []
+        for name, value in self.part.tree.section("topics").items():
+            stated = self.keys.topics[name]
+            entry = value.members.get("qos")
+            qos = self._qos(entry) if entry is not None and entry.content is not None else QoS()
+            if self._named(names.full_topic_name_fault, "topic name", name, value) and qos is not None:
+                found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type))
+        return found
+
+    def _endpoints(self, section: Mapping[str, Value]) -> list[EndpointSpec]:
+        found: list[EndpointSpec] = []
+        for topic, value in section.items():
+            qos = self._qos(value)
+            if self._named(names.topic_name_fault, "topic name", topic, value) and qos is not None:
+                found.append(EndpointSpec(topic, qos, value, key_origin(value)))
+        return found
+
+    def _named_profiles(self, stated: Mapping[str, Value]) -> dict[str, QoS]:
+        found: dict[str, QoS] = {}
+        for name, value in stated.items():
+            if name in PRESETS:
+                message, fix = f"{name} is a built-in profile", "choose another name"
+                self.problems.append(problem_at("duplicate-profile", message, fix, key_origin(value)))
+            qos = self._qos(value)
+            if qos is not None:
+                found[name] = qos
+        return found
+
+    def _qos(self, value: Value) -> QoS | None:
+        """A profile by name or by its fields; None where it is wrong."""
+        if isinstance(value.content, str):
+            known = {**PRESETS, **self._profiles}
+            if value.content in known:
+                return known[value.content]
+            # A profile that is wrong itself is told where it is stated.
+            if value.content not in self.part.tree.section("qos"):
+                message = f"there is no QoS profile {value.content}"
+                fix = did_you_mean(value.content, known)
+                self.problems.append(problem_at("unknown-profile", message, fix, value.origin))
+            return None
+        data = cast("dict[str, Any]", value.data)
+        found = qos_faults(data)
+        self.problems += problems(found, value, noun="key")
+        return None if found else QoS.model_validate(data)
+
+    def _named(
+        self,
+        find: Callable[[str], names.Fault | None],
+        what: str,
+        name: str,
+        value: Value,
+        *,
+        at_key: bool = True,
+    ) -> bool:
+        """Whether a name is one; where not, that is a problem at its key or its value."""
+        fault = find(name)
+        if fault is not None:
+            origin = key_origin(value) if at_key else value.origin
+            self.problems.append(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
+        return fault is None
+
+
+def _mapping(stated: Value | None, node: Value) -> Value:
+    """What is stated, or an empty mapping at the node's own key."""
+    if stated is not None and isinstance(stated.content, dict):
+        return stated
+    return replace(node, content={})

@@ -1,0 +1,124 @@
+"""`Part`: what one launch file adds to a graph, under final names; and how parts of several files become one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from busflow.errors import Problem
+from busflow.launch.description import PluginFolder
+from busflow.launch.faults import key_origin, problem_at
+from busflow.launch.value import Value
+from busflow.validation import dotted
+
+
+@dataclass(slots=True)
+class Part:
+    """Nodes, topics and settings of a file and of what it includes."""
+
+    tree: Value
+    """The keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
+    folders: list[PluginFolder] = field(default_factory=list[PluginFolder])
+    own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
+    """The plugin folders of the file that names a node's plugin, by node."""
+    problems: list[Problem] = field(default_factory=list[Problem])
+
+    @property
+    def nodes(self) -> Value:
+        """The node entries."""
+        return self.tree.members.get("nodes") or Value({}, self.tree.origin)
+
+
+def compose(namespace: str, inner: str | None) -> str:
+    """A namespace within another one; an absolute one stands alone.
+
+    >>> compose("/left", "arm"), compose("/left", "/arm"), compose("/", "arm"), compose("/left", None)
+    ('/left/arm', '/arm', '/arm', '/left')
+    """
+    if not inner:
+        return namespace
+    return inner if inner.startswith("/") else f"{namespace.rstrip('/')}/{inner}"
+
+
+def named(part: Part, namespace: str) -> Part:
+    """The part of one file, its nodes and topics under their final names."""
+    members = dict(part.tree.members)
+    if "topics" in members:
+        names = {key: compose(namespace, key) for key in members["topics"].members}
+        members["topics"] = _renamed(members["topics"], names, part.problems, "topic")
+    if "nodes" in members:
+        names = {key: _full_name(key, value, namespace) for key, value in members["nodes"].members.items()}
+        nodes = _renamed(members["nodes"], names, part.problems, "node")
+        inner = {key: value.without(("namespace",)) for key, value in nodes.members.items()}
+        members["nodes"] = replace(nodes, content=inner)
+        own = tuple(folder.path for folder in part.folders)
+        part.own_folders = {key: own for key, value in inner.items() if "plugin" in value.members}
+    part.tree = replace(part.tree, content=members)
+    return part
+
+
+def joined(first: Part, second: Part) -> Part:
+    """Two files that one file includes: they must not say different things about the same."""
+    problems = [*first.problems, *second.problems]
+    for key, node in second.nodes.members.items():
+        if key in first.nodes.members:
+            problems.append(_duplicate(key, node, first.nodes.members[key]))
+    for path, value in second.tree.leaves():
+        other = first.tree.find(path)
+        if path[:1] != ("nodes",) and other is not None and other.data != value.data:
+            message = f"two included files disagree on {dotted(path)}; the other one is {other.origin}"
+            fix = "state it in the file that includes both"
+            problems.append(problem_at("include-conflict", message, fix, value.origin))
+    return _laid(first, second, problems)
+
+
+def overlaid(included: Part, own: Part) -> Part:
+    """A file over what it includes. A node without a plugin changes one of an included file."""
+    problems = [*included.problems, *own.problems]
+    tree = own.tree
+    for key, node in own.nodes.members.items():
+        plugin = node.members.get("plugin")
+        names_plugin = plugin is not None and plugin.content is not None
+        below = included.nodes.members.get(key)
+        if below is not None and names_plugin:
+            fix = "rename one of them; to change the included node, leave `plugin:` out"
+            problems.append(replace(_duplicate(key, node, below), fix=fix))
+        if below is None and not names_plugin:
+            message = f"the node {key} names no plugin"
+            fix = f"add `plugin: {key.rpartition('/')[2]}`"
+            problems.append(problem_at("missing-plugin", message, fix, key_origin(node)))
+            tree = tree.without(("nodes", key))
+    return _laid(included, replace(own, tree=tree), problems)
+
+
+def _laid(below: Part, above: Part, problems: list[Problem]) -> Part:
+    return Part(
+        below.tree.merged(above.tree),
+        [*above.folders, *below.folders],
+        {**below.own_folders, **above.own_folders},
+        problems,
+    )
+
+
+def _full_name(key: str, node: Value, namespace: str) -> str:
+    """A node's name with its namespaces, as a key: without the leading slash."""
+    stated = node.members.get("namespace")
+    inner = stated.content if stated is not None and isinstance(stated.content, str) else None
+    space, slash, name = key.rpartition("/")
+    return f"{compose(compose(namespace, inner), space or slash).rstrip('/')}/{name}".removeprefix("/")
+
+
+def _renamed(section: Value, names: dict[str, str], problems: list[Problem], noun: str) -> Value:
+    """A section under final names; two keys of one name are a problem."""
+    members: dict[str, Value] = {}
+    for key, value in section.members.items():
+        name = names[key]
+        if name in members:
+            problems.append(_duplicate(name, value, members[name], noun))
+        members.setdefault(name, value)
+    return replace(section, content=members)
+
+
+def _duplicate(name: str, second: Value, first: Value, noun: str = "node") -> Problem:
+    message = f"two entries are the {noun} {name}; the first is {key_origin(first)}"
+    return problem_at(f"duplicate-{noun}", message, "rename one of them", key_origin(second))

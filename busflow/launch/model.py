@@ -1,0 +1,192 @@
+"""The keys of a launch file: their types, defaults and help, from which both the checks and the JSON Schema come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
+
+from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
+
+from busflow.annotation import StrictModel, at, split
+from busflow.duration import PATTERN, parse_duration
+from busflow.errors import Fault
+from busflow.launch.description import ClockMode, Restart
+from busflow.validation import faults
+
+_ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
+Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
+"""A duration: `50ms`, `1.5s`, or a number of seconds."""
+
+Qos = str | dict[str, Any]
+"""The name of a profile, or fields of one. `busflow.qos` checks them."""
+
+
+class Section(StrictModel):
+    """A mapping of a launch file. `x-` keys are the user's own; an empty key counts as not stated."""
+
+    later: ClassVar[Mapping[str, str]] = {}
+    """Keys that this version does not know yet, with what to do instead."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _stated(cls, data: object) -> object:
+        if not isinstance(data, Mapping):
+            return data
+        members = cast("Mapping[str, object]", data).items()
+        return {key: value for key, value in members if value is not None and not key.startswith("x-")}
+
+
+class ArgumentKeys(Section):
+    """One argument of the launch file, given as `name:=value`."""
+
+    type: Literal["float", "int", "bool", "str", "list[float]", "list[int]", "list[bool]", "list[str]"] = Field(
+        description="What a value must be."
+    )
+    default: Any = Field(default=None, description="The value where none is given; without it one must be given.")
+    help: str = Field(default="", description="What `busflow run FILE --help` says about it.")
+    choices: list[Any] | None = Field(default=None, min_length=1, description="The only values allowed.")
+    min: float | None = Field(default=None, description="The smallest value allowed.")
+    max: float | None = Field(default=None, description="The largest value allowed.")
+
+    @model_validator(mode="after")
+    def _ranges_are_for_numbers(self) -> Self:
+        if (self.min is not None or self.max is not None) and not {"float", "int"} & {self.type, self.type[5:-1]}:
+            raise ValueError(f"min and max are for numbers, not for {self.type}")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError("min must not be above max")
+        return self
+
+
+class TopicKeys(Section):
+    """The contract of a topic, by its final name."""
+
+    later: ClassVar[Mapping[str, str]] = {"expect": "leave it out"}
+
+    type: str | None = Field(default=None, description="The message type: sensor_msgs/msg/Imu.")
+    qos: Qos | None = Field(default=None, description="A profile's name, or fields of one.")
+
+
+class NodeKeys(Section):
+    """One node to run."""
+
+    later: ClassVar[Mapping[str, str]] = {
+        "for_each": "write the nodes one by one",
+        "when": "leave the node out, or keep it in a file of its own to include",
+        "depends_on": "leave it out: every subscription exists before the first message",
+        "process": "leave it out: all nodes run in one process",
+        "on_exit": "leave it out",
+        "log": "leave it out",
+    }
+
+    plugin: str | None = Field(
+        default=None,
+        min_length=1,
+        description="The node's class: an installed name, a file or folder in `plugins`, or `name:Class`. "
+        "Left out, the entry changes a node of an included file.",
+    )
+    namespace: str | None = Field(default=None, description="Put before the node's name and its relative topics.")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="The node's parameters.")
+    parameters_from: str | list[str] = Field(
+        default_factory=list, description="YAML files with parameters, under those stated here."
+    )
+    remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
+    publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
+    subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
+    restart: Restart = Field(default=Restart.NEVER, description="What happens when the node fails or ends.")
+
+
+class IncludeKeys(Section):
+    """Another launch file whose nodes run too."""
+
+    later: ClassVar[Mapping[str, str]] = {"when": "use two files", "for_each": "write the includes one by one"}
+
+    file: str = Field(min_length=1, description="The file, relative to this one.")
+    args: dict[str, Any] = Field(default_factory=dict, description="Values for the file's arguments.")
+    namespace: str | None = Field(default=None, description="Put before its nodes and relative topics.")
+
+
+def _include_list(data: object) -> object:
+    """`include: a.yaml` and `include: [a.yaml]` are short for a list with one `file:`."""
+    if isinstance(data, str):
+        return [{"file": data}]
+    if isinstance(data, list):
+        items = cast("list[object]", data)
+        return [{"file": each} if isinstance(each, str) else each for each in items]
+    return data
+
+
+class ClockKeys(Section):
+    """The time the run lives in."""
+
+    later: ClassVar[Mapping[str, str]] = {"seed": "write `seed:` at the top level of the file"}
+
+    mode: ClockMode = Field(default=ClockMode.SYSTEM, description="The system's clock, or a simulated one.")
+    start: float | None = Field(default=None, ge=0, description="Where a simulated clock starts, in seconds.")
+    rate: float | None = Field(
+        default=None, gt=0, description="A simulated clock's seconds per second of the wall; else as fast as can be."
+    )
+
+    @model_validator(mode="after")
+    def _only_simulated(self) -> Self:
+        if self.mode is ClockMode.SYSTEM and not (self.start is None and self.rate is None):
+            raise ValueError("start and rate are for a simulated clock; write mode: sim")
+        return self
+
+
+class ShutdownKeys(Section):
+    """How a run ends."""
+
+    grace: Seconds | None = Field(default=None, description="How long the nodes may take to stop.")
+
+
+class LaunchKeys(Section):
+    """A launch file of busflow: the nodes of a graph and what they are told."""
+
+    later: ClassVar[Mapping[str, str]] = {
+        "profiles": "use a file for each, with what they share in a file to include",
+        "record": "leave it out",
+        "expect": "leave it out",
+        "processes": "leave it out: all nodes run in one process",
+        "defaults": "state it for each node",
+        "groups": "use `include:` with a namespace",
+        "env": "set the variables before the start",
+        "for_each": "write the nodes one by one",
+        "version": "leave it out",
+    }
+
+    name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
+    plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
+    args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
+    qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")
+    topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
+    nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
+    include: Annotated[list[IncludeKeys], BeforeValidator(_include_list)] = Field(
+        default_factory=list[IncludeKeys], description="Launch files whose nodes run too."
+    )
+    namespace: str | None = Field(default=None, description="Put before all nodes and relative topics of this file.")
+    clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
+    seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
+    shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
+
+
+def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:
+    """The keys of a launch file as a model, or all that is wrong with them."""
+    try:
+        return LaunchKeys.model_validate(data), ()
+    except ValidationError as error:
+        return None, tuple(_named(fault) for fault in faults(error, LaunchKeys, data, noun="key"))
+
+
+def _named(fault: Fault) -> Fault:
+    """The fault in a launch file's words: a key that a later version will know is not a typo."""
+    if not fault.path:
+        message = fault.message.replace("the keys", "a launch file")
+        return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
+    fault = replace(fault, message=fault.message.replace(" or null", ""))  # null is the same as not stated
+    owner, _ = split(at(LaunchKeys, fault.path[:-1])[0])
+    later = getattr(owner, "later", {})
+    if fault.code != "unknown" or fault.path[-1] not in later:
+        return fault
+    message = f"{fault.message.removeprefix('unknown ')} is not in this version yet"
+    return replace(fault, message=message, fix=later[fault.path[-1]], code="later")
