@@ -87,6 +87,8 @@ class Dispatcher:
         return handled >= QUANTUM and perf_counter() - started > BUDGET_S
 
     def _dispatch(self) -> None:
+        if self._loop is None:
+            return
         if self._explore is not None:
             self._serve_at_random(self._explore)
         elif self._virtual:

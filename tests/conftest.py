@@ -1,0 +1,47 @@
+"""What several test files need: ends of topics that belong to no node, on virtual time."""
+
+import asyncio
+
+import pytest
+
+from busflow.bus import Bus
+from busflow.clock import SimClock
+from busflow.endpoint import Endpoint
+from busflow.msgs.std_msgs import Int64
+from busflow.publishers import Publisher
+from busflow.qos import QoS
+from busflow.subscriptions import Subscription
+
+
+class Bench:
+    """A bus that delivers, and ends of topics on it without nodes; made within a test on virtual time."""
+
+    def __init__(self, *, explore=None):
+        self.bus = Bus(SimClock(), explore=explore)
+        self.bus.open()
+        self.failures = []
+        self.pumps = []
+
+    def publisher(self, topic="/number", *, message_type=Int64, node="/source", **qos):
+        endpoint = Endpoint(node, topic, message_type, QoS(**qos), f"the publisher of {node}", topic)
+        publisher = Publisher(message_type, endpoint)
+        self.bus.attach_publisher(publisher)
+        return publisher
+
+    def subscription(self, handler=None, topic="/number", *, message_type=Int64, node="/sink", **qos):
+        endpoint = Endpoint(node, topic, message_type, QoS(**qos), f"the subscription of {node}", topic)
+        subscription = Subscription(message_type, endpoint, handler)
+        self.bus.attach_subscription(subscription, lambda error, message: self.failures.append((error, message)))
+        pump = subscription.open()
+        if pump is not None:
+            self.pumps.append(asyncio.create_task(pump))
+        return subscription
+
+    def balanced(self):
+        """Whether every line of the ledger accounts for every message."""
+        return all(line.published == line.delivered + line.dropped + line.queued for line in self.bus.ledger())
+
+
+@pytest.fixture
+def make_bench():
+    return Bench
