@@ -63,9 +63,7 @@ def _place_of(frame: traceback.FrameSummary) -> Place:
     start, end = len(text) - len(text.lstrip()), len(text)
     if frame.colno is not None and frame.end_colno is not None and frame.end_lineno == frame.lineno:
         # Python counts columns in bytes.
-        start, end = (
-            len(text.encode()[:at].decode(errors="replace")) for at in (frame.colno, frame.end_colno)
-        )
+        start, end = (len(text.encode()[:at].decode(errors="replace")) for at in (frame.colno, frame.end_colno))
     return Place(shown(frame.filename), frame.lineno or 1, start + 1, max(1, end - start), text)
 
 

@@ -66,11 +66,7 @@ class Outline:
         names = {each.name: each.asname or each.name for each in statement.names}
         if not statement.level:
             # Other packages are not read: what is called Node, or SomethingNode, is taken for one.
-            return {
-                local: Definition(name, Path(), 1, "")
-                for name, local in names.items()
-                if name.endswith("Node")
-            }
+            return {local: Definition(name, Path(), 1, "") for name, local in names.items() if name.endswith("Node")}
         base = file.parents[statement.level - 1].joinpath(*(statement.module or "").split("."))
         with suppress(*UNREADABLE):
             known = self.of_file(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))

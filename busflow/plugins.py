@@ -6,7 +6,6 @@ from the folder's real path, so that two folders called `plugins` never meet.
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import importlib.util
 import opcode
@@ -16,11 +15,10 @@ import sys
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib.abc import Loader
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING, TypeGuard, cast
 
 from busflow import blame
 from busflow.errors import Place, PluginError, Problem
@@ -28,6 +26,7 @@ from busflow.outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
+    from importlib.abc import Loader  # importing it when running costs 10 ms
     from importlib.metadata import EntryPoint
 
     from busflow.node import Node
@@ -117,9 +116,7 @@ def _load_installed(entry: EntryPoint, wanted: str) -> type[Node]:
     return _choose(entry.name, wanted, module, classes, f"the installed {entry.value}")
 
 
-def _choose(
-    name: str, wanted: str, module: ModuleType, classes: dict[str, type[Node]], where: str
-) -> type[Node]:
+def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[Node]], where: str) -> type[Node]:
     """The class that is meant, or an error that says which ones there are."""
     if wanted:
         asked = classes.get(wanted) or vars(module).get(wanted)
@@ -133,9 +130,7 @@ def _choose(
         return classes[public[0]]
     if public:
         choice = " or ".join(f"`{name}:{each}`" for each in public)
-        raise _error(
-            "ambiguous-plugin", f"{where} defines several nodes: {', '.join(public)}", f"write {choice}"
-        )
+        raise _error("ambiguous-plugin", f"{where} defines several nodes: {', '.join(public)}", f"write {choice}")
     raise _error(
         "no-node",
         f"{where} defines no Node subclass",
@@ -165,6 +160,8 @@ def _package(folder: Path) -> str:
     known = _loaded(init) if init.is_file() else None
     if known is not None:
         return known.__name__
+    import hashlib
+
     name = _PACKAGE + hashlib.sha256(os.fsencode(folder)).hexdigest()[:12]
     if name not in sys.modules:
         if _PluginFinder not in sys.meta_path:
@@ -189,14 +186,17 @@ class _PluginFinder:
             return None
         spec = PathFinder.find_spec(name, path, target)
         known = _loaded(Path(spec.origin)) if spec and spec.origin else None
-        return ModuleSpec(name, _Reuse(known)) if known else spec
+        return ModuleSpec(name, cast("Loader", _Reuse(known))) if known else spec
 
 
-class _Reuse(Loader):
+class _Reuse:
     """Lets a module stand in `sys.modules` under a second name."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module = module
+
+    def create_module(self, spec: ModuleSpec) -> None:  # noqa: ARG002  # the import system's signature
+        return None
 
     def exec_module(self, module: ModuleType) -> None:
         sys.modules[module.__name__] = self._module

@@ -12,9 +12,7 @@ import pytest
 from busflow import plugins
 from busflow.errors import PluginError
 
-NODE = (
-    "from busflow.node import Node\n\n\nclass {name}(Node):\n    '''{name} does its work.\n\n    More.'''\n"
-)
+NODE = "from busflow.node import Node\n\n\nclass {name}(Node):\n    '''{name} does its work.\n\n    More.'''\n"
 
 Write = Callable[[str, str], Path]
 
@@ -67,9 +65,7 @@ class TestLoading:
         assert night.__base__ is plugins.load("camera", [folder])
 
     def test_a_class_is_chosen_by_name_even_when_imported_or_private(self, write: Write, folder: Path):
-        write(
-            "camera.py", NODE.format(name="Camera") + "class _Left(Camera): ...\nclass Right(Camera): ...\n"
-        )
+        write("camera.py", NODE.format(name="Camera") + "class _Left(Camera): ...\nclass Right(Camera): ...\n")
         write("eyes.py", "from .camera import Right\n")
         assert plugins.load("camera:_Left", [folder]).__name__ == "_Left"
         assert plugins.load("eyes:Right", [folder]) is plugins.load("camera:Right", [folder])
@@ -100,9 +96,7 @@ class TestLoading:
 class TestOnePackage:
     @pytest.mark.parametrize("name", ["plugins", "my plugins", "0-weird.name", "größe", "a.b"])
     @pytest.mark.parametrize("init", [True, False])
-    def test_files_import_each_other_relatively_in_a_folder_of_any_name(
-        self, tmp_path: Path, name: str, init: bool
-    ):
+    def test_files_import_each_other_relatively_in_a_folder_of_any_name(self, tmp_path: Path, name: str, init: bool):
         folder = tmp_path / name
         (folder / "parts").mkdir(parents=True)
         if init:
@@ -140,9 +134,7 @@ class TestOnePackage:
         write("inner/arm.py", NODE.format(name="Arm"))
         write("outer.py", "from .inner.arm import Arm\nclass Outer(Arm): ...\n")
         order = [("arm", folder / "inner"), ("outer", folder)]
-        loaded = {
-            name: plugins.load(name, [where]) for name, where in (order if inner_first else reversed(order))
-        }
+        loaded = {name: plugins.load(name, [where]) for name, where in (order if inner_first else reversed(order))}
         assert loaded["outer"].__base__ is loaded["arm"]
 
     def test_a_hard_link_is_a_file_of_its_own(self, write: Write, folder: Path, tmp_path: Path):
@@ -212,12 +204,8 @@ class TestFinding:
         names = [each.name for each in plugins.find([folder])]
         assert [plugins.load(name, [folder]).__name__ for name in names] == ["Left", "Right", "Knee"]
 
-    @pytest.mark.parametrize(
-        "text", [b"class (", b"x = '\x00'", b"\xff\xfe", b"(" * 100_000, b"# coding: nonsense\n"]
-    )
-    def test_a_file_that_is_not_python_is_listed_with_its_fault(
-        self, write: Write, folder: Path, text: bytes
-    ):
+    @pytest.mark.parametrize("text", [b"class (", b"x = '\x00'", b"\xff\xfe", b"(" * 100_000, b"# coding: nonsense\n"])
+    def test_a_file_that_is_not_python_is_listed_with_its_fault(self, write: Write, folder: Path, text: bytes):
         write("bad.py", "").write_bytes(text)
         write("good.py", NODE.format(name="Good"))
         bad, good = plugins.find([folder])
@@ -249,9 +237,7 @@ class TestNotFound:
         assert error.problem.code == "unknown-plugin"
         assert error.exit_code == 2
 
-    @pytest.mark.parametrize(
-        "reference", ["", ":", "os:system", "../camera", "/", "a\x1b[31m", "ａ" * 5000, ".."]
-    )
+    @pytest.mark.parametrize("reference", ["", ":", "os:system", "../camera", "/", "a\x1b[31m", "ａ" * 5000, ".."])
     def test_what_is_no_name_is_not_looked_up_as_a_path(self, write: Write, folder: Path, reference: str):
         write("camera.py", NODE.format(name="Camera"))
         (folder / "inside").mkdir()
@@ -290,9 +276,7 @@ class TestNotFound:
 class TestFailingImport:
     def test_the_users_line_is_shown_without_frames_of_busflow(self, write: Write, folder: Path):
         write("helper.py", "def check(x):\n    return [].pop(x)\n")
-        path = write(
-            "camera.py", "from .helper import check\n\nvalue =  check(3)\n" + NODE.format(name="Camera")
-        )
+        path = write("camera.py", "from .helper import check\n\nvalue =  check(3)\n" + NODE.format(name="Camera"))
         error = failure("camera", folder)
         fault = "plugin 'camera' cannot be imported: IndexError: pop from empty list"
         assert str(error).splitlines() == [
@@ -305,9 +289,7 @@ class TestFailingImport:
     def test_an_error_inside_a_library_names_the_users_line(self, write: Write, folder: Path):
         path = write("camera.py", "import json\njson.loads('{')\n")
         error = failure("camera", folder)
-        assert str(error).startswith(
-            f"{path}:2:1: error: plugin 'camera' cannot be imported: JSONDecodeError"
-        )
+        assert str(error).startswith(f"{path}:2:1: error: plugin 'camera' cannot be imported: JSONDecodeError")
 
     def test_a_syntax_error_has_its_column_and_line(self, write: Write, folder: Path):
         path = write("helper.py", "x = 1\nclass Camera(:\n")
@@ -323,9 +305,7 @@ class TestFailingImport:
         path = write("arm/driver.py", "class Arm(\n")
         assert str(failure("arm", folder)).startswith(f"{path}:1:")
 
-    def test_a_neighbour_imported_absolutely_is_answered_with_the_relative_import(
-        self, write: Write, folder: Path
-    ):
+    def test_a_neighbour_imported_absolutely_is_answered_with_the_relative_import(self, write: Write, folder: Path):
         write("helper.py", "")
         write("camera.py", "import helper\n")
         assert "write `from .helper import …`" in str(failure("camera", folder))
@@ -348,9 +328,7 @@ class TestFailingImport:
         write("camera.py", f"{statement}\n")
         assert 'under `if __name__ == "__main__":`' in str(failure("camera", folder))
 
-    def test_a_raised_keyboard_interrupt_is_the_plugins_and_ctrl_c_is_the_users(
-        self, write: Write, folder: Path
-    ):
+    def test_a_raised_keyboard_interrupt_is_the_plugins_and_ctrl_c_is_the_users(self, write: Write, folder: Path):
         write("raises.py", "raise KeyboardInterrupt\n")
         assert "KeyboardInterrupt" in str(failure("raises", folder))
         write("slow.py", "import signal\nsignal.raise_signal(signal.SIGINT)\n")
@@ -368,18 +346,14 @@ class TestFailingImport:
         assert r"\x1b[31mred second line" in text
 
     def test_an_error_that_cannot_be_shown_is_shown_all_the_same(self, write: Write, folder: Path):
-        write(
-            "camera.py", "class E(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise E\n"
-        )
+        write("camera.py", "class E(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise E\n")
         assert "its text raised RuntimeError" in str(failure("camera", folder))
 
     def test_endless_recursion_is_one_line(self, write: Write, folder: Path):
         write("camera.py", "def f():\n    f()\nf()\n")
         assert len(str(failure("camera", folder)).splitlines()) == 4
 
-    def test_after_a_failure_nothing_is_left_and_the_next_attempt_runs_all_again(
-        self, write: Write, folder: Path
-    ):
+    def test_after_a_failure_nothing_is_left_and_the_next_attempt_runs_all_again(self, write: Write, folder: Path):
         write("__init__.py", "")
         write("helper.py", "STEP = 1\n")
         write(
