@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from busflow.events import LivelinessLost as LivelinessLost
     from busflow.message import Length as Length
     from busflow.message import Message as Message
+    from busflow.message import take as take
     from busflow.node import Node as Node
     from busflow.parameters import Parameters as Parameters
     from busflow.publishers import Publisher as Publisher
@@ -65,6 +66,7 @@ _HOMES = {
     "publisher": "declarations",
     "run": "runner",
     "subscription": "declarations",
+    "take": "message",
     "timer": "declarations",
 }
 
@@ -97,6 +99,7 @@ __all__ = [
     "publisher",
     "run",
     "subscription",
+    "take",
     "timer",
 ]
 

@@ -1,7 +1,8 @@
 """The processor of lab 1: balance from the IMU, warnings from the joints, and a status of both."""
 
-from math import hypot
+from math import hypot, inf
 
+import numpy as np
 from pydantic import Field
 
 from busflow import SENSOR_DATA, Node, Parameters, publisher, subscription, timer
@@ -26,13 +27,13 @@ class SensorProcessor(Node):
     stability = publisher(Float64, "stability_index")
 
     async def start(self) -> None:
-        self.last_imu_s: float | None = None
-        self.last_joints_s: float | None = None
+        self.imu_heard_s = -inf  # never yet
+        self.joints_heard_s = -inf
         self.told = ""
 
     @subscription("imu/data", qos=SENSOR_DATA)
     def on_imu(self, imu: Imu) -> None:
-        self.last_imu_s = self.clock.seconds()
+        self.imu_heard_s = self.clock.seconds()
         rotation = hypot(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z)
         balance = min(1.0, (abs(imu.linear_acceleration.y) + rotation) / 2.0)
         self.balance.publish(Float64(data=balance))
@@ -40,25 +41,25 @@ class SensorProcessor(Node):
 
     @subscription("joint_states")
     def on_joint_states(self, joints: JointState) -> None:
-        self.last_joints_s = self.clock.seconds()
+        self.joints_heard_s = self.clock.seconds()
         limit = self.parameters.max_joint_angle
-        for name, angle in zip(joints.name, joints.position, strict=False):
+        for name, angle in zip(joints.name, joints.position.tolist(), strict=False):
             if abs(angle) > limit:
-                self.log.warning("joint beyond its limit", joint=name, angle=float(angle), limit=limit)
-        speed = float(abs(joints.velocity).mean()) if len(joints.velocity) else 0.0
-        if speed > FAST_RAD_S:
-            self.log.info("the joints move fast", mean_speed=speed)
+                self.log.warning("joint beyond its limit", joint=name, angle=round(angle, 3), limit=limit)
+        mean_speed = float(np.abs(joints.velocity).mean()) if len(joints.velocity) else 0.0
+        if mean_speed > FAST_RAD_S:
+            self.log.info("the joints move fast", mean_speed=round(mean_speed, 3))
 
     @timer(0.5)
     def tell_status(self) -> None:
         if self.status != self.told:
             self.told = self.status
-            self.log.info(self.told)
+            self.log.info(self.status)
 
     @property
     def status(self) -> str:
         """Which sensors are heard, in one sentence."""
-        imu, joints = self.operational(self.last_imu_s), self.operational(self.last_joints_s)
+        imu, joints = self.is_recent(self.imu_heard_s), self.is_recent(self.joints_heard_s)
         if imu and joints:
             return "All sensors operational"
         if imu:
@@ -67,5 +68,5 @@ class SensorProcessor(Node):
             return "Joint sensors operational, IMU offline"
         return "No sensor data received"
 
-    def operational(self, last_s: float | None) -> bool:
-        return last_s is not None and self.clock.seconds() - last_s < self.parameters.timeout_s
+    def is_recent(self, heard_s: float) -> bool:
+        return self.clock.seconds() - heard_s < self.parameters.timeout_s
