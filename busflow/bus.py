@@ -21,9 +21,13 @@ from busflow.message import Message, type_name
 from busflow.publishers import Publisher
 from busflow.qos import Verdict, compatibility
 from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
+from busflow.timers import Spawn, Timer
 from busflow.topic import Topic
 
 M = TypeVar("M", bound=Message)
+
+Attached = Publisher[Any] | Subscription[Any] | Timer
+"""What can be part of a run."""
 
 INBOX_DEPTH = 4096
 """Messages from other threads that may wait for the loop."""
@@ -103,6 +107,8 @@ class Bus:
             explore: pick the order of deliveries at random, from this seeded generator.
         """
         self.topics: dict[str, Topic[Any]] = {}
+        self.on_attach: list[Callable[[Attached], None]] = []
+        """Who hears of every publisher, subscription and timer that comes, before its first message or tick."""
         self.clock: Clock = clock or SystemClock()
         self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
@@ -132,6 +138,7 @@ class Bus:
         for subscription in topic.subscriptions:
             check_qos(publisher.endpoint, subscription.endpoint)
         publisher.attach(topic, self._thread, self.inbox.put)
+        self._tell(publisher)
 
     def attach_subscription(self, subscription: Subscription[M], on_failure: OnFailure) -> None:
         """Connect a subscription to its topic; it receives what transient_local publishers kept.
@@ -144,6 +151,17 @@ class Bus:
         for publisher in topic.publishers:
             check_qos(publisher.endpoint, subscription.endpoint)
         subscription.attach(topic, self.dispatcher, on_failure)
+        self._tell(subscription)
+
+    def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
+        """Give a timer the run's clock and its place in the dispatcher's turns."""
+        timer.attach(self.clock, self.dispatcher, spawn, on_failure)
+        self._tell(timer)
+
+    def tap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
+        """Hear every message of a topic as it is published, before any queue has it."""
+        topic.taps.append(tap)
+        topic.rebuild()
 
     def detach_subscription(self, subscription: Subscription[Any]) -> None:
         """Disconnect a subscription; its line stays in the ledger."""
@@ -155,6 +173,10 @@ class Bus:
         for topic in self.topics.values():
             yield from (subscription.statistics() for subscription in topic.subscriptions)
         yield from self._gone
+
+    def _tell(self, attached: Attached) -> None:
+        for hear in self.on_attach:
+            hear(attached)
 
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)

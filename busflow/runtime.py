@@ -247,8 +247,7 @@ class NodeRuntime:
 
     def _connect_timer(self, bus: Bus, timer: Timer) -> None:
         origin = f"{type(self.node).__name__}.{timer.name} (timer)"
-        clock = self.surroundings.clock
-        timer.attach(clock, bus.dispatcher, self.spawn, lambda error: self.fail(origin, error))
+        bus.attach_timer(timer, self.spawn, lambda error: self.fail(origin, error))
 
     def adopt_tasks(self, tasks: anyio.abc.TaskGroup) -> None:
         """Run what the node spawns in this task group."""

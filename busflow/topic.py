@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.errors import SendTimeout
 from busflow.limits import Perishable, fresh
@@ -47,8 +47,9 @@ class Topic(Generic[M]):
         self.type = message_type
         self.publishers: list[Publisher[M]] = []
         self.subscriptions: list[Subscription[M]] = []
-        self.pushes: tuple[Callable[[M | Perishable[M]], None], ...] = ()
+        self.pushes: tuple[Callable[[Any], None], ...] = ()
         self.blocking: tuple[Subscription[M], ...] = ()
+        self.taps: list[Callable[[M], None]] = []
         self.waiting: deque[asyncio.Future[None]] = deque()
         self._retired = 0
 
@@ -73,7 +74,8 @@ class Topic(Generic[M]):
         """Wait behind earlier senders until every blocking queue has room; then publish before awaiting again."""
         turn = asyncio.get_running_loop().create_future()
         self.waiting.append(turn)
-        limit_s = min((each.endpoint.qos.block_timeout_s for each in self.blocking), default=None)
+        full = [each for each in self.blocking if each.queue.full] or self.blocking
+        limit_s = min((each.endpoint.qos.block_timeout_s for each in full), default=None)
         granted = False
         try:
             async with asyncio.timeout(limit_s):
@@ -83,15 +85,17 @@ class Topic(Generic[M]):
                     await turn
             granted = True
         except TimeoutError:
+            slow = ", ".join(each.endpoint.node for each in self.blocking if each.queue.full)
             raise SendTimeout(
-                f"no room on {self.name} within {limit_s} s (overflow: block): "
-                f"{', '.join(each.endpoint.node for each in self.blocking)} is too slow; raise its depth or "
-                "block_timeout, or choose overflow: drop_oldest"
+                f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'who sends before'} is too slow; "
+                "raise its depth or block_timeout, or choose overflow: drop_oldest"
             ) from None
         finally:
             self.waiting.remove(turn)
             if not granted:  # whoever leaves the line must not leave the next one standing there for ever
                 self.grant()
+            if not self.waiting:
+                self._adjust()
 
     def grant(self) -> None:
         """Wake the first waiting sender when there is room for it."""
@@ -100,14 +104,23 @@ class Topic(Generic[M]):
 
     def rebuild(self) -> None:
         """Bring the tuple that a publish walks up to date with who is here."""
-        self.pushes = tuple(push for each in self.subscriptions for push in each.pushes)
-        self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
         # Once a message that can expire may wait somewhere, every taking looks, also after its publisher has gone.
         self.perishable = self.perishable or any(each.perishable for each in self.publishers)
-        for publisher in self.publishers:
-            publisher.adjust()
+        taps = [self._opened(tap) for tap in self.taps] if self.perishable else self.taps
+        self.pushes = (*taps, *(push for each in self.subscriptions for push in each.pushes))
+        self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
+        self._adjust()
         self.tell_liveliness()
         self.grant()
+
+    def _adjust(self) -> None:
+        for publisher in self.publishers:
+            publisher.adjust()
+
+    @staticmethod
+    def _opened(tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
+        """A tap is given the message itself, also of a publisher whose messages expire."""
+        return lambda item: tap(cast("M", item.message if isinstance(item, Perishable) else item))
 
     def tell_liveliness(self) -> None:
         """Let the subscriptions know how many publishers are alive, if that has changed."""
