@@ -88,7 +88,8 @@ def _bind(
     )
     found.known[name] = argument
     if stated is None:
-        fix = f"add {name}:=… to the command, or `{name}: …` to the `args` of the include ({keys.type})"
+        included = entry.origin.included_from
+        fix = f"add `{name}:` to the `args` of the include" if included else f"add {name}:=<{keys.type}> to the command"
         message = f"the argument {name} has no value"
         found.problems.append(problem_at("missing-argument", message, fix, key_origin(entry)))
         found.broken.add(name)
@@ -103,10 +104,11 @@ def _bind(
 def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
     """A value as the argument's type, and what is wrong with it."""
     origin = stated.origin
-    if origin.source is Source.COMMAND_LINE and argument.type != "str" and origin.place is not None:
+    if origin.source is Source.COMMAND_LINE and origin.place is not None:
         before = origin.place.excerpt[: origin.place.column - 1]
         try:
-            stated = parse_value(str(stated.content), origin.place.file, before)
+            text = argument.type == "str"
+            stated = parse_value(str(stated.content), origin.place.file, before, as_text=text)
         except LaunchError as error:
             return stated, list(error.problems)
     model, data = _model(argument.type), {"value": stated.data}
@@ -114,9 +116,11 @@ def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
         value: Any = model.model_validate(data).model_dump()["value"]
     except ValidationError as error:
         found = faults(error, model, data, noun="argument")
-        named = [replace(each, path=each.path[1:], message=argument.name + each.message[5:]) for each in found]
+        named = [
+            replace(each, path=each.path[1:], message=f"argument {argument.name}{each.message[5:]}") for each in found
+        ]
         return stated, problems(named, stated, noun="argument")
-    wrong = problems(_outside(argument, value), stated, noun="argument")
+    wrong = problems(_outside(argument, stated.data), stated, noun="argument")
     return (stated if isinstance(value, list) else replace(stated, content=value)), wrong
 
 
@@ -132,7 +136,7 @@ def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
     items = cast("list[Any]", value if isinstance(value, list) else [value])
     for index, item in enumerate(items):
         path = (index,) if isinstance(value, list) else ()
-        name = f"{argument.name}[{index}]" if path else argument.name
+        name = f"argument {argument.name}[{index}]" if path else f"argument {argument.name}"
         if argument.choices is not None and item not in argument.choices:
             allowed = ", ".join(str(each) for each in argument.choices)
             fix = did_you_mean(str(item), map(str, argument.choices))

@@ -37,7 +37,7 @@ class Builder:
 
     def build(self, name: str, arguments: Mapping[str, Argument], files: tuple[Path, ...]) -> LaunchDescription:
         """The description of everything that is right."""
-        tree, keys = self.part.tree, self.keys
+        keys = self.keys
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
         nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
         clock = keys.clock
@@ -52,8 +52,16 @@ class Builder:
             seed=keys.seed,
             shutdown_grace_s=keys.shutdown.grace,
             files=files,
-            resolved=tree,
+            resolved=self._resolved(),
         )
+
+    def _resolved(self) -> Value:
+        """Everything as one launch file, in the order a person would write it."""
+        tree = self.part.tree
+        folders = [Value(str(folder.path.resolve()), folder.origin) for folder in self.part.folders]
+        members = {**tree.members, **({"plugins": Value(list(folders), tree.origin)} if folders else {})}
+        ordered = {key: members[key] for key in LaunchKeys.model_fields if key in members}
+        return replace(tree, content=ordered)
 
     def _node(self, key: str, value: Value) -> NodeSpec | None:
         stated = self.keys.nodes.get(key)

@@ -69,7 +69,7 @@ def parse(raw: bytes, file: str, included_from: tuple[Place, ...] = (), loader: 
     return builder.build(text, loader)
 
 
-def parse_value(text: str, label: str, before: str = "") -> Value:
+def parse_value(text: str, label: str, before: str = "", *, as_text: bool = False) -> Value:
     """The value that a command line states: a scalar, or a list or mapping in flow style.
 
     What is not YAML is text, so that no shell quoting has to be quoted again.
@@ -83,6 +83,7 @@ def parse_value(text: str, label: str, before: str = "") -> Value:
         text: The value.
         label: What an error calls the place.
         before: What stands before the value on the line, for the excerpt.
+        as_text: It is text, whatever it looks like.
 
     Raises:
         LaunchError: It opens a quote, a list or a mapping and then is not one.
@@ -92,10 +93,10 @@ def parse_value(text: str, label: str, before: str = "") -> Value:
     if bad is not None:
         place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
         raise _refusal("control-character", f"the value holds {_named(bad.group())}", "leave it out", place)
-    if text[:1] in {"[", "{", '"', "'"}:
+    if text[:1] in {"[", "{", '"', "'"} and not as_text:
         return builder.build(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     place = Place(label, 1, len(before) + 1, max(1, len(text)), before + text)
-    content = builder.scalar(text.strip(), place)
+    content = builder.scalar(text.strip(), place) if not as_text else text
     builder.finish()
     return Value(text if content is None or isinstance(content, str) else content, Origin(Source.COMMAND_LINE, place))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, cast
 
@@ -89,11 +89,9 @@ class Resolver:
             for key, each in content.items():
                 if "${" in key:
                     fix = "write it out; only values hold expressions"
-                    origin = replace(each.origin, place=each.key)
                     message = "a key cannot hold an expression"
-                    self.problems.append(
-                        Problem("expression", message, fix, origin.place, included_from=origin.included_from)
-                    )
+                    problem = Problem("expression", message, fix, each.key, included_from=each.origin.included_from)
+                    self._fail([problem], (*path, key))
             members = {key: self.resolve(each, (*path, key)) for key, each in content.items()}
             return replace(value, content=members)
         if isinstance(content, list):
@@ -103,13 +101,16 @@ class Resolver:
         try:
             data, through = _Template(value, content, self.scope, as_text=as_text).evaluate()
         except LaunchError as error:
-            self.problems += error.problems
-            self.failed.add(path)
-            if len(self.failed) >= MAX_FAILURES:
-                raise LaunchError(self.problems) from None
+            self._fail(error.problems, path)
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
+
+    def _fail(self, problems: Sequence[Problem], path: KeyPath) -> None:
+        self.problems += problems
+        self.failed.add(path)
+        if len(self.failed) >= MAX_FAILURES:
+            raise LaunchError(self.problems)
 
 
 class _Template:

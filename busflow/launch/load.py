@@ -85,7 +85,7 @@ def examine(
     description: LaunchDescription | None = None
     with loader.collecting():
         description = loader.description(Path(path), given, changes)
-    found = loader.problems
+    found = loader.sorted_problems()
     if len(found) > MAX_PROBLEMS:
         found = [*found[:MAX_PROBLEMS], Problem("more", f"… and {len(found) - MAX_PROBLEMS} problems more")]
     return description, tuple(found)
@@ -119,6 +119,16 @@ class _Loader:
             yield
         except LaunchError as error:
             self.problems += error.problems
+
+    def sorted_problems(self) -> list[Problem]:
+        """The problems by file and line, the command line's first."""
+        order = {str(path): index for index, path in enumerate(self._files)}
+
+        def position(problem: Problem) -> tuple[int, int, int]:
+            place = problem.place
+            return (order.get(place.file, -1), place.line, place.column) if place else (-1, 0, 0)
+
+        return sorted(self.problems, key=position)
 
     def description(
         self, path: Path, given: Mapping[str, Value], changes: Iterable[override.Override]
@@ -259,11 +269,15 @@ class _Loader:
 
     def _checked(self, tree: Value) -> tuple[LaunchKeys, Value]:
         """The keys of a tree as a model, without those that are wrong: these are told."""
+        first = True
         while True:
             keys, faults = key_faults(tree.data)
             if keys is not None:
                 return keys, tree
-            self.problems += problems(faults, tree, noun="key")
+            # What is missing only because it was wrong and left out is told already.
+            told = [fault for fault in faults if first or fault.code != "missing"]
+            first = False
+            self.problems += problems(told, tree, noun="key")
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
             tree = _without(tree, (fault.path for fault in faults))
@@ -278,7 +292,8 @@ def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:
     """The tree without what is at these paths, or at the nearest parent of one that is not there."""
     # The last items of a list go first, so that the numbers of the others stay right.
     for path in sorted(paths, key=lambda path: [f"{step:0>9}" for step in path], reverse=True):
-        stated = next(path[:end] for end in range(len(path), -1, -1) if tree.find(path[:end]) is not None)
+        whole = path[:2] if path[:1] == ("nodes",) and path[2:] == ("plugin",) else path
+        stated = next(whole[:end] for end in range(len(whole), -1, -1) if tree.find(whole[:end]) is not None)
         tree = tree.without(stated)
     return tree
 

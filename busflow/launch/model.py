@@ -32,7 +32,7 @@ class Section(StrictModel):
     @classmethod
     def _stated(cls, data: object) -> object:
         if not isinstance(data, Mapping):
-            return data
+            return {} if data is None else data
         members = cast("Mapping[str, object]", data).items()
         return {key: value for key, value in members if value is not None and not key.startswith("x-")}
 

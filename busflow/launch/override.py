@@ -77,8 +77,9 @@ def apply(tree: Value, override: Override) -> tuple[Value, Problem | None]:
     path = _with_indices(tree, path)
     for end in range(1, len(path)):
         parent = tree.find(path[:end])
-        if parent is not None and not isinstance(parent.content, (dict, list)) and parent.content is not None:
-            message = f"{dotted(path[:end])} is {shown(parent.content)}; it has no {path[end]}"
+        if parent is not None and not _may_hold(parent, path[end]):
+            what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
+            message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
             return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
     return tree.with_member(path, override.value), None
 
@@ -90,6 +91,13 @@ def _node(name: str, names: list[str]) -> str | None:
         return wanted
     same = [each for each in names if each.rpartition("/")[2] == wanted]
     return same[0] if len(same) == 1 else None
+
+
+def _may_hold(parent: Value, step: str | int) -> bool:
+    """Whether there is, or can be, something at one step further in."""
+    if isinstance(parent.content, list):
+        return isinstance(step, int) and step < len(parent.content)
+    return parent.content is None or isinstance(parent.content, dict)
 
 
 def _with_indices(tree: Value, path: KeyPath) -> KeyPath:
