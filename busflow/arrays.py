@@ -22,17 +22,12 @@ AnyArray = NDArray[Any]
 _BYTES = (bytes, bytearray, memoryview)
 _LISTS = (list, tuple)
 _CODES = {
-    "bool": "?",
-    "int8": "b",
-    "int16": "h",
-    "int32": "i",
-    "int64": "q",
-    "uint8": "B",
-    "uint16": "H",
-    "uint32": "I",
-    "uint64": "Q",
-    "float32": "f",
-    "float64": "d",
+    np.dtype(name): code
+    for code, name in zip(
+        "?bhiqBHIQfd",
+        ["bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64"],
+        strict=True,
+    )
 }
 _ACCEPTED: dict[str, tuple[tuple[type, ...], str, str]] = {
     # the kind of array: which single values it takes, which kinds of array, how an error calls them
@@ -173,7 +168,7 @@ def _from_list(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int)
             raise _refused(f"takes {words}; item {index} is {values[index]!r}")
     try:
         # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
-        return np.frombuffer(pack(f"={len(values)}{_CODES[dtype.name]}", *values), dtype)
+        return np.frombuffer(pack(f"={len(values)}{_CODES[dtype]}", *values), dtype)
     except (StructError, OverflowError):
         between = f" from {low} to {high}" if dtype.kind in "iu" else ""
         raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None

@@ -62,6 +62,7 @@ from busflow.aliases import (
     wstring,
 )
 from busflow.arrays import array, take, zeros
+from busflow.constructor import constructor
 from busflow.errors import InvalidDeclaration, UnknownType
 from busflow.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean
@@ -161,6 +162,10 @@ class Message(BaseModel, metaclass=_Frozen):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        if not TYPE_CHECKING:  # to a type checker the constructor takes the fields
+            if "__init__" in vars(cls):
+                raise InvalidDeclaration(f"{cls.__name__} has an __init__; write a class method that makes one")
+            cls.__init__ = Message.__init__
         try:
             cls.model_rebuild()
         except PydanticUndefinedAnnotation as error:
@@ -178,6 +183,18 @@ class Message(BaseModel, metaclass=_Frozen):
             return handler(source)
         except PydanticSchemaGenerationError as error:
             raise InvalidDeclaration(f"{cls.__name__}: {str(error).splitlines()[0]}") from None
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, /, **data: Any) -> None:
+            # The first message of a class writes the class's own constructor.
+            cls = type(self)
+            if cls is Message:
+                raise TypeError("Message is what message classes are made from: class Balance(Message): …")
+            cls.__init__ = _constructor(cls)
+            cls.__init__(self, **data)
+
+        __init__.__pydantic_base_init__ = True
 
     def replace(self, **changes: Any) -> Self:
         """A message like this one but for these fields, checked like a new one."""
@@ -310,6 +327,19 @@ def _understood(cls: type[Message], name: str) -> FieldType | None:
         return understand(name, cls.model_fields[name])
     except InvalidDeclaration as error:
         raise InvalidDeclaration(f"{cls.__name__}.{name}: {error}") from None
+
+
+def _constructor(cls: type[Message]) -> Any:
+    """A constructor written for the class, or pydantic's own where the class brings its own rules."""
+    rules = cls.__pydantic_decorators__
+    own = rules.validators or rules.field_validators or rules.root_validators or rules.model_validators
+    changed = cls.__pydantic_post_init__ or cls.model_config != Message.model_config
+    infos = cls.model_fields.values()
+    if own or changed or not is_ros_type(cls) or any(len(i.metadata) > 1 or i.validate_default for i in infos):
+        return BaseModel.__init__
+    made: Any = constructor(cls, fields_of(cls))
+    made.__pydantic_base_init__ = True  # a subclass then is not taken for one that has its own
+    return made
 
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:
