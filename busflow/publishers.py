@@ -96,7 +96,7 @@ class Publisher(Generic[M]):
         if topic.waiting or topic.first_full() is not None:
             await topic.wait_for_room()
         try:
-            self._deliver(topic, message)
+            self._deliver(self._attached(message), message)  # the publisher may have left while it waited
         finally:
             topic.grant()
 
@@ -171,7 +171,11 @@ class Publisher(Generic[M]):
     def adjust(self) -> None:
         """Learn whether the short path is open; called by the topic when its ends change."""
         plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
-        self._pushes = self._topic.pushes if plain and self._topic is not None and not self._topic.blocking else None
+        topic = self._topic
+        if not plain or topic is None or topic.blocking or topic.waiting:
+            self._pushes = None
+        else:
+            self._pushes = topic.pushes
 
     @property
     def perishable(self) -> bool:

@@ -36,6 +36,7 @@ class Topic(Generic[M]):
         "publishers",
         "pushes",
         "subscriptions",
+        "taps",
         "type",
         "waiting",
     )
@@ -87,7 +88,7 @@ class Topic(Generic[M]):
         except TimeoutError:
             slow = ", ".join(each.endpoint.node for each in self.blocking if each.queue.full)
             raise SendTimeout(
-                f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'who sends before'} is too slow; "
+                f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'an earlier send'} is too slow; "
                 "raise its depth or block_timeout, or choose overflow: drop_oldest"
             ) from None
         finally:
