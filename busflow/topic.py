@@ -88,8 +88,8 @@ class Topic(Generic[M]):
         except TimeoutError:
             slow = ", ".join(each.endpoint.node for each in self.blocking if each.queue.full)
             raise SendTimeout(
-                f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'an earlier send'} is too slow; "
-                "raise its depth or block_timeout, or choose overflow: drop_oldest"
+                f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'an earlier send'} is too "
+                "slow; raise its depth or block_timeout, or choose overflow: drop_oldest"
             ) from None
         finally:
             self.waiting.remove(turn)
