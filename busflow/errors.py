@@ -101,6 +101,10 @@ class StartTimeout(BusflowError, TimeoutError):
     """A node's `start` did not return in time."""
 
 
+class Deadlock(BusflowError):
+    """On virtual time, nothing is left that could let the waiting tasks go on; the message names them."""
+
+
 class PluginError(BusflowError):
     """A plugin cannot be found or imported; `problem.place` is the line of the plugin's code at fault."""
 

@@ -1,0 +1,21 @@
+"""Testing a robot on virtual time: hours in milliseconds, the same way every time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from busflow.testing.loop import VirtualLoop, virtual_time
+
+_HOMES = {"VirtualLoop": "loop", "virtual_time": "loop"}
+
+__all__ = ["VirtualLoop", "virtual_time"]
+
+
+def __getattr__(name: str) -> object:
+    """Import a name when it is first used: a pytest plugin must not make the start of pytest slow."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
