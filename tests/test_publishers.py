@@ -192,6 +192,33 @@ async def test_sends_are_served_in_the_order_in_which_they_came(make_bench):
 
 
 @virtual_time
+async def test_a_send_does_not_overtake_one_that_has_room_but_not_had_its_turn(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=3)
+    for value in (1, 2, 3):
+        publisher.publish(number(value))
+    sending = asyncio.create_task(publisher.send(number(4)))
+    await settle()
+    assert [(await anext(slow)).data for _ in range(2)] == [1, 2]
+    await publisher.send(number(5))
+    assert queued(slow) == [3, 4, 5]
+    assert sending.done()
+
+
+@virtual_time
+async def test_room_for_many_serves_all_who_wait(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
+    publisher.publish(number(1))
+    publisher.publish(number(2))
+    sends = [asyncio.create_task(publisher.send(number(value))) for value in (3, 4)]
+    await settle()
+    assert slow.latest == number(2)
+    await asyncio.gather(*sends)
+    assert queued(slow) == [3, 4]
+
+
+@virtual_time
 async def test_publish_behind_a_waiting_send_raises_even_where_there_is_room_by_now(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=1)
@@ -236,6 +263,18 @@ async def test_a_cancelled_send_reaches_nobody_and_leaves_no_trace(make_bench):
     assert slow.latest == number(1)
     await behind
     assert (queued(lossy), queued(slow), publisher.published) == ([1, 3], [3], 2)
+
+
+@virtual_time
+async def test_a_send_cancelled_in_the_middle_of_the_line_leaves_the_others_in_theirs(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    first, middle, last = (asyncio.create_task(publisher.send(number(value))) for value in (2, 3, 4))
+    await settle()
+    middle.cancel()
+    assert [(await anext(slow)).data for _ in range(3)] == [1, 2, 4]
+    await asyncio.gather(first, last)
 
 
 @virtual_time
@@ -344,6 +383,18 @@ async def test_a_send_whose_publisher_leaves_while_it_waits_reaches_nobody(make_
         await sending
     assert queued(slow) == []
     assert bench.balanced()
+
+
+@pytest.mark.parametrize(("offered", "requested"), PATHS)
+@virtual_time
+async def test_another_thread_touches_no_queue_itself(make_bench, offered, requested):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
+    thread = threading.Thread(target=publisher.publish, args=[number(1)])
+    thread.start()
+    thread.join(10)
+    assert (queued(subscription), publisher.published) == ([], 0)
+    assert (await anext(subscription)).data == 1
 
 
 @pytest.mark.parametrize("offered", [{}, {"durability": "transient_local"}], ids=["short", "latched"])
