@@ -273,6 +273,7 @@ async def test_a_send_cancelled_in_the_middle_of_the_line_leaves_the_others_in_t
     first, middle, last = (asyncio.create_task(publisher.send(number(value))) for value in (2, 3, 4))
     await settle()
     middle.cancel()
+    await settle()
     assert [(await anext(slow)).data for _ in range(3)] == [1, 2, 4]
     await asyncio.gather(first, last)
 
