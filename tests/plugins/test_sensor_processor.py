@@ -1,0 +1,155 @@
+"""The lab's processor: its metrics, what it warns of, and the four things it says about the sensors."""
+
+from math import sqrt
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from busflow import SENSOR_DATA, Graph
+from busflow.clock import SimClock
+from busflow.msgs.geometry_msgs import Vector3
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import Float64
+from busflow.testing import virtual_time
+from plugins.sensor_processor import SensorProcessor
+
+ALL = "All sensors operational"
+ONLY_IMU = "IMU operational, joint sensors offline"
+ONLY_JOINTS = "Joint sensors operational, IMU offline"
+NOTHING = "No sensor data received"
+
+components = st.floats(min_value=-2, max_value=2)
+vectors = st.builds(Vector3, x=components, y=components, z=components)
+
+
+def imu_of(acceleration=None, rotation=None):
+    return Imu(linear_acceleration=acceleration or Vector3(), angular_velocity=rotation or Vector3())
+
+
+def told_by_the_processor(records):
+    """Its log lines: (level, text, values)."""
+    return [(each.level, each.event, each.values) for each in records if each.node == "/sensor_processor"]
+
+
+@virtual_time
+async def metrics(*imus):
+    """What the processor makes of each reading: (balance, stability)."""
+    found = []
+    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
+        balances = graph.subscribe(Float64, "balance_state")
+        stabilities = graph.subscribe(Float64, "stability_index")
+        for imu in imus:
+            graph.publish("imu/data", imu)
+            found.append(((await anext(balances)).data, (await anext(stabilities)).data))
+    return found
+
+
+@virtual_time
+async def lines_about(joints, **parameters):
+    """What the processor logs of one reading of the joints."""
+    records = []
+    async with Graph([SensorProcessor(**parameters)], clock=SimClock(), sinks=(records.append,)) as graph:
+        graph.publish("joint_states", joints)
+        await graph.clock.sleep(0.1)
+    return told_by_the_processor(records)
+
+
+@given(acceleration=vectors, rotation=vectors)
+@settings(max_examples=50, deadline=None)
+def test_balance_is_half_of_sideways_acceleration_and_rotation_and_at_most_one(acceleration, rotation):
+    expected = (abs(acceleration.y) + sqrt(rotation.x**2 + rotation.y**2 + rotation.z**2)) / 2
+    ((balance, stability),) = metrics(imu_of(acceleration, rotation))
+    assert balance == pytest.approx(min(1.0, expected), abs=1e-9)
+    assert stability == 1.0 - balance
+
+
+def test_balance_of_a_body_at_rest_and_of_one_that_falls():
+    at_rest, leaning, falling = metrics(
+        imu_of(Vector3(z=9.8)),
+        imu_of(Vector3(x=5.0, y=-0.5, z=9.8), Vector3(x=0.2, y=0.4, z=0.4)),
+        imu_of(Vector3(y=9.8)),
+    )
+    assert at_rest == (0.0, 1.0)
+    assert leaning == pytest.approx(((0.5 + 0.6) / 2, 1 - (0.5 + 0.6) / 2))
+    assert falling == (1.0, 0.0)
+
+
+def test_each_joint_beyond_the_limit_is_a_warning():
+    joints = JointState(name=["knee", "hip", "elbow", "ankle"], position=[3.0, 3.1, -3.2, -2.9])
+    assert lines_about(joints) == [
+        ("warning", "joint beyond its limit", {"joint": "hip", "angle": 3.1, "limit": 3.0}),
+        ("warning", "joint beyond its limit", {"joint": "elbow", "angle": -3.2, "limit": 3.0}),
+    ]
+
+
+def test_max_joint_angle_is_the_limit():
+    joints = JointState(name=["knee", "hip"], position=[0.4, 0.6])
+    assert lines_about(joints, max_joint_angle=0.5) == [
+        ("warning", "joint beyond its limit", {"joint": "hip", "angle": 0.6, "limit": 0.5}),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("velocity", "mean"),
+    [([1.0, -1.0], None), ([], None), ([1.5, -0.6], 1.05), ([0.0, 0.0, -4.0], 1.333)],
+)
+def test_a_mean_speed_above_one_is_told(velocity, mean):
+    expected = [] if mean is None else [("info", "the joints move fast", {"mean_speed": mean})]
+    assert lines_about(JointState(velocity=velocity)) == expected
+
+
+@pytest.mark.parametrize(
+    ("imu", "joints", "status"),
+    [(True, True, ALL), (True, False, ONLY_IMU), (False, True, ONLY_JOINTS), (False, False, NOTHING)],
+)
+@virtual_time
+async def test_the_status_names_the_sensors_that_are_heard(imu, joints, status):
+    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
+        if imu:
+            graph.publish("imu/data", imu_of())
+        if joints:
+            graph.publish("joint_states", JointState())
+        await graph.clock.sleep(0.1)
+        assert graph.node(SensorProcessor).status == status
+
+
+@pytest.mark.parametrize("timeout_s", [1.0, 2.5])
+@virtual_time
+async def test_a_sensor_is_operational_while_its_last_message_is_younger_than_the_timeout(timeout_s):
+    parameters = {} if timeout_s == 1.0 else {"timeout_s": timeout_s}
+    async with Graph([SensorProcessor(**parameters)], clock=SimClock()) as graph:
+        await graph.clock.sleep(0.5)
+        graph.publish("imu/data", imu_of())
+        await graph.clock.sleep(0.25)
+        graph.publish("joint_states", JointState())
+        processor = graph.node(SensorProcessor)
+        await graph.clock.sleep(timeout_s - 0.375)
+        assert processor.status == ALL
+        await graph.clock.sleep(0.125)
+        assert processor.status == ONLY_JOINTS, "the IMU is as old as the timeout"
+        await graph.clock.sleep(0.25)
+        assert processor.status == NOTHING
+
+
+@virtual_time
+async def test_a_change_of_status_is_logged_once():
+    records = []
+    async with Graph([SensorProcessor()], clock=SimClock(), sinks=(records.append,)) as graph:
+        await graph.clock.sleep(3)
+        for _ in range(30):
+            graph.publish("imu/data", imu_of())
+            graph.publish("joint_states", JointState())
+            await graph.clock.sleep(0.1)
+        await graph.clock.sleep(3)
+    told = told_by_the_processor(records)
+    assert told == [("info", NOTHING, {}), ("info", ALL, {}), ("info", NOTHING, {})]
+
+
+@virtual_time
+async def test_a_best_effort_imu_is_good_enough():
+    """Sensors are often published without the promise to arrive; the processor asks for no more."""
+    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
+        graph.advertise(Imu, "imu/data", qos=SENSOR_DATA).publish(imu_of())
+        await graph.clock.sleep(0.1)
+        assert graph.node(SensorProcessor).status == ONLY_IMU
