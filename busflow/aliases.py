@@ -15,6 +15,36 @@ from numpy.typing import NDArray
 
 from busflow.fields import PRIMITIVES
 
+__all__ = [
+    "BoolArray",
+    "ByteArray",
+    "CharArray",
+    "Float32Array",
+    "Float64Array",
+    "Int8Array",
+    "Int16Array",
+    "Int32Array",
+    "Int64Array",
+    "UInt8Array",
+    "UInt16Array",
+    "UInt32Array",
+    "UInt64Array",
+    "byte",
+    "char",
+    "float32",
+    "float64",
+    "int8",
+    "int16",
+    "int32",
+    "int64",
+    "string",
+    "uint8",
+    "uint16",
+    "uint32",
+    "uint64",
+    "wstring",
+]
+
 float32 = Annotated[float, PRIMITIVES["float32"]]
 float64 = Annotated[float, PRIMITIVES["float64"]]
 int8 = Annotated[int, PRIMITIVES["int8"]]

@@ -104,20 +104,19 @@ def checker(
 ) -> Callable[[Any], AnyArray]:
     """A function that turns what a constructor is given into a frozen one-dimensional array of `dtype`."""
     wanted = np.dtype(dtype)
+    ndarray = np.ndarray
 
     def check(value: Any) -> AnyArray:
-        checked: AnyArray
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
-        if type(value) is np.ndarray and value.dtype is wanted and value.ndim == 1:
-            owner: Any = value.base
-            checked = value if type(owner) is bytes else frozen(value)
-        else:
+        if type(value) is not ndarray or value.dtype is not wanted or value.ndim != 1:
             checked = frozen(_convert(value, wanted, low, high))
-        length = len(checked)
-        if exactly is not None and length != exactly:
-            raise _refused(f"takes exactly {exactly} values, not {length}")
-        if at_most is not None and length > at_most:
-            raise _refused(f"takes at most {at_most} values, not {length}")
+        else:
+            base: Any = value.base
+            checked: AnyArray = value if type(base) is bytes else frozen(value)
+        if exactly is not None and len(checked) != exactly:
+            raise _refused(f"takes exactly {exactly} values, not {len(checked)}")
+        if at_most is not None and len(checked) > at_most:
+            raise _refused(f"takes at most {at_most} values, not {len(checked)}")
         return checked
 
     return check

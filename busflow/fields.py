@@ -26,6 +26,15 @@ _FLOAT32 = struct.Struct("<f")  # the native "f" would turn what is too large in
 _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
+class ArrayKind(Enum):
+    """How many values a field has."""
+
+    NONE = "one"
+    FIXED = "exactly size"
+    BOUNDED = "at most size"
+    UNBOUNDED = "any number"
+
+
 @dataclass(frozen=True, slots=True)
 class Primitive:
     """A ROS type that is one value; in an annotation's metadata it makes pydantic check values of it."""
@@ -65,6 +74,13 @@ class Primitive:
         plain = self.python(value)
         return round_float32(plain) if self.name == "float32" else plain
 
+    def array_check(self, kind: ArrayKind, size: int) -> Callable[[Any], arrays.AnyArray]:
+        """What makes a frozen array of what is given for a sequence of it."""
+        exactly = size if kind is ArrayKind.FIXED else None
+        at_most = size if kind is ArrayKind.BOUNDED else None
+        dtype = cast("type[np.generic]", self.dtype)
+        return arrays.checker(dtype, low=self.low, high=self.high, exactly=exactly, at_most=at_most)
+
     def schema(self, bound: int | None = None) -> CoreSchema:
         """How pydantic checks one value; `bound` limits a string's characters."""
         if self.python is str:
@@ -96,10 +112,12 @@ class Primitive:
         return {"type": _JSON_WORDS[self.python], **limits}
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return _understood(source, (self,)).__get_pydantic_core_schema__(source, handler)
+        # Reached only inside what ROS cannot describe, as in dict[str, float64].
+        return cast("FieldType", _read(source, (self,))).__get_pydantic_core_schema__(source, handler)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return handler(schema) if schema["type"] == "function-plain" else self.json_schema()
+        one = self.json_schema()
+        return {"type": "array", "items": one} if schema["type"] == "function-plain" else one
 
 
 def _integer(name: str, bits: int, dtype: type[np.generic], *, signed: bool) -> Primitive:
@@ -124,7 +142,6 @@ PRIMITIVES: Mapping[str, Primitive] = {
 """ROS 2's primitive types by name."""
 
 _PLAIN = {bool: "bool", int: "int64", float: "float64", str: "string"}
-"""Python's own types are the ROS types that hold the same values."""
 # Bytes and characters are unsigned too; uint8, which comes last, is what an array of them is called.
 _OF_DTYPE = {np.dtype(each.dtype).name: each for each in PRIMITIVES.values() if each.dtype}
 
@@ -149,22 +166,13 @@ class Length:
         object.__setattr__(self, "max", max)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        # Reached only inside what ROS cannot describe, as in dict[str, Annotated[Float64Array, Length(3)]].
+        # Reached only inside what ROS cannot describe, as Primitive's.
         def check(value: Any) -> Any:
             if self.exactly not in (None, len(value)) or (self.max is not None and len(value) > self.max):
                 raise ValueError(f"{len(value)} items break {self}")
             return value
 
         return cs.no_info_after_validator_function(check, handler(source))
-
-
-class ArrayKind(Enum):
-    """How many values a field has."""
-
-    NONE = "one"
-    FIXED = "exactly size"
-    BOUNDED = "at most size"
-    UNBOUNDED = "any number"
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +211,7 @@ class FieldType:
             if primitive and self.array is ArrayKind.NONE and primitive.python is not str:
                 return primitive.check(value)
             if primitive and primitive.dtype and self.array is not ArrayKind.NONE:
-                return self._array_check(primitive)(value)
+                return primitive.array_check(self.array, self.size)(value)
             if value == () and self.array is not ArrayKind.FIXED:
                 return ()
             if type(value) is self.base or (value == "" and self.array is ArrayKind.NONE):
@@ -213,22 +221,14 @@ class FieldType:
             reason = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
             raise InvalidDeclaration(f"its default does not fit: {reason}") from None
 
-    def _array_check(self, primitive: Primitive) -> Callable[[Any], arrays.AnyArray]:
-        return arrays.checker(
-            cast("type[np.generic]", primitive.dtype),
-            low=primitive.low,
-            high=primitive.high,
-            exactly=self.size if self.array is ArrayKind.FIXED else None,
-            at_most=self.size if self.array is ArrayKind.BOUNDED else None,
-        )
-
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         if isinstance(self.base, str):
             primitive = PRIMITIVES[self.base]
             if primitive.dtype and self.array is not ArrayKind.NONE:
                 # A frozen array stays an array in Python and becomes a list in JSON.
                 listed = cs.plain_serializer_function_ser_schema(np.ndarray.tolist, when_used="json")
-                return cs.no_info_plain_validator_function(self._array_check(primitive), serialization=listed)
+                check = primitive.array_check(self.array, self.size)
+                return cs.no_info_plain_validator_function(check, serialization=listed)
             item = primitive.schema(self.string_bound)
         else:
             item = _nested(self.base, handler)
@@ -246,7 +246,7 @@ class FieldType:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         if not isinstance(self.base, str):
-            return handler(schema["choices"][0] if schema["type"] == "union" else schema)  # type: ignore[arg-type]
+            return handler(cast("Any", schema["choices"][0] if schema["type"] == "union" else schema))
         item = PRIMITIVES[self.base].json_schema()
         if self.string_bound is not None:
             item["maxLength"] = self.string_bound
@@ -306,13 +306,6 @@ def _name_of(message: type[BaseModel]) -> str:
     return cast("Any", message).__ros_name__
 
 
-def _understood(annotation: Any, metadata: Sequence[Any]) -> FieldType:
-    meaning = _read(annotation, metadata)
-    if meaning is None:
-        raise InvalidDeclaration(f"{annotation!r} has no ROS type")
-    return meaning
-
-
 def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
     """The meaning of an annotation and its metadata."""
     base: Any
@@ -321,7 +314,8 @@ def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
         metadata = [*inner, *metadata]
     primitive = next((each for each in metadata if isinstance(each, Primitive)), None)
     length = next((each for each in metadata if isinstance(each, Length)), None)
-    kind, size = _array_kind(length)
+    kind = ArrayKind.UNBOUNDED if length is None else ArrayKind.FIXED if length.exactly else ArrayKind.BOUNDED
+    size = 0 if length is None else length.exactly or length.max or 0
     origin = get_origin(annotation) or annotation
     if origin is np.ndarray:
         return FieldType("", (primitive or _of_dtype(annotation)).name, kind, size)
@@ -355,12 +349,6 @@ def _read_sequence(annotation: Any, kind: ArrayKind, size: int) -> FieldType | N
     if get_origin(annotation) is list:
         raise InvalidDeclaration("a message cannot change, a list can; write Sequence[…]")
     return FieldType("", item.base, kind, size, item.string_bound)
-
-
-def _array_kind(length: Length | None) -> tuple[ArrayKind, int]:
-    if length is None:
-        return ArrayKind.UNBOUNDED, 0
-    return (ArrayKind.FIXED, length.exactly) if length.exactly else (ArrayKind.BOUNDED, length.max or 0)
 
 
 def _of_dtype(annotation: Any) -> Primitive:
