@@ -1,0 +1,116 @@
+"""The `busflow` command: its root, how errors reach the terminal, and exit codes. Imports nothing heavy."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+import click
+
+import busflow
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import colour, tell
+from busflow.errors import BusflowError, ExitCode, LaunchError, PluginError
+from busflow.text import did_you_mean
+
+_COMMANDS = {
+    "run": ("busflow.cli.run:run", "Run a launch file until Ctrl-C."),
+    "check": ("busflow.cli.check:check", "Find everything wrong with a launch file, without running it."),
+    "config": ("busflow.cli.config:config", "Show the resolved launch file, and where each value came from."),
+    "graph": ("busflow.cli.graph:graph", "Draw nodes and topics, without running them."),
+    "schema": (
+        "busflow.cli.schema:schema",
+        "Write the JSON Schema by which an editor completes a launch file.",
+    ),
+    "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
+    "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
+}
+_HELP = """A robot's node graph that you pip install.
+
+\b
+Examples:
+  busflow new my_robot
+  busflow run configs/lab1.yaml rate_hz:=50
+  busflow check configs/lab1.yaml
+"""
+
+
+def _show_version(ctx: click.Context, _option: click.Parameter, given: bool) -> None:
+    if given and not ctx.resilient_parsing:
+        click.echo(f"busflow {busflow.__version__}")
+        ctx.exit()
+
+
+_OPTIONS = [
+    click.Option(
+        ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show the version."
+    ),
+    click.Option(["--traceback"], is_flag=True, help="Show where in busflow an error arose."),
+]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """The console script; returns the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        code = _answer(arguments)
+        if sys.stdout:  # None where the shell closed it: `busflow … >&-`
+            sys.stdout.flush()
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED
+    except OSError as error:
+        # The interpreter flushes once more on its way out, and must not stumble over the same fault.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        if isinstance(error, BrokenPipeError):
+            return ExitCode.OK  # who reads our output has had enough: `busflow config … | head -1`
+        tell(f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}")
+        return ExitCode.FAILED
+    return code
+
+
+def _answer(arguments: list[str]) -> int:
+    """Run the command; whatever goes wrong is told once, on standard error."""
+    root = LazyGroup("busflow", _COMMANDS, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
+    root.params += _OPTIONS
+    if "_BUSFLOW_COMPLETE" in os.environ:
+        from click.shell_completion import shell_complete
+
+        return shell_complete(root, {}, "busflow", "_BUSFLOW_COMPLETE", os.environ["_BUSFLOW_COMPLETE"])
+    try:
+        with root.make_context("busflow", arguments, color=colour()) as context:
+            return _invoke(root, context)
+    except click.exceptions.Exit as end:
+        return end.exit_code
+    except click.Abort:
+        return ExitCode.INTERRUPTED
+    except click.ClickException as error:
+        tell(_usage(error))
+        return ExitCode.USAGE
+
+
+def _invoke(root: click.Group, context: click.Context) -> int:
+    try:
+        return int(root.invoke(context) or ExitCode.OK)
+    except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
+        raise
+    except BusflowError as error:
+        if context.params["traceback"]:
+            tell("".join(traceback.format_exception(error)))
+        tell(str(error) if isinstance(error, (LaunchError, PluginError)) else f"error: {error}")
+        return error.exit_code
+    except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
+        tell("".join(traceback.format_exception(error)))
+        tell("error: this is a bug in busflow; please report it with the lines above")
+        return ExitCode.FAILED
+
+
+def _usage(error: click.ClickException) -> str:
+    message = error.format_message()
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    if context and isinstance(error, click.NoSuchOption):
+        known = [name for each in context.command.get_params(context) for name in each.opts if name[0] == "-"]
+        message = f"there is no option {error.option_name}: {did_you_mean(error.option_name, known)}"
+    help_ = [context.get_usage(), f"Try '{context.command_path} --help'."] if context else []
+    return "\n".join([f"error: {message}", *help_])

@@ -1,0 +1,50 @@
+"""LazyGroup: a click group that imports a command when it is called, and not to list it."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import click
+
+from busflow.text import did_you_mean
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are given as name → (`module:attribute`, one line of help)."""
+
+    def __init__(self, name: str, lazy: Mapping[str, tuple[str, str]], *, help: str, **settings: Any) -> None:  # noqa: A002  # click's own word
+        super().__init__(name, help=help, no_args_is_help=False, **settings)
+        self._lazy = lazy
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's signature
+        """The commands in the order in which they were given."""
+        return list(self._lazy)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  # click's signature
+        """The command, imported now."""
+        if cmd_name not in self._lazy:
+            return None
+        module, _, attribute = self._lazy[cmd_name][0].partition(":")
+        return getattr(importlib.import_module(module), attribute)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's signature
+        """List the commands by the help that was given with them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in self._lazy.items()])
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Without a command, show what there is."""
+        if not args:
+            args = ["--help"]
+        return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is meant, or an error with the nearest one."""
+        name = args[0]
+        if name not in self._lazy and not ctx.resilient_parsing:
+            ctx.fail(f"there is no command {name!r}: {did_you_mean(name, self._lazy)}")
+        return super().resolve_command(ctx, args)

@@ -1,0 +1,72 @@
+"""`busflow new`: a small project that runs and whose tests pass, from the templates beside this file."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import shutil
+from importlib import resources
+from pathlib import Path
+
+import click
+
+from busflow.text import printable
+
+_FILES = {
+    "README.md": "README.md.txt",
+    "pyproject.toml": "pyproject.toml.txt",
+    ".gitignore": "gitignore.txt",
+    "plugins/driver.py": "driver.py.txt",
+    "configs/my_robot.yaml": "my_robot.yaml.txt",
+    "tests/test_driver.py": "test_driver.py.txt",
+}
+_TEMPLATE_NAME = "my_robot"
+"""What the templates call the project, in their file names too."""
+_NAME = re.compile(r"[a-z](?:_?[a-z0-9])*")
+_LONGEST = 60
+
+
+@click.command(epilog="\b\nExamples:\n  busflow new my_robot\n  cd my_robot && busflow run configs/my_robot.yaml")
+@click.argument("directory", type=click.Path(path_type=Path))
+def new(directory: Path) -> int:
+    """Make a small project in DIRECTORY: one plugin, one launch file, one test."""
+    name = _checked_name(directory)
+    try:
+        directory.mkdir(parents=True)
+    except FileExistsError:
+        raise click.ClickException(f"{directory} exists already; choose another name, or remove it") from None
+    except OSError as error:
+        raise click.ClickException(f"cannot make {directory}: {error.strerror}") from None
+    try:
+        _write(directory, name)
+    except OSError as error:
+        shutil.rmtree(directory, ignore_errors=True)  # half a project would stand in the way of the next attempt
+        raise click.ClickException(f"cannot write {error.filename}: {error.strerror}") from None
+    click.echo(f"Made {printable(directory)}: plugins/driver.py, configs/{name}.yaml, tests/test_driver.py. Next:")
+    click.echo(f"  cd {printable(directory)}\n  busflow run configs/{name}.yaml --for 5s\n  pytest")
+    return 0
+
+
+def _checked_name(directory: Path) -> str:
+    """The project's name, which is the directory's and also that of the ROS package of its messages."""
+    name = directory.name
+    if _is_name(name):
+        return name
+    proposal = re.sub(r"[^a-z0-9]+", "_", name.lower()).lstrip("_0123456789")[:_LONGEST].rstrip("_")
+    raise click.ClickException(
+        f"{name[:_LONGEST]!r} cannot name a project: use at most {_LONGEST} lower-case letters, digits and single '_', "
+        f"a letter first, and no word of Python's or busflow's" + (f"; try {proposal}" if _is_name(proposal) else "")
+    )
+
+
+def _is_name(name: str) -> bool:
+    return bool(_NAME.fullmatch(name)) and len(name) <= _LONGEST and not keyword.iskeyword(name) and name != "busflow"
+
+
+def _write(directory: Path, name: str) -> None:
+    templates = resources.files("busflow.cli") / "templates"
+    for target, template in _FILES.items():
+        path = directory / target.replace(_TEMPLATE_NAME, name)
+        path.parent.mkdir(exist_ok=True)
+        text = (templates / template).read_text(encoding="utf-8")
+        path.write_text(text.replace(_TEMPLATE_NAME, name), encoding="utf-8")

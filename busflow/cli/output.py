@@ -1,0 +1,79 @@
+"""What commands print: problems and errors, JSON that every reader accepts, and columns."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, cast
+
+import click
+
+from busflow.errors import Problem
+from busflow.text import printable
+
+_LABEL = re.compile(r"(^|: |  )(error|warning|info|fix):", re.MULTILINE)
+_COLOURS = {"error": "red", "warning": "yellow", "info": "cyan", "fix": "green"}
+
+
+def colour() -> bool | None:
+    """Whether to colour: NO_COLOR and FORCE_COLOR decide, else (None) whether it is a terminal."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    return True if os.environ.get("FORCE_COLOR") else None
+
+
+def tell(text: str, *, error_stream: bool = True) -> None:
+    """Write a message, control characters escaped and its labels coloured; to standard error unless it is data."""
+    safe = "\n".join(printable(line) for line in text.rstrip("\n").split("\n"))
+    marked = _LABEL.sub(lambda found: found[1] + click.style(found[2], fg=_COLOURS[found[2]], bold=True) + ":", safe)
+    click.echo(marked, err=error_stream, color=colour())
+
+
+def print_problems(problems: Iterable[Problem], *, error_stream: bool = False) -> None:
+    """Write each problem with its line, caret and fix."""
+    for problem in problems:
+        tell(problem.render(), error_stream=error_stream)
+
+
+def print_json(data: object) -> None:
+    """Print data as JSON."""
+    click.echo(json_text(data))
+
+
+def json_text(data: object) -> str:
+    """Data as JSON that every reader accepts; ASCII only, so that nothing in it can steer a terminal."""
+    return json.dumps(_finite(data), indent=2, default=str, allow_nan=False)
+
+
+def print_columns(rows: Iterable[Sequence[object]], *, indent: str = "") -> None:
+    """Print rows with their columns aligned, control characters escaped."""
+    for line in columns(rows):
+        click.echo(indent + line)
+
+
+def columns(rows: Iterable[Sequence[object]]) -> Iterator[str]:
+    """The rows as lines.
+
+    >>> list(columns([("a", 1, ""), ("long", "", "x")]))
+    ['a     1', 'long     x']
+    """
+    table = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _finite(data: Any) -> Any:
+    """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers."""
+    match data:
+        case float() if not math.isfinite(data):
+            return ".nan" if math.isnan(data) else f"{'-' * (data < 0)}.inf"
+        case Mapping():
+            return {str(key): _finite(each) for key, each in cast("Mapping[object, object]", data).items()}
+        case list() | tuple():
+            return [_finite(each) for each in cast("Sequence[object]", data)]
+        case _:
+            return data

@@ -1,0 +1,70 @@
+"""`busflow plugins`: which plugins there are, and what one takes and offers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import print_columns, print_json
+from busflow.plugins import find
+from busflow.text import printable
+
+_VERBS = {
+    "list": ("busflow.cli.plugins:list_", "List name and summary of each plugin."),
+    "info": ("busflow.cli.plugins:info", "Show a plugin's parameters, and what it publishes and receives."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow plugins list
+  busflow plugins list --folder lab/plugins --json
+  busflow plugins info sensor_publisher"""
+
+_DEFAULT = (Path("plugins"),)
+
+plugins = LazyGroup("plugins", _VERBS, help="List the plugins there are, or describe one.", epilog=_EXAMPLES)
+
+
+def _options(command: Callable[..., int]) -> Callable[..., int]:
+    command = click.option("--json", "as_json", is_flag=True, help="Print JSON.")(command)
+    return click.option(
+        "--folder",
+        "folders",
+        multiple=True,
+        metavar="DIR",
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        help="A plugin folder to look in; may be given several times.  [default: plugins, and what is installed]",
+    )(command)
+
+
+@click.command("list", epilog=_EXAMPLES)
+@_options
+def list_(folders: Sequence[Path], as_json: bool) -> int:
+    """List name and summary of each plugin; nothing is imported."""
+    folders = folders or _DEFAULT
+    found = find(folders)
+    if as_json:
+        print_json([asdict(each) for each in found])
+        return 0
+    print_columns((each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found)
+    if not found:
+        click.echo(f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed", err=True)
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name")
+@_options
+def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
+    """Show the parameters of the plugin NAME with defaults and ranges, and its topics in and out."""
+    from busflow.cli.plugin_sheet import sheet
+
+    described = sheet(name, folders or _DEFAULT)
+    if as_json:
+        print_json(described.as_json())
+    else:
+        described.print()
+    return 0

@@ -1,0 +1,106 @@
+"""A resolved launch file as YAML that can be read back, each value with the place it came from as a comment."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from busflow.errors import PluginError
+from busflow.launch.scalar import plain_scalar
+from busflow.launch.value import Origin, Scalar, Source, Value
+from busflow.node import parameters_class
+from busflow.parameters import describe
+from busflow.plugins import load
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.launch.description import LaunchDescription
+
+_PLAIN = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
+_WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
+"""Other readers take these for true and false."""
+
+
+def resolve(description: LaunchDescription) -> Value:
+    """The whole as one file, each node's parameters filled up with its plugin's defaults.
+
+    A node whose plugin cannot be loaded is shown as the files state it: `busflow check` tells why.
+    """
+    default = Origin(Source.DEFAULT)
+    resolved = description.resolved or Value({}, default)
+    for spec in description.nodes:
+        with suppress(PluginError):
+            for parameter in describe(parameters_class(load(spec.plugin, spec.folders))):
+                path = ("nodes", spec.full_name.removeprefix("/"), "parameters", *parameter.name.split("."))
+                if not parameter.required and resolved.find(path) is None:
+                    resolved = resolved.with_member(path, Value.of(parameter.default, default))
+    return resolved
+
+
+def lines(value: Value) -> Iterator[str]:
+    """The YAML, with aligned comments."""
+    pairs = list(_block(value, ""))
+    width = min(60, max((len(text) for text, origin in pairs if origin), default=0))
+    for text, origin in pairs:
+        yield f"{text:<{width}}  # from {printable(origin)}" if origin else text
+
+
+def origins(value: Value) -> dict[str, str]:
+    """The origin of each value, by its dotted path."""
+    return {".".join(map(str, path)): str(leaf.origin) for path, leaf in value.leaves()}
+
+
+def _block(value: Value, indent: str) -> Iterator[tuple[str, str]]:
+    """Lines, each with the origin of the scalar it holds; empty for lines that hold none."""
+    if isinstance(value.content, dict):
+        for key, member in value.content.items():
+            yield from _member(f"{indent}{_scalar(key)}:", member, indent + "  ")
+    elif isinstance(value.content, list):
+        for member in value.content:
+            yield from _member(f"{indent}-", member, indent + "  ")
+    else:
+        yield f"{indent}{_scalar(value.content)}", str(value.origin)
+
+
+def _member(head: str, member: Value, indent: str) -> Iterator[tuple[str, str]]:
+    match member.content:
+        case dict() | list() as content if content:
+            yield head, ""
+            yield from _block(member, indent)
+        case dict():
+            yield f"{head} {{}}", str(member.origin)
+        case list():
+            yield f"{head} []", str(member.origin)
+        case scalar:
+            yield f"{head} {_scalar(scalar)}", str(member.origin)
+
+
+def _scalar(value: Scalar) -> str:
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "true" if value else "false"
+        case float() if not math.isfinite(value):
+            return ".nan" if math.isnan(value) else f"{'-' * (value < 0)}.inf"
+        case str():
+            return _text(value)
+        case _:
+            return repr(value)
+
+
+def _text(text: str) -> str:
+    """Plain where it stays text for every reader; else in double quotes, escaped, `${` kept from being a name."""
+    if _PLAIN.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
+        try:
+            if plain_scalar(text) == text:
+                return text
+        except ValueError:
+            pass
+    # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
+    return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)

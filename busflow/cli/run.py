@@ -1,0 +1,79 @@
+"""`busflow run`: a launch file's nodes, until Ctrl-C, a time, or a failure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.launching import Given, duration, launch_file
+
+if TYPE_CHECKING:
+    from busflow.launch.description import Argument
+
+_EXAMPLES = """\b
+Examples:
+  busflow run configs/lab1.yaml
+  busflow run configs/lab1.yaml --for 5s --report run.json
+  busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
+  busflow run configs/lab1.yaml --help"""
+
+
+@click.command(epilog=_EXAMPLES, add_help_option=False)
+@launch_file(required=False)
+@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
+@click.option("--seed", type=int, help="Seed of the nodes' random generators, in place of the file's.")
+@click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write what the run came to, as JSON.")
+@click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
+@click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
+@click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
+@click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
+@click.pass_context
+def run(
+    context: click.Context,
+    file: Path | None,
+    assignments: tuple[str, ...],
+    sets: tuple[str, ...],
+    for_s: float | None,
+    seed: int | None,
+    report: Path | None,
+    log_format: str,
+    strict: bool,
+    verbose: bool,
+    show_help: bool,
+) -> int:
+    """Run the nodes of FILE until Ctrl-C.
+
+    Logs go to standard error; at the end a table on standard output tells what became of every message.
+    """
+    if show_help:
+        return _help(context, file)
+    if file is None:
+        raise click.MissingParameter(ctx=context, param=context.command.params[0])
+    from busflow.cli.running import Run
+
+    described = Given(file, assignments, sets).description()
+    return Run(described, seed=seed, strict=strict, verbose=verbose, log_format=log_format).go(for_s, report)
+
+
+def _help(context: click.Context, file: Path | None) -> int:
+    click.echo(context.get_help())
+    if file is not None:
+        from busflow.cli.output import print_columns
+        from busflow.launch.load import read_arguments
+
+        rows = [_row(each) for each in read_arguments(file)]
+        click.echo(f"\nArguments of {file}:" if rows else f"\n{file} takes no arguments.")
+        print_columns(rows, indent="  ")
+    return 0
+
+
+def _row(argument: Argument) -> tuple[object, ...]:
+    """One argument of the launch file: how to write it, its type, default and range, its help."""
+    from busflow.annotation import Bounds
+
+    allowed = " | ".join(map(str, argument.choices)) if argument.choices else ""
+    bounds = str(Bounds(argument.minimum, argument.maximum))
+    default = "required" if argument.required else f"= {argument.default}"
+    return f"{argument.name}:=", argument.type, default, allowed or bounds, argument.help

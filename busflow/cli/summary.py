@@ -1,0 +1,81 @@
+"""The tables at the end of a run: what became of every message, and how punctual the timers were."""
+
+from __future__ import annotations
+
+import io
+import sys
+from typing import TYPE_CHECKING
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from busflow.cli.output import colour
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.report import Report
+
+_WIDE = 200
+"""Characters of a line where standard output is a file or a pipe: nothing is cut."""
+
+
+def print_summary(report: Report) -> None:
+    """Print the tables on standard output."""
+    terminal = sys.stdout is not None and sys.stdout.isatty()  # pyright: ignore[reportUnnecessaryComparison]  # `>&-` closes it
+    text = io.StringIO()
+    console = Console(
+        file=text,
+        force_terminal=terminal if (wanted := colour()) is None else wanted,
+        width=None if terminal else _WIDE,
+        markup=False,
+        highlight=False,
+        emoji=False,
+    )
+    ended = f"exit code {int(report.exit_code)}"
+    console.print(
+        f"\n{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
+    )
+    for table in (_topics(report), _timers(report)):
+        if table.row_count:
+            console.print()
+            console.print(table)
+    if lost := report.inbox_dropped + report.inbox_refused:
+        console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
+    click.echo(text.getvalue(), nl=False, color=True)  # rich has decided about colour already
+
+
+def _topics(report: Report) -> Table:
+    table = _table("topic", "type", "published", "rate", "delivered", "dropped", "queued")
+    for topic in report.topics:
+        rate = topic.published / report.duration_s if report.duration_s > 0 else 0.0
+        _row(table, topic.name, topic.type, topic.published, f"{rate:.1f} Hz", "", "", "")
+        for line in topic.subscriptions:
+            queue = f"depth {line.depth}, {line.overflow}"
+            _row(table, f"  → {line.node}", queue, line.published, "", line.delivered, line.dropped, line.queued)
+    return table
+
+
+def _timers(report: Report) -> Table:
+    table = _table("node", "timer", "period", "fired", "missed", "late p50", "late p99")
+    for timer in report.timers:
+        late = (_milliseconds(timer.lateness_p50_s), _milliseconds(timer.lateness_p99_s))
+        _row(table, timer.node, timer.name, f"{timer.period_s:g} s", timer.fired, timer.missed, *late)
+    return table
+
+
+def _table(*titles: str) -> Table:
+    """A table whose first two columns are text and the others numbers."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for index, title in enumerate(titles):
+        table.add_column(title, justify="left" if index < 2 else "right", overflow="fold")
+    return table
+
+
+def _row(table: Table, *cells: object) -> None:
+    table.add_row(*(Text(printable(cell)) for cell in cells))
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "" if seconds is None else f"{seconds * 1000:.2f} ms"

@@ -1,0 +1,124 @@
+"""`busflow check` and `busflow graph` look at a launch file without running it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+pytestmark = pytest.mark.usefixtures("project")
+
+Captured = pytest.CaptureFixture[str]
+
+
+def replace(old: str, new: str) -> None:
+    text = Path("talk.yaml").read_text()
+    assert old in text
+    Path("talk.yaml").write_text(text.replace(old, new))
+
+
+def test_a_file_that_is_right_is_exit_code_0(capsys: Captured):
+    assert main(["check", "talk.yaml"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+
+
+def test_all_problems_are_told_at_once_with_place_and_fix(capsys: Captured):
+    replace("plugin: talker", "plugin: talkr")
+    replace("plugin: listener", "plugin: listener\n    remap: {number: other}")
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert "talk.yaml:7:13: error: there is no plugin 'talkr'" in out
+    assert "fix: did you mean 'talker'?" in out
+    assert "talk.yaml:11:13: error: the remap of number matches no topic" in out
+    assert out.endswith("2 errors, 1 warning\n")
+
+
+def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(capsys: Captured):
+    replace("name: talk", "nmae: talk")
+    replace("plugin: listener", "plugin: listner")
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert "did you mean 'name'?" in out
+    assert "did you mean 'listener'?" in out
+
+
+def test_json_holds_every_problem(capsys: Captured):
+    replace("plugin: talker", "plugin: talkr")
+    assert main(["check", "talk.yaml", "--json"]) == 3
+    told = json.loads(capsys.readouterr().out)
+    assert (told["file"], told["ok"]) == ("talk.yaml", False)
+    first = told["problems"][0]
+    assert (first["code"], first["file"], first["line"], first["column"]) == ("unknown-plugin", "talk.yaml", 7, 13)
+
+
+def test_strict_makes_a_topic_that_nobody_publishes_an_error(capsys: Captured):
+    replace("plugin: listener", "plugin: listener\n    remap: {numbers: other}")
+    assert main(["check", "talk.yaml"]) == 0
+    assert "nobody publishes" in capsys.readouterr().out
+    assert main(["check", "talk.yaml", "--strict"]) == 3
+    assert main(["run", "talk.yaml", "--strict"]) == 2
+
+
+def test_a_topic_that_nobody_hears_is_told_on_request(capsys: Captured):
+    replace("  listener:\n    plugin: listener\n", "")
+    assert main(["check", "talk.yaml"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+    assert main(["check", "talk.yaml", "-v"]) == 0
+    assert "which nobody receives" in capsys.readouterr().out
+
+
+def test_a_missing_file_is_a_problem_too(capsys: Captured):
+    assert main(["check", "missing.yaml"]) == 3
+    assert "cannot read missing.yaml" in capsys.readouterr().out
+
+
+def test_the_graph_shows_who_publishes_what_to_whom(capsys: Captured):
+    assert main(["graph", "talk.yaml"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "/talker  (talker)",
+        "  /numbers  std_msgs/msg/Float64  →  /listener",
+        "/listener  (listener)",
+    ]
+
+
+def test_the_graph_shows_what_nobody_publishes_or_hears(capsys: Captured):
+    replace("plugin: listener", "plugin: listener\n    remap: {numbers: other}")
+    assert main(["graph", "talk.yaml"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "/talker  (talker)",
+        "  /numbers  std_msgs/msg/Float64  →  nobody",
+        "/listener  (listener)",
+        "nobody",
+        "  /other  std_msgs/msg/Float64  →  /listener",
+    ]
+
+
+def test_the_graph_as_mermaid_dot_and_json(capsys: Captured):
+    assert main(["graph", "talk.yaml", "--format", "mermaid"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "flowchart LR",
+        '  n0["/talker"]',
+        '  n1["/listener"]',
+        '  t0(["/numbers<br/>std_msgs/msg/Float64"])',
+        "  n0 --> t0",
+        "  t0 --> n1",
+    ]
+    assert main(["graph", "talk.yaml", "--format", "dot"]) == 0
+    assert "  t0 -> n1" in capsys.readouterr().out
+    assert main(["graph", "talk.yaml", "--format", "json"]) == 0
+    drawn = json.loads(capsys.readouterr().out)
+    assert drawn["topics"] == [
+        {
+            "name": "/numbers",
+            "type": "std_msgs/msg/Float64",
+            "publishers": ["/talker"],
+            "subscriptions": ["/listener"],
+        }
+    ]
+
+
+def test_a_graph_that_cannot_be_is_not_drawn(capsys: Captured):
+    replace("plugin: talker", "plugin: talkr")
+    assert main(["graph", "talk.yaml"]) == 2
+    assert capsys.readouterr().out == ""

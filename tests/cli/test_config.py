@@ -1,0 +1,81 @@
+"""`busflow config` prints the resolved file, which can be read back, and where each value came from."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.cli import main
+from busflow.cli.resolved import lines
+from busflow.launch.document import parse
+from busflow.launch.expression import Resolver, Scope
+from busflow.launch.value import Origin, Source, Value
+
+Captured = pytest.CaptureFixture[str]
+
+scalars = (
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**63 - 1)
+    | st.floats(allow_nan=False)
+    | st.text()
+    | st.sampled_from(
+        ["yes", "on", "12:30", "010", "1e3", "~", "null", "${args.x}", "$${x}", "-", "a: b", "# c", ".inf"]
+    )
+)
+documents = st.dictionaries(
+    st.text(),
+    st.recursive(
+        scalars, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3), max_leaves=8
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@given(documents)
+def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
+    printed = "\n".join(lines(Value.of(data, Origin(Source.DEFAULT))))
+    assert all(" " <= each < "\x7f" or each == "\n" or each >= "\xa0" for each in printed)
+    resolver = Resolver(Scope({}))
+    assert resolver.resolve(parse(printed.encode(), "printed.yaml")).data == data
+    assert resolver.problems == []
+
+
+def test_numbers_that_are_none_are_yamls():
+    (line,) = lines(Value.of({"a": math.nan}, Origin(Source.DEFAULT)))
+    assert line.startswith("a: .nan")
+
+
+@pytest.mark.usefixtures("project")
+class TestCommand:
+    def test_each_value_says_where_it_came_from(self, capsys: Captured):
+        arguments = ["rate_hz:=50", "--set", "nodes.listener.restart=always"]
+        assert main(["config", "talk.yaml", *arguments]) == 0
+        found = dict(line.rsplit("# from ", 1) for line in capsys.readouterr().out.splitlines() if "# from" in line)
+        origins = {key.strip(): value for key, value in found.items()}
+        assert origins["name: talk"] == "talk.yaml:1:7"
+        assert origins["rate_hz: 50.0"].endswith("from command line")
+        assert origins["restart: always"] == "command line"
+        assert origins["fail_at: 0"] == "default"
+
+    def test_a_node_whose_plugin_does_not_load_is_shown_as_stated(self, capsys: Captured):
+        Path("plugins/talker.py").write_text("raise ValueError")
+        assert main(["config", "talk.yaml"]) == 0
+        assert "plugin: talker" in capsys.readouterr().out
+
+    def test_json_has_the_data_and_the_origins(self, capsys: Captured):
+        assert main(["config", "talk.yaml", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["config"]["nodes"]["talker"]["parameters"]["rate_hz"] == 100.0
+        assert told["origins"]["nodes.talker.plugin"] == "talk.yaml:7:13"
+
+    def test_what_it_prints_runs(self, capsys: Captured):
+        assert main(["config", "talk.yaml", "rate_hz:=50"]) == 0
+        Path("resolved.yaml").write_text(capsys.readouterr().out)
+        assert main(["check", "resolved.yaml"]) == 0
+        assert main(["config", "resolved.yaml"]) == 0
+        assert "rate_hz: 50.0" in capsys.readouterr().out

@@ -1,0 +1,123 @@
+"""The root of the command: what it answers to wrong usage, failures, signals and closed pipes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import busflow
+from busflow.cli import main
+
+BUSFLOW = [sys.executable, "-c", "import sys; from busflow.cli import main; sys.exit(main())"]
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def broken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plugin that does not import, so that `plugins info broken` fails."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/broken.py").write_text("raise ValueError('\\x1b[31mred')\n")
+
+
+def test_without_a_command_the_help_is_shown(capsys: Captured):
+    assert main([]) == 0
+    assert main(["plugins"]) == 0
+    out = capsys.readouterr().out
+    assert "run      Run a launch file until Ctrl-C." in out
+    assert "info  Show a plugin's parameters" in out
+
+
+def test_the_version_is_the_packages(capsys: Captured):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"busflow {busflow.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["rnu"], "error: there is no command 'rnu': did you mean 'run'?"),
+        (["plugins", "lst"], "error: there is no command 'lst': did you mean 'list'?"),
+        (["plugins", "list", "--jsno"], "error: there is no option --jsno: did you mean '--json'?"),
+        (["run", "x.yaml", "--fro", "5s"], "error: there is no option --fro: did you mean '--for'?"),
+        (["run", "x.yaml", "--for", "soon"], "a duration is a number of seconds or a text such as 50ms"),
+        (["run"], "Missing argument 'FILE'"),
+        (["run", "x.yaml", "--seed", "many"], "'many' is not a valid integer"),
+        (["plugins", "info"], "Missing argument 'NAME'"),
+        (["--traceback"], "Missing command"),
+    ],
+)
+def test_wrong_usage_is_told_with_what_would_be_right(capsys: Captured, arguments: list[str], told: str):
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert told in captured.err
+    assert "Usage: busflow" in captured.err
+    assert captured.out == ""
+
+
+def test_what_the_user_typed_cannot_steer_the_terminal(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    for arguments in (["\x1b[31m"], ["--\x1b[31m"], ["new", "\x1b[31m"], ["run", "\x1b[31m"], ["new", "a\x9b31m"]):
+        assert main(arguments) == 2
+    assert "\x1b[31m\x1b[1merror\x1b[0m:" in capsys.readouterr().err.replace("\x1b[1m\x1b[31m", "\x1b[31m\x1b[1m")
+
+
+@pytest.mark.usefixtures("broken")
+class TestFailure:
+    def test_an_error_is_one_rendered_block_with_its_exit_code(self, capsys: Captured):
+        assert main(["plugins", "info", "broken"]) == 2
+        err = capsys.readouterr().err
+        assert err.splitlines() == [
+            r"plugins/broken.py:1:1: error: plugin 'broken' cannot be imported: ValueError: \x1b[31mred",
+            r"  raise ValueError('\\x1b[31mred')".replace(r"\\", "\\"),
+            "  " + "^" * len(r"raise ValueError('\x1b[31mred')"),
+        ]
+
+    def test_the_traceback_is_shown_on_request(self, capsys: Captured):
+        assert main(["--traceback", "plugins", "info", "broken"]) == 2
+        err = capsys.readouterr().err
+        assert "Traceback (most recent call last)" in err
+        assert "\x1b" not in err
+
+    @pytest.mark.parametrize(
+        ("variables", "coloured"),
+        [({"FORCE_COLOR": "1"}, True), ({}, False), ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False)],
+    )
+    def test_colour_follows_the_environment(
+        self, capsys: Captured, monkeypatch: pytest.MonkeyPatch, variables: dict[str, str], coloured: bool
+    ):
+        for name in ("NO_COLOR", "FORCE_COLOR", "TERM"):
+            monkeypatch.delenv(name, raising=False)
+        for name, value in variables.items():
+            monkeypatch.setenv(name, value)
+        main(["plugins", "info", "broken"])
+        assert ("\x1b[" in capsys.readouterr().err) is coloured
+
+    def test_ctrl_c_is_130_without_a_traceback(self):
+        Path("plugins/slow.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n")
+        done = subprocess.run([*BUSFLOW, "plugins", "info", "slow"], capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (130, "")
+
+
+@pytest.mark.parametrize("command", ["--help", "plugins list --json"])
+def test_a_reader_that_leaves_early_ends_it_quietly(command: str):
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([*BUSFLOW, *command.split()], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_without_any_standard_output_it_still_works():
+    done = subprocess.run(f"{sys.executable} -m busflow --version >&-", shell=True, capture_output=True)  # noqa: S602  # the shell closes it
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_full_disk_is_told():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1
+    assert done.stderr == "error: No space left on device, on writing the output\n"

@@ -1,0 +1,95 @@
+"""`busflow new` makes a project that is right as it stands, or nothing at all."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_project_checks_runs_and_passes_its_own_test(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+    assert main(["new", "rover"]) == 0
+    out = capsys.readouterr().out
+    assert "busflow run configs/rover.yaml" in out
+    monkeypatch.chdir("rover")
+    assert main(["check", "configs/rover.yaml"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+    assert main(["run", "configs/rover.yaml", "speed:=0.1", "--for", "150ms"]) == 0
+    assert "/cmd_vel" in capsys.readouterr().out
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider"], capture_output=True, text=True
+    )
+    assert "1 passed" in done.stdout, done.stdout
+
+
+def test_the_project_bears_its_name_everywhere():
+    assert main(["new", "deep/down/rover2"]) == 0
+    project = Path("deep/down/rover2")
+    files = sorted(str(path.relative_to(project)) for path in project.rglob("*") if path.is_file())
+    assert files == [
+        ".gitignore",
+        "README.md",
+        "configs/rover2.yaml",
+        "plugins/driver.py",
+        "pyproject.toml",
+        "tests/test_driver.py",
+    ]
+    assert not any("my_robot" in (project / file).read_text() for file in files)
+    assert tomllib.loads((project / "pyproject.toml").read_text())["project"]["name"] == "rover2"
+
+
+def test_the_project_satisfies_linter_and_formatter():
+    assert main(["new", "rover"]) == 0
+    for check in (
+        ["check", "--select", "E,F,I,B,UP", "--line-length", "120"],
+        ["format", "--check", "--line-length", "120"],
+    ):
+        done = subprocess.run([sys.executable, "-m", "ruff", *check, "rover"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("present", ["file", "folder"])
+def test_nothing_is_overwritten(capsys: Captured, present: str):
+    if present == "folder":
+        Path("rover").mkdir()
+    else:
+        Path("rover").write_text("mine")
+    assert main(["new", "rover"]) == 2
+    assert capsys.readouterr().err == "error: rover exists already; choose another name, or remove it\n"
+    assert Path("rover").is_dir() or Path("rover").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("My-Robot", "; try my_robot\n"),
+        ("9lives", "; try lives\n"),
+        ("a__b", "; try a_b\n"),
+        ("class", "Python's or busflow's\n"),
+        ("busflow", "Python's or busflow's\n"),
+        ("größe", "; try gr_e\n"),
+        ("x" * 300, ""),
+        ("\x1b[31m", r"'\x1b[31m' cannot name a project"),
+        ("a/..", "cannot name a project"),
+    ],
+)
+def test_a_bad_name_is_answered_with_a_good_one(capsys: Captured, here: Path, name: str, hint: str):
+    assert main(["new", name]) == 2
+    assert hint in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
+def test_where_nothing_can_be_written_it_says_so(capsys: Captured):
+    assert main(["new", "/proc/rover"]) == 2
+    assert capsys.readouterr().err.startswith("error: cannot make /proc/rover: ")

@@ -1,0 +1,115 @@
+"""`busflow plugins` lists plugins without importing them, and describes one."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+pytestmark = pytest.mark.usefixtures("project")
+
+Captured = pytest.CaptureFixture[str]
+
+CHOOSY = '''
+from typing import Literal
+
+from pydantic import Field
+
+from busflow import Node, Parameters, publisher, subscription
+from busflow.msgs.std_msgs import Bool, Float64
+
+
+class ChoosyParameters(Parameters):
+    side: Literal["left", "right"]
+    gain: float = Field(default=1.0, gt=0, le=10, description="How much.")
+
+
+class Choosy(Node):
+    """Wants to know a side."""
+
+    parameters: ChoosyParameters
+    ready = publisher(Bool, "~/ready")
+
+    @subscription("numbers")
+    def hear(self, number: Float64) -> None: ...
+'''
+
+
+def test_names_and_summaries_are_listed(capsys: Captured):
+    Path("plugins/broken.py").write_text("class (")
+    assert main(["plugins", "list"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "broken    cannot be read: SyntaxError: invalid syntax",
+        "listener  Says what it hears.",
+        "talker    Counts aloud.",
+    ]
+
+
+def test_a_list_as_json(capsys: Captured):
+    assert main(["plugins", "list", "--json", "--folder", "plugins"]) == 0
+    first = json.loads(capsys.readouterr().out)[0]
+    assert first == {
+        "name": "listener",
+        "summary": "Says what it hears.",
+        "file": "plugins/listener.py",
+        "line": 6,
+        "fault": None,
+    }
+
+
+def test_an_empty_list_says_where_was_looked(capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    assert main(["plugins", "list"]) == 0
+    assert capsys.readouterr().err == "no plugins in plugins, and none installed\n"
+
+
+def test_a_folder_that_is_not_there_is_an_error(capsys: Captured):
+    assert main(["plugins", "list", "--folder", "plugin"]) == 2
+    assert "'plugin' does not exist" in capsys.readouterr().err
+
+
+def test_info_shows_parameters_and_topics(capsys: Captured):
+    assert main(["plugins", "info", "talker"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "talker: Counts aloud.",
+        "  plugins/talker.py",
+        "",
+        "Parameters:",
+        "  rate_hz  float  = 100.0",
+        "  fail_at  int    = 0",
+        "",
+        "Publishes:",
+        "  /numbers  std_msgs/msg/Float64",
+        "",
+        "Receives: nothing",
+    ]
+
+
+def test_info_needs_no_values_for_required_parameters(capsys: Captured):
+    Path("plugins/choosy.py").write_text(CHOOSY)
+    assert main(["plugins", "info", "choosy"]) == 0
+    out = capsys.readouterr().out
+    assert "  side  " in out
+    assert "required  left | right" in out
+    assert "= 1.0     greater than 0, at most 10  How much." in out
+    assert "/choosy/ready  std_msgs/msg/Bool" in out
+    assert "/numbers  std_msgs/msg/Float64" in out
+    assert "may decide about more topics" in out
+
+
+def test_info_as_json(capsys: Captured):
+    Path("plugins/choosy.py").write_text(CHOOSY)
+    assert main(["plugins", "info", "choosy", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    side, gain = told["parameters"]
+    assert (side["required"], side["choices"]) == (True, ["left", "right"])
+    assert (gain["default"], gain["minimum"], gain["exclusive_minimum"], gain["maximum"]) == (1.0, 0, True, 10)
+    assert told["publishes"] == [{"topic": "/choosy/ready", "type": "std_msgs/msg/Bool"}]
+    assert told["complete"] is False
+
+
+def test_info_of_an_unknown_plugin_is_answered_with_the_nearest(capsys: Captured):
+    assert main(["plugins", "info", "taker"]) == 2
+    assert "did you mean 'talker'?" in capsys.readouterr().err

@@ -1,0 +1,121 @@
+"""`busflow run`: what it prints, reports and returns."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+BUSFLOW = [sys.executable, "-m", "busflow"]
+
+pytestmark = pytest.mark.usefixtures("project")
+
+Captured = pytest.CaptureFixture[str]
+
+
+def test_a_run_logs_to_standard_error_and_ends_with_a_table(capsys: Captured):
+    assert main(["run", "talk.yaml", "--for", "0.2"]) == 0
+    captured = capsys.readouterr()
+    assert "/listener: heard number=1.0" in captured.err
+    assert "talk: 0.2" in captured.out
+    topic, listener = (line.split() for line in captured.out.splitlines() if line.startswith(("/numbers", "  →")))
+    assert topic[:3] == ["/numbers", "std_msgs/msg/Float64", listener[5]]
+    assert listener[1:5] == ["/listener", "depth", "10,", "drop_oldest"]
+    assert "/talker  talk" in captured.out
+
+
+def test_the_report_accounts_for_every_message():
+    assert main(["run", "talk.yaml", "--for", "200ms", "--seed", "7", "--report", "run.json"]) == 0
+    report = json.loads(Path("run.json").read_text())
+    assert (report["name"], report["seed"], report["clock"], report["exit_code"]) == ("talk", 7, "system", 0)
+    assert [node["name"] for node in report["nodes"]] == ["/talker", "/listener"]
+    (topic,) = report["topics"]
+    (line,) = topic["subscriptions"]
+    assert topic["published"] == line["published"] == line["delivered"] + line["dropped"] + line["queued"] > 0
+    assert report["timers"][0]["fired"] == topic["published"]
+
+
+def test_json_logs_are_one_object_a_line(capsys: Captured):
+    assert main(["run", "talk.yaml", "--for", "50ms", "--log-format", "json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
+    assert {"node": "/listener", "event": "heard", "number": 1.0}.items() <= lines[0].items()
+
+
+def test_arguments_and_set_change_the_run(capsys: Captured):
+    assert main(["run", "talk.yaml", "rate_hz:=20", "--for", "50ms"]) == 0
+    assert "0.05 s" in capsys.readouterr().out
+    assert main(["run", "talk.yaml", "--set", "nodes.talker.parameters.rate_hz=25", "--for", "50ms"]) == 0
+    assert "0.04 s" in capsys.readouterr().out
+
+
+def test_a_failing_node_is_told_in_one_block_and_the_run_still_accounts(capsys: Captured):
+    failing = ["--set", "nodes.talker.parameters.fail_at=3"]
+    assert main(["run", "talk.yaml", *failing, "--report", "run.json"]) == 1
+    captured = capsys.readouterr()
+    assert "node /talker failed in Talker.talk" in captured.err
+    assert "plugins/talker.py:22" in captured.err
+    assert r"ValueError: \x1b[31mlost count" in captured.err
+    assert "\x1b" not in captured.err + captured.out
+    assert "exit code 1" in captured.out
+    report = json.loads(Path("run.json").read_text())
+    assert report["exit_code"] == 1
+    assert {node["name"]: node["state"] for node in report["nodes"]}["/talker"] == "failed"
+
+
+def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
+    assert main(["run", "talk.yaml", "--set", "nodes.talker.parameters.rate_hz=fast", "--report", "run.json"]) == 2
+    captured = capsys.readouterr()
+    assert "rate_hz" in captured.err
+    assert captured.out == ""
+    assert not Path("run.json").exists()
+
+
+@pytest.mark.parametrize("path", ["/proc/run.json", "missing/run.json", "plugins"])
+def test_a_report_that_cannot_be_written_is_told_before_the_run(capsys: Captured, path: str):
+    assert main(["run", "talk.yaml", "--report", path]) == 2
+    assert f"cannot write {path}" in capsys.readouterr().err
+
+
+def test_help_with_a_file_shows_the_files_own_arguments(capsys: Captured):
+    assert main(["run", "talk.yaml", "--help"]) == 0
+    out = capsys.readouterr().out
+    assert "Usage: busflow run [OPTIONS] FILE" in out
+    assert "rate_hz:=  float  = 100.0  at most 1000  How often to talk." in out
+
+
+def test_help_lists_arguments_that_have_no_value_yet(capsys: Captured):
+    text = Path("talk.yaml").read_text()
+    Path("talk.yaml").write_text(text.replace("default: 100.0, ", ""))
+    assert main(["run", "talk.yaml", "--help"]) == 0
+    assert "rate_hz:=  float  required" in capsys.readouterr().out
+
+
+@pytest.mark.e2e
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it_in_order_with_its_table(number: signal.Signals, code: int):
+    with subprocess.Popen(
+        [*BUSFLOW, "run", "talk.yaml", "--report", "run.json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stderr is not None
+        process.stderr.readline()
+        process.send_signal(number)
+        out, err = process.communicate(timeout=10)
+    assert process.returncode == code
+    assert b"Traceback" not in err
+    assert f"exit code {code}".encode() in out
+    assert json.loads(Path("run.json").read_text())["exit_code"] == code
+
+
+@pytest.mark.e2e
+def test_no_reader_of_the_table_is_no_failure():
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([*BUSFLOW, "run", "talk.yaml", "--for", "50ms"], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert done.returncode == 0
+    assert b"Error" not in done.stderr

@@ -1,0 +1,39 @@
+"""The command line starts without importing what it does not need."""
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = ("pydantic", "numpy", "structlog", "asyncio", "rich", "anyio", "yaml")
+IMPORTS = (
+    "import sys, busflow.cli\n"
+    "code = busflow.cli.main(sys.argv[2:])\n"
+    "print('imported:', [name for name in sys.argv[1].split(',') if name in sys.modules], file=sys.stderr)\n"
+    "sys.exit(code)"
+)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "",
+        "--help",
+        "--version",
+        "plugins list",
+        "plugins list --json",
+        "plugins info --help",
+        "run --help",
+        "check --help",
+        "config --help",
+        "graph --help",
+        "new --help",
+    ],
+)
+def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()], capture_output=True, text=True
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert done.stdout
