@@ -14,12 +14,12 @@ from threading import Lock, get_ident
 from typing import Any, TypeVar
 
 from busflow.clock import Clock, SystemClock
+from busflow.compatibility import Verdict, compatibility
 from busflow.dispatcher import Dispatcher
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleQoS, IncompatibleType, WouldBlock
 from busflow.message import Message, type_name
 from busflow.publishers import Publisher
-from busflow.qos import Verdict, compatibility
 from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
 from busflow.timers import Spawn, Timer
 from busflow.topic import Topic

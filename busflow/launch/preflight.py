@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow import plugins
 from busflow.blame import blame
+from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
 from busflow.launch.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launch.faults import parameter_problems
@@ -20,7 +21,7 @@ from busflow.message import type_name
 from busflow.names import resolve
 from busflow.node import Node, parameters_class, runtime_of
 from busflow.parameters import validate
-from busflow.qos import QoS, Verdict, compatibility
+from busflow.qos import QoS
 from busflow.runtime import NodeRuntime, Surroundings
 from busflow.text import did_you_mean
 
