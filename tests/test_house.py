@@ -1,0 +1,172 @@
+"""The rules of the house that no linter knows: sizes, names, reasons, and who may read the time."""
+
+import ast
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import busflow
+
+ROOT = Path(__file__).parents[1]
+PRODUCT = sorted([*ROOT.glob("busflow/**/*.py"), *ROOT.glob("plugins/**/*.py")])
+EVERYTHING = sorted(
+    [*PRODUCT, *ROOT.glob("tests/**/*.py"), *ROOT.glob("benchmarks/**/*.py"), *ROOT.glob("docs/**/*.py")]
+)
+TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
+
+FUNCTION_LINES = 50
+FILE_LINES = 400
+CORE_LINES = 6500
+"""Lines of code of the core, without blank lines, comments and docstrings. It may only be lowered."""
+
+OUTSIDE_THE_CORE = {"cli", "testing", "msgs", "recording", "wire"}
+VAGUE = {"util", "utils", "common", "core", "manager", "helper", "helpers", "base", "misc", "types", "stuff"}
+
+READS_TIME = re.compile(
+    r"time\.(time|monotonic|perf_counter|process_time)(_ns)?|time\.sleep|asyncio\.sleep"
+    r"|anyio\.(sleep\w*|current_time)|(datetime\.)?datetime\.(now|utcnow|today)|(datetime\.)?date\.today"
+)
+UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
+UNSAFE_CALLS = {"eval", "exec", "compile", "__import__", "yaml.load", "yaml.unsafe_load", "yaml.full_load", "os.system"}
+
+EXCEPTIONS = {
+    ("busflow/runner.py", "anyio.current_time"): "shares the grace of stopping out among the nodes that are left",
+}
+"""Who may do what nobody else may, and why."""
+
+IGNORE = re.compile(
+    r"#\s*(noqa(:\s*[A-Z]+[0-9]+(,\s*[A-Z]+[0-9]+)*)?|type:\s*ignore(\[[^]]*\])?|pyright:\s*\w+(\[[^]]*\])?"
+    r"|pragma:[\w ]*)(?P<reason>.*)"
+)
+
+
+def name(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def comments(path: Path) -> Iterator[tuple[int, str]]:
+    """Each comment with its line; an ignore inside a string or a docstring is only text."""
+    for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+
+
+def lines_of_code(path: Path) -> int:
+    """Lines that hold code: no blank lines, comments or docstrings."""
+    text = path.read_text(encoding="utf-8")
+    unseen = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+    lines: set[int] = set()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type not in unseen:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            lines -= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
+    return len(lines)
+
+
+def dotted(node: ast.expr) -> str:
+    return ast.unparse(node) if isinstance(node, ast.Attribute | ast.Name) else ""
+
+
+def test_the_files_to_check_are_found():
+    assert ROOT / "busflow/clock.py" in PRODUCT
+    assert ROOT / "tests/test_house.py" in EVERYTHING
+
+
+def test_no_function_is_longer_than_a_screen():
+    long = [
+        f"{name(path)}:{node.lineno} {node.name}: {node.end_lineno - node.lineno + 1} lines"
+        for path in PRODUCT
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        if node.end_lineno and node.end_lineno - node.lineno + 1 > FUNCTION_LINES
+    ]
+    assert long == []
+
+
+def test_no_file_is_longer_than_can_be_read_in_one_go():
+    lengths = {name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in PRODUCT}
+    assert {path: length for path, length in lengths.items() if length > FILE_LINES} == {}
+
+
+def test_the_core_stays_small():
+    files = [path for path in PRODUCT if path.is_relative_to(ROOT / "busflow")]
+    core = [path for path in files if path.relative_to(ROOT / "busflow").parts[0] not in OUTSIDE_THE_CORE]
+    assert sum(map(lines_of_code, core)) <= CORE_LINES
+
+
+def test_every_file_says_what_it_owns_and_is_named_for_it():
+    assert [
+        name(path) for path in PRODUCT if path.read_text(encoding="utf-8").strip() and not ast.get_docstring(tree(path))
+    ] == []
+    assert [name(path) for path in EVERYTHING if path.stem in VAGUE or path.parent.name in VAGUE] == []
+
+
+def test_every_ignore_gives_its_reason():
+    bare = [
+        f"{name(path)}:{line}: {comment}"
+        for path in EVERYTHING
+        for line, comment in comments(path)
+        if (found := IGNORE.match(comment)) and not re.search(r"\w", found["reason"])
+    ]
+    assert bare == []
+
+
+def times_read(node: ast.AST) -> Iterator[str]:
+    """Each way in which a piece of code reads the time or waits; `sleep(0)` only lets others have a turn."""
+    if isinstance(node, ast.ImportFrom) and node.module == "time":
+        yield from (f"time.{each.name}" for each in node.names)
+    for inner in ast.iter_child_nodes(node):
+        if isinstance(inner, ast.Call) and ast.unparse(inner) in {"asyncio.sleep(0)", "anyio.sleep(0)"}:
+            continue
+        if isinstance(inner, ast.Attribute) and READS_TIME.fullmatch(dotted(inner)):
+            yield dotted(inner)
+        yield from times_read(inner)
+
+
+def unsafe(node: ast.AST) -> Iterator[str]:
+    """Each import and call in a piece of code by which data could become code."""
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.Import):
+            yield from (each.name for each in inner.names if each.name.partition(".")[0] in UNSAFE_MODULES)
+        elif isinstance(inner, ast.ImportFrom) and (inner.module or "").partition(".")[0] in UNSAFE_MODULES:
+            yield inner.module or ""
+        elif isinstance(inner, ast.Call) and dotted(inner.func) in UNSAFE_CALLS:
+            yield dotted(inner.func)
+
+
+def test_only_the_clock_reads_time_and_nothing_unpickles_or_evaluates():
+    others = [path for path in PRODUCT if path != ROOT / "busflow/clock.py"]
+    found = {(name(path), each) for path in others for each in times_read(tree(path))}
+    found |= {(name(path), each) for path in PRODUCT for each in unsafe(tree(path))}
+    assert found - EXCEPTIONS.keys() == set()
+    assert EXCEPTIONS.keys() - found == set(), "an exception that nobody needs any more"
+
+
+@pytest.mark.parametrize("path", [*sorted(ROOT.glob("plugins/**/*.py")), *TEMPLATES], ids=name)
+def test_plugins_use_public_names_only(path: Path):
+    used = [
+        (node.module, each.name)
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] == "busflow"
+        for each in node.names
+    ]
+    inner = [pair for pair in used if pair[0] != "busflow" and not pair[0].startswith("busflow.msgs.")]
+    unknown = [pair for pair in used if pair[0] == "busflow" and pair[1] not in busflow.__all__]
+    modules = [
+        each.name
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Import)
+        for each in node.names
+        if each.name.startswith("busflow.") and not each.name.startswith("busflow.msgs.")
+    ]
+    assert (inner, unknown, modules) == ([], [], [])
