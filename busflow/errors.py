@@ -93,6 +93,10 @@ class SendTimeout(WouldBlock, TimeoutError):
     """A `send` waited for room as long as the subscription allows; nobody received the message."""
 
 
+class Occupied(BusflowError, RuntimeError):
+    """A subscription is pulled from while its messages go to somebody else: its handler, or another task."""
+
+
 class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 

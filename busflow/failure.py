@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass
+from inspect import iscoroutine
+from typing import cast
 
 from busflow.blame import blame
+from busflow.errors import InvalidDeclaration
 from busflow.message import Message, type_name
 from busflow.text import printable
 
@@ -33,7 +37,7 @@ class Failure:
         """The exception itself, or the first one of a group."""
         error = self.error
         while isinstance(error, BaseExceptionGroup):
-            error = error.exceptions[0]
+            error = cast("BaseExceptionGroup[BaseException]", error).exceptions[0]
         return error
 
     def render(self) -> str:
@@ -52,3 +56,22 @@ class Failure:
         error = self.cause
         text = printable(str(error), limit=_SHOWN)
         return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def is_failure(error: BaseException) -> bool:
+    """Whether what a node's code raised is its own doing, and not that it is being cancelled from outside."""
+    if isinstance(error, asyncio.CancelledError):
+        task = asyncio.current_task()
+        return task is None or task.cancelling() == 0
+    return not isinstance(error, GeneratorExit)
+
+
+def refuse_coroutine(result: object, origin: str) -> None:
+    """Refuse what a plain handler returned if it is a coroutine: nobody awaits it, so nothing would ever happen.
+
+    Raises:
+        InvalidDeclaration: it is a coroutine.
+    """
+    if iscoroutine(result):
+        result.close()
+        raise InvalidDeclaration(f"{origin} returned a coroutine, which nobody awaits; make it an async def handler")

@@ -9,7 +9,9 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.endpoint import Endpoint
+from busflow.errors import Occupied
 from busflow.events import DeadlineMissed, Event, LivelinessChanged
+from busflow.failure import is_failure, refuse_coroutine
 from busflow.limits import Perishable, Watch, fresh
 from busflow.message import Message
 from busflow.qos import Durability, Overflow
@@ -118,6 +120,7 @@ class Subscription(Generic[M]):
         return self
 
     async def __anext__(self) -> M:
+        self._refuse_beside_handler()
         while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
@@ -126,7 +129,12 @@ class Subscription(Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """The newest message, or None before the first; older ones still waiting are dropped as `superseded`."""
+        """The newest message, or None before the first; older ones still waiting are dropped as `superseded`.
+
+        Raises:
+            Occupied: the subscription has a handler.
+        """
+        self._refuse_beside_handler()
         while len(self.queue) > 1:
             self.queue.discard("superseded")
         self._take()
@@ -238,7 +246,8 @@ class Subscription(Generic[M]):
                 if perishable and (message := self._fresh(message)) is None:  # type: ignore[arg-type]  # just taken
                     continue
                 self.delivered += 1
-                handler(message)
+                if (result := handler(message)) is not None:
+                    refuse_coroutine(result, self.endpoint.origin)
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
             self._failed(error, message)
         if topic is not None and topic.waiting:
@@ -261,17 +270,23 @@ class Subscription(Generic[M]):
                 handled += 1
                 try:
                     await handler(message)
-                except Exception as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+                except BaseException as error:
+                    if not is_failure(error):
+                        raise
                     self._failed(error, message)
                     return
                 if dispatcher.spent(started, handled):
                     await asyncio.sleep(0)
                     handled, started = 0, dispatcher.now()
 
+    def _refuse_beside_handler(self) -> None:
+        if self._handler is not None:
+            raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
+
     async def _ring(self) -> None:
         """Wait until something arrives, or the subscription ends."""
         if self._doorbell is not None:
-            raise RuntimeError(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
+            raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
         self._doorbell = asyncio.get_running_loop().create_future()
         self.queue.idle = True
         try:
