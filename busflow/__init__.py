@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from busflow.declarations import subscription as subscription
     from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
+    from busflow.errors import LaunchError as LaunchError
+    from busflow.errors import NodeFailed as NodeFailed
     from busflow.errors import SendTimeout as SendTimeout
     from busflow.errors import WouldBlock as WouldBlock
     from busflow.events import DeadlineMissed as DeadlineMissed
@@ -45,11 +47,13 @@ _HOMES = {
     "Durability": "qos",
     "Duration": "clock",
     "Graph": "runner",
+    "LaunchError": "errors",
     "Length": "message",
     "LivelinessChanged": "events",
     "LivelinessLost": "events",
     "Message": "message",
     "Node": "node",
+    "NodeFailed": "errors",
     "Overflow": "qos",
     "Parameters": "parameters",
     "Publisher": "publishers",
@@ -79,11 +83,13 @@ __all__ = [
     "Durability",
     "Duration",
     "Graph",
+    "LaunchError",
     "Length",
     "LivelinessChanged",
     "LivelinessLost",
     "Message",
     "Node",
+    "NodeFailed",
     "Overflow",
     "Parameters",
     "Publisher",

@@ -1,0 +1,143 @@
+"""Every snippet of README.md and docs/ is run, in a copy of the project: what the pages show is what happens.
+
+- `python` is executed, all snippets of a page in one namespace; `await` may stand at the top, as in a notebook.
+- `yaml` is loaded as a launch file.
+- `console` is run: `$` begins a command, what follows is what it prints. A line `…` stands for any lines, `^C` presses
+  Ctrl-C there. Numbers of a run or a test are not compared, everything else is.
+- `title="plugins/tilt.py"` writes the snippet to that file instead, for the commands that follow.
+- `<!-- not run: reason -->` above a snippet leaves it out. Other languages are for reading.
+"""
+
+import ast
+import asyncio
+import inspect
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from itertools import takewhile
+from pathlib import Path
+
+import pytest
+from sybil import Document, Region
+from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
+
+from busflow.launch.load import load
+
+PROJECT = Path(__file__).parents[1]
+PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
+HOME = "/home/you/busflow"
+"""What the pages call the project's folder."""
+
+_SNIPPETS = RawFencedCodeBlockLexer(re.compile(r'(?P<language>\w+)(?: title="(?P<title>[^"]+)")?$\n', re.MULTILINE))
+_NOT_RUN = re.compile(r"<!-- not run: .+ -->\n\Z")
+_MEASURED = re.compile(r"busflow run|pytest|python")
+_NUMBER = re.compile(r"[-+]?[0-9][0-9.,:]*")
+
+
+def snippets(document):
+    """The page's snippets that are run or written; each knows how."""
+    for region in _SNIPPETS(document):
+        language, title = region.lexemes["language"], region.lexemes["title"]
+        evaluate = write if title else EVALUATORS.get(language)
+        if evaluate and not _NOT_RUN.search(document.text[: region.start]):
+            yield Region(region.start, region.end, (title, region.lexemes["source"]), evaluate)
+
+
+def write(example):
+    title, source = example.parsed
+    Path(title).parent.mkdir(exist_ok=True)
+    Path(title).write_text(source, encoding="utf-8")
+
+
+def execute(example):
+    _, source = example.parsed
+    padded = "\n" * example.line + source
+    code = compile(padded, example.path, "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, dont_inherit=True)
+    if code.co_flags & inspect.CO_COROUTINE:
+        example.namespace["runner"].get_loop().run_until_complete(eval(code, example.namespace))  # noqa: S307  # our own page
+    else:
+        exec(code, example.namespace)  # noqa: S102  # our own page
+
+
+def load_launch_file(example):
+    _, source = example.parsed
+    file = Path("configs/snippet.yaml")
+    file.write_text(source, encoding="utf-8")
+    load(file)
+
+
+def run_console(example):
+    _, source = example.parsed
+    commands = re.split(r"^\$ ", source, flags=re.MULTILINE)
+    assert commands.pop(0) == "", "a console snippet begins with $"
+    for each in commands:
+        command, *expected = each.rstrip("\n").split("\n")
+        printed = output_of(command, lines_before_ctrl_c(expected))
+        compare(command, [line for line in expected if line != "^C"], printed)
+
+
+EVALUATORS = {"python": execute, "yaml": load_launch_file, "console": run_console}
+
+
+def lines_before_ctrl_c(expected):
+    """How many lines a command prints before the page presses Ctrl-C, if it does."""
+    return len(list(takewhile(lambda line: line != "^C", expected))) if "^C" in expected else None
+
+
+def output_of(command, lines_before_ctrl_c):
+    """What a command prints, both streams together."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100", "PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(
+        ["bash", "-c", command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=environment,
+        text=True,
+        encoding="utf-8",
+        start_new_session=True,
+    ) as process:
+        printed = []
+        if lines_before_ctrl_c is not None:
+            printed = [process.stdout.readline() for _ in range(lines_before_ctrl_c)]
+            os.killpg(process.pid, signal.SIGINT)
+        printed += process.stdout.readlines()
+    return [line.rstrip().replace(str(Path.cwd()), HOME) for line in printed]
+
+
+def compare(command, expected, printed):
+    """Line by line; `…` takes as many lines as it needs."""
+    if _MEASURED.search(command):
+        expected, printed = list(map(without_numbers, expected)), list(map(without_numbers, printed))
+    pattern = "".join("(?:.*\n)*?" if line == "…" else re.escape(line.rstrip()) + "\n" for line in expected)
+    if not re.fullmatch(pattern, "".join(f"{line}\n" for line in printed)):
+        assert printed == expected, command
+
+
+def without_numbers(line):
+    return " ".join(_NUMBER.sub("#", line).split())
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_the_snippets_of(page, tmp_path, monkeypatch):
+    for part in ("configs", "plugins"):
+        shutil.copytree(PROJECT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(PROJECT / "pyproject.toml", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    document = Document.parse(str(page), snippets)
+    document.namespace["__name__"] = "__main__"
+    with asyncio.Runner() as runner:
+        document.namespace["runner"] = runner
+        for example in document.examples():
+            example.evaluate()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_links_between_pages_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
+        assert target.startswith("https://") or (page.parent / target).exists(), target
