@@ -31,9 +31,7 @@ def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:
     """Both as ROS's 64-bit count: seconds to the nearest nanosecond, parts of a nanosecond dropped."""
     total = int(nanoseconds) + (seconds * NS_PER_S if isinstance(seconds, int) else round(seconds * NS_PER_S))
     if not lowest <= total <= _MAX:
-        raise OverflowError(
-            f"{total} ns is beyond what ROS 2 can express, 64 bits of nanoseconds (292 years)"
-        )
+        raise OverflowError(f"{total} ns is beyond what ROS 2 can express, 64 bits of nanoseconds (292 years)")
     return total
 
 
@@ -227,15 +225,13 @@ class Clock(ABC):
         """Wait. Zero and less let others run once; infinity waits until cancelled."""
         if math.isnan(seconds):
             raise ValueError("cannot sleep for NaN seconds; check what the number was computed from")
-        await asyncio.sleep(max(0.0, seconds))
+        await asyncio.sleep(seconds)
 
     async def sleep_until(self, until: Time) -> None:
         """Wait until `now` reaches a time of this clock."""
         now = self.now()
         if until.clock_type is not now.clock_type:
-            raise ValueError(
-                f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}"
-            )
+            raise ValueError(f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}")
         await self.sleep((until - now).seconds)
 
 

@@ -30,9 +30,7 @@ def parse_duration(value: object) -> float:
         seconds = float(value.strip().removesuffix(unit)) * _UNITS_NS[unit] / 10**9
     if math.isnan(seconds):
         got = printable(repr(value), limit=60)
-        raise ValueError(
-            f"a duration is a number of seconds or a text such as 50ms, 1.5s or 10min, got {got}"
-        )
+        raise ValueError(f"a duration is a number of seconds or a text such as 50ms, 1.5s or 10min, got {got}")
     if seconds == math.inf:
         return seconds
     if not 0.5e-9 < seconds <= _LONGEST_NS / 10**9:

@@ -248,9 +248,7 @@ def remap(
     target: Target, rules: Iterable[RemapRule], *, node: str, namespace: str = "/", name: str = ""
 ) -> RemapRule | None:
     """The first rule that renames the target, if any. Local rules come before global ones."""
-    return next(
-        (rule for rule in rules if rule.applies(target, node=node, namespace=namespace, name=name)), None
-    )
+    return next((rule for rule in rules if rule.applies(target, node=node, namespace=namespace, name=name)), None)
 
 
 @dataclass(frozen=True, slots=True)

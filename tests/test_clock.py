@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from busflow.clock import INFINITE, SIM_EPOCH_NS, ClockType, Duration, SimClock, SystemClock, Time
 from busflow.errors import NotRunning
+from busflow.testing import virtual_time
 
 FILE = Path(__file__).parent / "cases" / "e_time_duration_clock.json"
 CASES = json.loads(FILE.read_text(encoding="utf-8"))["cases"]
@@ -80,9 +81,7 @@ def check(expect, act):
         assert result == INFINITE
         assert str(result) == "Infinite"
     else:
-        assert result.nanoseconds == next(
-            expect[key] for key in ("ns", "Duration_ns", "Time_ns") if key in expect
-        )
+        assert result.nanoseconds == next(expect[key] for key in ("ns", "Duration_ns", "Time_ns") if key in expect)
         assert isinstance(result, Time) == ("Time_ns" in expect) or "ns" in expect
         if "clock" in expect:
             assert result.clock_type is ClockType[expect["clock"]]
@@ -211,13 +210,31 @@ def test_sleeping_for_nan_is_refused():
         asyncio.run(SystemClock().sleep(math.nan))
 
 
-@pytest.mark.parametrize("case", cases("sleep_until"))
-def test_a_time_of_another_clock_cannot_be_slept_until(case):
-    if "until_clock" not in case["input"]:
-        pytest.skip("below, on virtual time")
-    until = Time(0, clock_type=ClockType[case["input"]["until_clock"]])
-    with pytest.raises(ValueError, match=case["expect"]["message_contains"]):
-        asyncio.run(SystemClock().sleep_until(until))
+@pytest.mark.parametrize("case", cases("sleep_for", "sleep_until"))
+def test_sleeping(case):
+    """On virtual time: exactly as long as asked, where ROS promises at least as long."""
+    given, expect = case["input"], case["expect"]
+
+    @virtual_time
+    async def sleep():
+        clock = SimClock()
+        if "until_clock" in given:
+            with pytest.raises(ValueError, match=expect["message_contains"]):
+                await clock.sleep_until(Time(0, clock_type=ClockType[given["until_clock"]]))
+        elif case["kind"] == "sleep_for":
+            await clock.sleep(given["s"])
+        else:
+            await clock.sleep_until(Time(clock.now().nanoseconds + round(given["offset_s"] * 1e9)))
+        return clock.seconds()
+
+    slept = sleep()
+    assert slept == max(0, expect.get("elapsed_at_least_s", 0))
+    assert slept < expect.get("elapsed_below_s", math.inf)
+
+
+def test_every_case_is_run_or_skipped_for_a_reason():
+    run = {"Time", "Duration", "op", "cmp", "msg_roundtrip", "seconds_nanoseconds", "Clock", "Clock.now"}
+    assert {case["kind"] for case in CASES if not skipped(case)} <= run | {"sleep_for", "sleep_until"}
 
 
 def test_a_simulated_clock_says_what_it_needs():
@@ -230,8 +247,6 @@ def test_a_simulated_clock_says_what_it_needs():
 
 
 def test_importing_the_clock_is_cheap():
-    code = (
-        "import busflow.clock, sys; print(sys.modules.keys() & {'pydantic', 'numpy', 'structlog', 'anyio'})"
-    )
+    code = "import busflow.clock, sys; print(sys.modules.keys() & {'pydantic', 'numpy', 'structlog', 'anyio'})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.strip() == "set()"

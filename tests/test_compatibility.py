@@ -47,6 +47,16 @@ def test_every_row_of_the_matrix():
         check_pair(*ends, values["expect"], values["policies"])
 
 
+@pytest.mark.parametrize("unclear", [Reliability.SYSTEM_DEFAULT, Reliability.UNKNOWN])
+def test_there_is_no_doubt_where_either_way_fits(unclear):
+    """A publisher fits whoever asks for little, and a reliable one fits whatever is asked."""
+    weak, strong, unclear = (QoS(reliability=each) for each in (Reliability.BEST_EFFORT, Reliability.RELIABLE, unclear))
+    assert compatibility(unclear, weak).verdict is Verdict.OK
+    assert compatibility(strong, unclear).verdict is Verdict.OK
+    assert compatibility(weak, unclear).verdict is Verdict.WARNING
+    assert compatibility(unclear, strong).verdict is Verdict.WARNING
+
+
 def test_the_fix_is_the_smallest_and_for_either_end():
     found = compatibility(QoS(deadline_s=0.1), QoS(deadline_s=0.05, durability=Durability.TRANSIENT_LOCAL))
     assert found.reasons == (

@@ -106,9 +106,7 @@ def test_the_first_rule_that_matches_renames(case):
 @pytest.mark.parametrize("case", cases("resolve"))
 def test_resolving_expands_then_remaps_once(case):
     remaps = [] if case["only_expand"] else rules(case)
-    resolved = names.resolve(
-        case["name"], node=case.get("node") or "node", namespace=case["namespace"], remaps=remaps
-    )
+    resolved = names.resolve(case["name"], node=case.get("node") or "node", namespace=case["namespace"], remaps=remaps)
     assert resolved.name == case["expect"]
 
 
@@ -169,6 +167,24 @@ def test_a_tilde_needs_its_slash_even_in_a_short_name():
     assert names.topic_name_fault("~f").kind == "tilde_not_followed_by_slash"
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "index"),
+    [
+        ("/a/1b//c", "token_starts_with_number", 3),
+        ("/a//b/1c", "repeated_slash", 3),
+        ("/1", "token_starts_with_number", 1),
+        ("//1", "repeated_slash", 1),
+    ],
+)
+def test_of_two_faults_the_first_is_told(name, kind, index):
+    fault = names.full_topic_name_fault(name)
+    assert (fault.kind, fault.index) == (kind, index)
+
+
+def test_a_tilde_is_misplaced_even_between_braces():
+    assert names.topic_name_fault("{~}").kind == "misplaced_tilde"
+
+
 def test_what_braces_bring_in_is_checked_when_the_name_is_resolved():
     assert names.expand("/foo/{ns}", node="n", namespace="/ns") == "/foo//ns"
     with pytest.raises(InvalidName, match="two slashes"):
@@ -186,9 +202,7 @@ def test_a_launch_file_can_rename_every_topic_name():
 def test_a_service_rule_leaves_topics_alone():
     only_services = [RemapRule.parse("rosservice://reset:=other")]
     assert names.resolve("reset", node="n", namespace="/", remaps=only_services).name == "/reset"
-    assert (
-        names.resolve("reset", node="n", namespace="/", remaps=only_services, service=True).name == "/other"
-    )
+    assert names.resolve("reset", node="n", namespace="/", remaps=only_services, service=True).name == "/other"
 
 
 @pytest.mark.parametrize("text", ["a" * 50_000, "a_" * 25_000, "a/" * 25_000 + ":=", "a." * 25_000 + "!"])

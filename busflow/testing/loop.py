@@ -172,17 +172,18 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _let_threads_work(self) -> Events:
         """Wait in real time while a worker thread works, and time stands still."""
-        while True:
-            working = self._working()
-            if self._ready or not working:  # in this order: a thread reports before it is done
-                return []
+        while self._working():
             if events := self._input.poll(_THREAD_POLL_S):
                 return events
             if not self._threads and all(map(_waits_for_the_loop, self._anyio_workers())):
-                return []
+                break
+        return []
 
     def _let_time_move(self) -> Events:
-        """Nothing is ready: settle at this instant, else jump to the next, else wait for others or give up."""
+        """Settle at this instant, else jump to the next, else wait for others or give up.
+
+        Asked only after the threads: what they reported meanwhile is ready, and comes first.
+        """
         self._release_due()
         while self._settling and not self._ready:
             future = self._settling.popleft()
@@ -313,17 +314,18 @@ def virtual_time(
         seed: One order of ready task steps, the same every time; None keeps asyncio's.
         horizon_s: Where virtual time ends, with an error that names who still waits.
     """
-    if test is None:
-        return functools.partial(virtual_time, seed=seed, horizon_s=horizon_s)  # type: ignore[return-value]
 
-    async def named(*args: P.args, **kwargs: P.kwargs) -> T:
-        if task := asyncio.current_task():
-            task.set_name(test.__name__)
-        return await test(*args, **kwargs)
+    def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
+        async def named(*args: P.args, **kwargs: P.kwargs) -> T:
+            if task := asyncio.current_task():
+                task.set_name(test.__name__)
+            return await test(*args, **kwargs)
 
-    @functools.wraps(test)
-    def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        with asyncio.Runner(loop_factory=lambda: VirtualLoop(seed=seed, horizon_s=horizon_s)) as runner:
-            return runner.run(named(*args, **kwargs))
+        @functools.wraps(test)
+        def run(*args: P.args, **kwargs: P.kwargs) -> T:
+            with asyncio.Runner(loop_factory=lambda: VirtualLoop(seed=seed, horizon_s=horizon_s)) as runner:
+                return runner.run(named(*args, **kwargs))
 
-    return run
+        return run
+
+    return decorate if test is None else decorate(test)
