@@ -231,9 +231,11 @@ async def test_after_a_pause_nothing_is_handed_over_and_everything_waits(make_be
     assert collected.values == []
     assert queued(subscription) == [1, 2]
     assert subscription.open() is None
-    publish(publisher, 3)
     await settle()
-    assert collected.values == [1, 2, 3]
+    assert collected.values == [1, 2]
+    subscription.pause()
+    publish(publisher, 3)
+    assert not bench.bus.dispatcher.ready
 
 
 @virtual_time
@@ -415,6 +417,7 @@ async def test_publishers_that_come_and_go_stay_in_the_count(make_bench):
 async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
     bench, values = make_bench(), []
     publisher = bench.publisher()
+    publish(publisher, 0)
 
     def crash(message):
         values.append(message.data)
@@ -429,10 +432,12 @@ async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
     after.open()
     publish(publisher, 4)
     await settle()
-    assert values == [1, 2, 3, 4]
+    publish(publisher, 5)
+    await settle()
+    assert values == [1, 2, 3, 4, 5]
     assert publisher.subscription_count == 1
     [line] = bench.bus.ledger()
-    assert (line.published, line.delivered, line.queued) == (4, 4, 0)
+    assert (line.published, line.delivered, line.queued) == (5, 5, 0)
 
 
 @virtual_time
@@ -467,6 +472,25 @@ async def test_a_message_that_has_expired_is_dropped_with_the_reason(make_bench)
     assert busy.queue.dropped == 0
     await asyncio.sleep(5)
     assert pulled.latest == number(2)
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_a_handler_is_not_handed_what_expired_while_it_waited(make_bench, kind):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(getattr(collected, kind))
+    publisher = bench.publisher(lifespan_s=1)
+    subscription.pause()
+    for value in (1, 2, 3):
+        publish(publisher, value)
+        await asyncio.sleep(0.4)
+    publisher.close()
+    if (pump := subscription.open()) is not None:
+        bench.pumps.append(asyncio.create_task(pump))
+    await asyncio.sleep(0.1)
+    assert collected.values == [2, 3]
+    assert subscription.statistics().drops == {"expired": 1}
     assert bench.balanced()
 
 
@@ -512,6 +536,7 @@ async def test_a_publisher_that_says_nothing_within_its_lease_is_not_alive_until
     subscription.on_event = events.append
     publisher = bench.publisher(**limits)
     publisher.assert_liveliness()
+    bench.subscription(**limits)
     await asyncio.sleep(0.9)
     publish(publisher, 1)
     await asyncio.sleep(0.9)
