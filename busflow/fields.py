@@ -23,6 +23,12 @@ from busflow import arrays
 from busflow.errors import InvalidDeclaration
 
 _FLOAT32 = struct.Struct("<f")  # the native "f" would turn what is too large into infinity
+_TAKES: dict[type, Any] = {
+    str: (str,),
+    bool: (bool, np.bool_),
+    int: (int, np.integer),
+    float: (float, int, np.floating, np.integer),
+}
 _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
@@ -59,19 +65,15 @@ class Primitive:
         Raises:
             ValueError: The value is of another kind or out of range.
         """
-        boolean = isinstance(value, bool | np.bool_)
-        match self.python.__name__:
-            case "str":
-                accepted = isinstance(value, str)
-            case "bool":
-                accepted = boolean
-            case "int":
-                accepted = isinstance(value, int | np.integer) and not boolean and self.low <= value <= self.high
-            case _:
-                accepted = isinstance(value, float | int | np.floating | np.integer) and not boolean
-        if not accepted:
+        accepted = isinstance(value, _TAKES[self.python]) and (
+            self.python is bool or not isinstance(value, _TAKES[bool])
+        )
+        if not accepted or (self.python is int and not self.low <= value <= self.high):
             raise ValueError(f"{self.name} takes {self.meaning}, not {value!r}")
-        plain = self.python(value)
+        try:
+            plain = self.python(value)
+        except OverflowError:
+            raise ValueError(f"{self.name} cannot hold so large a number") from None
         return round_float32(plain) if self.name == "float32" else plain
 
     def array_check(self, kind: ArrayKind, size: int) -> Callable[[Any], arrays.AnyArray]:
@@ -117,7 +119,8 @@ class Primitive:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         one = self.json_schema()
-        return {"type": "array", "items": one} if schema["type"] == "function-plain" else one
+        inner = cast("Any", schema).get("schema", schema)  # a length may be around it
+        return {"type": "array", "items": one} if inner["type"] == "function-plain" else one
 
 
 def _integer(name: str, bits: int, dtype: type[np.generic], *, signed: bool) -> Primitive:
@@ -173,6 +176,10 @@ class Length:
             return value
 
         return cs.no_info_after_validator_function(check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        limits = {"minItems": self.exactly, "maxItems": self.exactly or self.max}
+        return handler(schema) | {word: limit for word, limit in limits.items() if limit}
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +273,7 @@ def round_float32(value: float) -> float:
     try:
         return _FLOAT32.unpack(_FLOAT32.pack(value))[0]
     except OverflowError:
-        raise ValueError(f"float32 cannot hold {value!r}") from None
+        raise ValueError("float32 cannot hold so large a number") from None
 
 
 def understand(name: str, info: FieldInfo) -> FieldType | None:

@@ -1,0 +1,191 @@
+"""The standard messages are ROS 2's, field by field, and each survives being dumped, printed as JSON and pickled."""
+
+import copy
+import json
+import math
+import pickle
+import pkgutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
+
+import busflow.msgs
+from busflow.fields import PRIMITIVES
+from busflow.message import (
+    ArrayKind,
+    Message,
+    ServiceType,
+    constants_of,
+    fields_of,
+    find_type,
+    is_ros_type,
+    type_name,
+)
+from busflow.msgs.sensor_msgs import BatteryState
+
+PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
+TYPES = [
+    getattr(module, word)
+    for module in (import_module(f"busflow.msgs.{package}") for package in PACKAGES)
+    for word in module.__all__
+]
+MESSAGES = {type_name(each): each for each in TYPES if issubclass(each, Message)}
+SERVICES = {type_name(each): each for each in TYPES if issubclass(each, ServiceType)}
+PARTS = {type_name(part): part for each in SERVICES.values() for part in (each.Request, each.Response)}
+ALL = MESSAGES | PARTS
+
+ROS = get_typestore(Stores.LATEST)
+CASES = {
+    case["id"]: case
+    for case in json.loads((Path(__file__).parent / "cases/ros2_interfaces.json").read_text("utf-8"))["cases"]
+}
+ZEROS = {"bool": False, "string": "", "float64": 0.0, "float32": 0.0}
+
+each_type = pytest.mark.parametrize("cls", ALL.values(), ids=ALL.keys())
+
+
+def as_ros_writes(name, definition):
+    """A field of rosbags' type store as ROS writes it: `float64[9] covariance`."""
+    kind, detail = definition
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        item, size = detail
+        limit = "<=" if kind is Nodetype.SEQUENCE and size else ""
+        return f"{as_ros_writes('', item).strip()}[{limit}{size or ''}] {name}"
+    if kind is Nodetype.NAME:
+        return f"{detail} {name}"
+    base, bound = detail
+    return f"{base}{f'<={bound}' if bound else ''} {name}"
+
+
+@pytest.mark.parametrize("cls", MESSAGES.values(), ids=MESSAGES.keys())
+def test_a_message_has_the_fields_and_constants_of_ros(cls):
+    constants, fields = ROS.fielddefs[type_name(cls)]
+    fields = [] if [name for name, _ in fields] == ["structure_needs_at_least_one_member"] else fields
+    assert [str(field) for field in fields_of(cls)] == [as_ros_writes(*field) for field in fields]
+    assert [(each.name, each.base, each.value) for each in constants_of(cls)] == constants
+    assert [getattr(cls, each.name) for each in constants_of(cls)] == [value for _, _, value in constants]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_service_has_the_fields_and_constants_of_ros(name):
+    case, cls = CASES[name], ALL[name]
+    assert [str(field) for field in fields_of(cls)] == case["fields"]
+    assert [f"{each.base} {each.name}={each.value}" for each in constants_of(cls)] == case["constants"]
+
+
+def test_each_package_is_complete():
+    """Everything ROS defines in these packages is here, but for actions, and nothing else."""
+    assert set(MESSAGES) == {name for name in ROS.fielddefs if name.split("/")[0] in PACKAGES}
+    assert set(PARTS) == {name for name in CASES if "/srv/" in name}
+
+
+@each_type
+def test_a_field_that_is_not_given_has_the_default_of_ros(cls):
+    stated = CASES.get(type_name(cls), {"defaults": {}})["defaults"]
+    message = cls()
+    for field in fields_of(cls):
+        value = getattr(message, field.name)
+        if field.array is ArrayKind.FIXED:
+            assert value.tolist() == [0] * field.size
+        elif field.array is not ArrayKind.NONE:
+            assert len(value) == 0
+        elif isinstance(field.base, str):
+            expected = stated.get(field.name, ZEROS.get(field.base, 0))
+            assert value == expected
+            assert type(value) is PRIMITIVES[field.base].python
+        else:
+            assert value == field.base()
+
+
+@each_type
+def test_ros_can_describe_every_standard_type(cls):
+    assert is_ros_type(cls)
+
+
+@pytest.mark.parametrize("name", [*MESSAGES, *SERVICES])
+def test_a_type_is_found_by_its_full_and_by_its_short_name(name):
+    package, _, word = name.split("/")
+    assert type_name(find_type(name)) == name
+    # Some services share their name with a message; the short name then means the message.
+    assert find_type(f"{package}/{word}") in TYPES
+
+
+def values_of(field):
+    """Values that a field can hold."""
+    if not isinstance(field.base, str):
+        items = messages(field.base)
+    else:
+        primitive = PRIMITIVES[field.base]
+        if primitive.dtype and field.array is not ArrayKind.NONE:
+            sizes = {ArrayKind.FIXED: (field.size, field.size), ArrayKind.BOUNDED: (0, field.size)}
+            low, high = sizes.get(field.array, (0, 4))
+            return st.integers(low, high).flatmap(lambda size: npst.arrays(primitive.dtype, size))
+        items = {
+            int: st.integers(primitive.low, primitive.high),
+            float: st.floats(width=32 if field.base == "float32" else 64),
+            bool: st.booleans(),
+            str: st.text(max_size=5),
+        }[primitive.python]
+    if field.array is ArrayKind.NONE:
+        return items
+    return st.lists(items, min_size=field.size if field.array is ArrayKind.FIXED else 0, max_size=field.size or 2)
+
+
+def messages(cls):
+    return st.builds(cls, **{field.name: values_of(field) for field in fields_of(cls)})
+
+
+@each_type
+def test_any_message_survives_dump_json_and_pickle(cls):
+    @settings(max_examples=5, deadline=None)
+    @given(messages(cls))
+    def holds(message):
+        assert cls.model_validate(message.model_dump()) == message
+        assert cls.model_validate_json(message.model_dump_json()) == message
+        assert cls.model_validate(json.loads(message.model_dump_json())) == message
+        assert pickle.loads(pickle.dumps(message)) == message  # noqa: S301 - the pickle was made here
+        assert copy.deepcopy(message) == message
+        assert message.replace() == message
+        for value in message.__dict__.values():
+            assert not (isinstance(value, np.ndarray) and value.flags.writeable)
+
+    holds()
+
+
+@each_type
+def test_the_json_schema_says_what_a_dump_looks_like(cls):
+    schema = cls.model_json_schema()
+    assert schema["additionalProperties"] is False
+    assert list(schema.get("properties", {})) == [field.name for field in fields_of(cls)]
+    json.dumps(schema, allow_nan=False)
+
+
+def test_the_package_itself_imports_nothing_heavy():
+    """Naming `busflow.msgs` costs nothing; a package of messages is read when it is named."""
+    code = "import sys, busflow.msgs; print([m for m in ('numpy', 'pydantic') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_finding_a_type_imports_only_its_package_and_what_that_needs():
+    code = (
+        "import sys; from busflow.message import find_type; find_type('std_msgs/Header');"
+        "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"
+
+
+def test_what_a_battery_does_not_measure_is_nan():
+    state = BatteryState(temperature=math.nan)
+    assert math.isnan(state.temperature)
+    assert state == BatteryState(temperature=math.nan)
