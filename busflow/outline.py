@@ -68,9 +68,18 @@ class Outline:
             # Other packages are not read: what is called Node, or SomethingNode, is taken for one.
             return {local: Definition(name, Path(), 1, "") for name, local in names.items() if name.endswith("Node")}
         base = file.parents[statement.level - 1].joinpath(*(statement.module or "").split("."))
+        known = self._of_module(base)
+        if "*" in names:
+            return known
+        found = {local: known[name] for name, local in names.items() if name in known}
+        for name, local in names.items():  # `from . import camera`, of which `camera.Camera` is a base
+            found |= {f"{local}.{each}": definition for each, definition in self._of_module(base / name).items()}
+        return found
+
+    def _of_module(self, path: Path) -> dict[str, Definition]:
+        """The names of a module of the folder; none where there is no such file, or nothing to read in it."""
         with suppress(*UNREADABLE):
-            known = self.of_file(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))
-            return known if "*" in names else {names[name]: known[name] for name in names if name in known}
+            return self.of_file(path / "__init__.py" if path.is_dir() else path.with_suffix(".py"))
         return {}
 
 
@@ -95,6 +104,6 @@ def files_with_nodes(path: Path) -> list[Path]:
 
 
 def _is_node(base: ast.expr, known: Mapping[str, Definition]) -> bool:
-    if isinstance(base, ast.Attribute):
-        return base.attr.endswith("Node")
-    return isinstance(base, ast.Name) and base.id in known
+    if isinstance(base, (ast.Name, ast.Attribute)):
+        return ast.unparse(base) in known or (isinstance(base, ast.Attribute) and base.attr.endswith("Node"))
+    return False
