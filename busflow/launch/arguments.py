@@ -25,11 +25,11 @@ _TYPES: dict[str, Any] = {"float": float, "int": int, "bool": bool, "str": str}
 
 @dataclass(slots=True)
 class Arguments:
-    """The arguments of one file, with what is wrong with them."""
+    """The arguments of one file."""
 
     known: dict[str, Argument] = field(default_factory=dict[str, Argument])
     broken: set[str] = field(default_factory=set[str])
-    problems: list[Problem] = field(default_factory=list[Problem])
+    """Those whose value is missing or wrong; that is told."""
 
     @property
     def values(self) -> dict[str, Value]:
@@ -51,7 +51,7 @@ def bind(declared: Value | None, given: Mapping[str, Value], resolver: Resolver)
         if name not in entries:
             fix = did_you_mean(name, entries)
             origin = key_origin(value)
-            found.problems.append(problem_at("unknown-argument", f"unknown argument {name}", fix, origin))
+            resolver.problems.add(problem_at("unknown-argument", f"unknown argument {name}", fix, origin))
     for name, entry in entries.items():
         try:
             keys = ArgumentKeys.model_validate(entry.data)
@@ -91,13 +91,13 @@ def _bind(
         included = entry.origin.included_from
         fix = f"add `{name}:` to the `args` of the include" if included else f"add {name}:=<{keys.type}> to the command"
         message = f"the argument {name} has no value"
-        found.problems.append(problem_at("missing-argument", message, fix, key_origin(entry)))
+        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)))
         found.broken.add(name)
         return
     value, wrong = _typed(argument, stated)
     found.known[name] = replace(argument, value=value)
     if wrong:
-        found.problems += wrong
+        resolver.problems.add(*wrong)
         found.broken.add(name)
 
 

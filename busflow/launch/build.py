@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, cast
 
 from busflow import names
-from busflow.errors import Problem
 from busflow.launch.description import (
     Argument,
     ClockSpec,
@@ -21,6 +20,7 @@ from busflow.launch.description import (
 from busflow.launch.faults import key_origin, problem_at, problems
 from busflow.launch.merge import Part
 from busflow.launch.model import LaunchKeys, NodeKeys
+from busflow.launch.problems import Problems
 from busflow.launch.value import Value
 from busflow.qos import PRESETS, QoS, qos_faults
 from busflow.text import did_you_mean
@@ -32,7 +32,7 @@ class Builder:
 
     part: Part
     keys: LaunchKeys
-    problems: list[Problem] = field(default_factory=list[Problem])
+    problems: Problems
     _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
 
     def build(self, name: str, arguments: Mapping[str, Argument], files: tuple[Path, ...]) -> LaunchDescription:
@@ -124,7 +124,7 @@ class Builder:
         for name, value in stated.items():
             if name in PRESETS:
                 message, fix = f"{name} is a built-in profile", "choose another name"
-                self.problems.append(problem_at("duplicate-profile", message, fix, key_origin(value)))
+                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)))
             qos = self._qos(value)
             if qos is not None:
                 found[name] = qos
@@ -140,11 +140,11 @@ class Builder:
             if value.content not in self.part.tree.section("qos"):
                 message = f"there is no QoS profile {value.content}"
                 fix = did_you_mean(value.content, known)
-                self.problems.append(problem_at("unknown-profile", message, fix, value.origin))
+                self.problems.add(problem_at("unknown-profile", message, fix, value.origin))
             return None
         data = cast("dict[str, Any]", value.data)
         found = qos_faults(data)
-        self.problems += problems(found, value, noun="key")
+        self.problems.add(*problems(found, value, noun="key"))
         return None if found else QoS.model_validate(data)
 
     def _named(
@@ -160,7 +160,7 @@ class Builder:
         fault = find(name)
         if fault is not None:
             origin = key_origin(value) if at_key else value.origin
-            self.problems.append(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
+            self.problems.add(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
         return fault is None
 
 

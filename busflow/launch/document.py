@@ -10,6 +10,7 @@ import os
 import re
 import stat
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -24,7 +25,7 @@ MAX_BYTES = 1 << 20
 MAX_BYTES_WITHOUT_LIBYAML = 128 << 10
 """The pure parser takes seconds per MiB."""
 MAX_DEPTH = 64
-MAX_NODES = 100_000
+MAX_VALUES = 50_000
 MAX_PROBLEMS = 20
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
@@ -32,13 +33,21 @@ _UNREADABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\u
 _BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xfe\xff": "UTF-32"}
 
 
-def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = ()) -> Value:
+@dataclass(slots=True)
+class Limits:
+    """What may still be read: one for all the files of a launch."""
+
+    values: int = MAX_VALUES
+
+
+def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = (), limits: Limits | None = None) -> Value:
     """The content of a YAML file.
 
     Args:
         path: The file.
         shown: What an error calls it: the path as the user wrote it.
         included_from: The `include` entries that led here, innermost first.
+        limits: What is left of a launch's limits.
 
     Raises:
         LaunchError: The file cannot be read, or is not what this module takes.
@@ -48,10 +57,16 @@ def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = ()) -> 
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _refusal("unreadable-file", f"cannot read {shown}: {reason}", None, None, included_from) from None
-    return parse(raw, shown, included_from)
+    return parse(raw, shown, included_from, limits)
 
 
-def parse(raw: bytes, file: str, included_from: tuple[Place, ...] = (), loader: Any = None) -> Value:
+def parse(
+    raw: bytes,
+    file: str,
+    included_from: tuple[Place, ...] = (),
+    limits: Limits | None = None,
+    loader: Any = None,
+) -> Value:
     """The one document of a YAML text.
 
     Raises:
@@ -65,7 +80,7 @@ def parse(raw: bytes, file: str, included_from: tuple[Place, ...] = (), loader: 
         fix = "split it with `include:` or `parameters_from:`"
         raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
     text = _decoded(raw, file, included_from)
-    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from)
+    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits)
     return builder.build(text, loader)
 
 
@@ -88,7 +103,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     Raises:
         LaunchError: It opens a quote, a list or a mapping and then is not one.
     """
-    builder = _Builder([before + text], label, Source.COMMAND_LINE, (), shift=len(before))
+    builder = _Builder([before + text], label, Source.COMMAND_LINE, (), None, shift=len(before))
     bad = _UNREADABLE.search(text)
     if bad is not None:
         place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
@@ -105,14 +120,20 @@ class _Builder:
     """Builds values from YAML's events, counting as it goes."""
 
     def __init__(
-        self, lines: list[str], file: str, source: Source, included_from: tuple[Place, ...], shift: int = 0
+        self,
+        lines: list[str],
+        file: str,
+        source: Source,
+        included_from: tuple[Place, ...],
+        limits: Limits | None,
+        shift: int = 0,
     ) -> None:
         self._lines = lines
         self._file = file
         self._source = source
         self._included_from = included_from
         self._shift = shift
-        self._nodes = 0
+        self._limits = limits or Limits()
         self._problems: list[Problem] = []
 
     def build(self, text: str, loader: Any) -> Value:
@@ -152,11 +173,11 @@ class _Builder:
             return None
 
     def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
-        self._nodes += 1
+        self._limits.values -= 1
         place = self._place_of(event)
-        if self._nodes > MAX_NODES:
-            fix = "split the file, or keep the data beside it"
-            self._stop(Problem("too-many-values", f"more than {MAX_NODES} values", fix, place))
+        if self._limits.values < 0:
+            fix = "keep large data in a file that the node itself reads"
+            self._stop(Problem("too-many-values", f"a launch has at most {MAX_VALUES} values", fix, place))
         if depth > MAX_DEPTH:
             self._stop(Problem("nested-too-deep", f"nested deeper than {MAX_DEPTH} levels", "make it flatter", place))
         self._check_plain(event)

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, cast
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
+from busflow.launch.problems import Problems
 from busflow.launch.scalar import plain_scalar
 from busflow.launch.value import Origin, Scalar, Source, Value
 from busflow.text import did_you_mean, printable
@@ -22,9 +23,6 @@ MAX_LENGTH = 1000
 MAX_DEPTH = 32
 MAX_SUBSTITUTED = 1 << 20
 """Characters, or items of lists, that all the expressions of one load may put in: no small file becomes a huge one."""
-
-MAX_FAILURES = 100
-"""Expressions of one file that may fail before the rest is not looked at."""
 
 Result: TypeAlias = tuple[Any, Origin | None]
 """A value as plain data, and the origin of the name it was taken from."""
@@ -72,7 +70,7 @@ class Resolver:
     """Replaces the expressions of values, collecting what is wrong."""
 
     scope: Scope
-    problems: list[Problem] = field(default_factory=list[Problem])
+    problems: Problems
     failed: set[KeyPath] = field(default_factory=set[KeyPath])
     """The paths whose expression could not be evaluated: they still hold its text."""
 
@@ -91,7 +89,8 @@ class Resolver:
                     fix = "write it out; only values hold expressions"
                     message = "a key cannot hold an expression"
                     problem = Problem("expression", message, fix, each.key, included_from=each.origin.included_from)
-                    self._fail([problem], (*path, key))
+                    self.failed.add((*path, key))
+                    self.problems.add(problem)
             members = {key: self.resolve(each, (*path, key)) for key, each in content.items()}
             return replace(value, content=members)
         if isinstance(content, list):
@@ -101,16 +100,11 @@ class Resolver:
         try:
             data, through = _Template(value, content, self.scope, as_text=as_text).evaluate()
         except LaunchError as error:
-            self._fail(error.problems, path)
+            self.failed.add(path)
+            self.problems.add(*error.problems)
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
-
-    def _fail(self, problems: Sequence[Problem], path: KeyPath) -> None:
-        self.problems += problems
-        self.failed.add(path)
-        if len(self.failed) >= MAX_FAILURES:
-            raise LaunchError(self.problems)
 
 
 class _Template:

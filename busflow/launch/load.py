@@ -7,8 +7,7 @@ collected; what is wrong is left out, and the rest is looked at all the same.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import islice
@@ -18,18 +17,17 @@ from busflow.errors import KeyPath, LaunchError, Place, Problem
 from busflow.launch import arguments, override
 from busflow.launch.build import Builder
 from busflow.launch.description import Argument, LaunchDescription, PluginFolder
-from busflow.launch.document import read_file
+from busflow.launch.document import Limits, read_file
 from busflow.launch.expression import Budget, Resolver, Scope
 from busflow.launch.faults import problem_at, problems
 from busflow.launch.merge import Part, compose, joined, named, overlaid
 from busflow.launch.model import IncludeKeys, LaunchKeys, key_faults
+from busflow.launch.problems import Problems
 from busflow.launch.value import Origin, Source, Value
 from busflow.text import nearest
 from busflow.validation import MOST_FAULTS
 
 MAX_FILES = 100
-MAX_TOTAL_BYTES = 4 << 20
-MAX_PROBLEMS = 100
 
 
 def load(
@@ -76,19 +74,16 @@ def examine(
     given = arguments.from_caller(args or {})
     changes = override.from_caller(overrides or {})
     for text in assignments:
-        with loader.collecting():
+        with loader.problems.collecting():
             name, value = override.parse_assignment(text)
             given[name] = value
     for text in sets:
-        with loader.collecting():
+        with loader.problems.collecting():
             changes.append(override.parse_override(text))
     description: LaunchDescription | None = None
-    with loader.collecting():
+    with loader.problems.collecting():
         description = loader.description(Path(path), given, changes)
-    found = loader.sorted_problems()
-    if len(found) > MAX_PROBLEMS:
-        found = [*found[:MAX_PROBLEMS], Problem("more", f"… and {len(found) - MAX_PROBLEMS} problems more")]
-    return description, tuple(found)
+    return description, loader.problems.sorted(map(str, loader.files))
 
 
 def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[Argument, ...]:
@@ -98,7 +93,8 @@ def read_arguments(path: str | Path, environment: Mapping[str, str] | None = Non
         LaunchError: The file cannot be read.
     """
     root = read_file(Path(path), str(path))
-    resolver = Resolver(Scope(environment if environment is not None else os.environ))
+    scope = Scope(environment if environment is not None else os.environ)
+    resolver = Resolver(scope, Problems())
     return tuple(arguments.bind(root.members.get("args"), {}, resolver).known.values())
 
 
@@ -106,29 +102,11 @@ class _Loader:
     """Reads files into parts, collecting what is wrong with them."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
-        self.problems: list[Problem] = []
+        self.problems = Problems()
+        self.files: list[Path] = []
         self._environment = environment
         self._budget = Budget()
-        self._files: list[Path] = []
-        self._bytes = 0
-
-    @contextmanager
-    def collecting(self) -> Generator[None]:
-        """Keep the problems of what is done inside, and go on."""
-        try:
-            yield
-        except LaunchError as error:
-            self.problems += error.problems
-
-    def sorted_problems(self) -> list[Problem]:
-        """The problems by file and line, the command line's first."""
-        order = {str(path): index for index, path in enumerate(self._files)}
-
-        def position(problem: Problem) -> tuple[int, int, int]:
-            place = problem.place
-            return (order.get(place.file, -1), place.line, place.column) if place else (-1, 0, 0)
-
-        return sorted(self.problems, key=position)
+        self._limits = Limits()
 
     def description(
         self, path: Path, given: Mapping[str, Value], changes: Iterable[override.Override]
@@ -139,51 +117,47 @@ class _Loader:
             return None
         bound, resolver = self._arguments(root, given)
         part = self._part(path, root, resolver, "/", (path.resolve(),))
-        self.problems += part.problems
         for change in changes:
             part.tree, problem = override.apply(part.tree, change)
-            self.problems += [problem] if problem is not None else []
+            if problem is not None:
+                self.problems.add(problem)
         keys, part.tree = self._checked(part.tree)
-        builder = Builder(part, keys)
-        description = builder.build(path.stem, bound.known, tuple(self._files))
-        self.problems += builder.problems
+        builder = Builder(part, keys, self.problems)
+        description = builder.build(path.stem, bound.known, tuple(self.files))
         if not description.nodes and not self.problems:
             message, fix = "the file names no nodes: there is nothing to run", "add `nodes:`"
-            self.problems.append(problem_at("no-nodes", message, fix, root.origin))
+            self.problems.add(problem_at("no-nodes", message, fix, root.origin))
         return description
 
     def _read(self, path: Path, entry: Value | None, via: tuple[Place, ...]) -> Value | None:
         """A file's content. What keeps it from being read is told at the `entry` that names it."""
-        with suppress(OSError, ValueError):  # reading it will say why
-            self._bytes += path.stat().st_size
-        if len(self._files) >= MAX_FILES or self._bytes > MAX_TOTAL_BYTES:
-            message = f"the files are more than {MAX_FILES}, or larger than {MAX_TOTAL_BYTES >> 20} MiB together"
-            self._tell("too-many-files", message, "include less", entry)
+        if self._limits.values < 0:
+            return None  # a file before this one was too large, and that is told
+        if len(self.files) >= MAX_FILES:
+            self._tell("too-many-files", f"more than {MAX_FILES} files are read", "include less", entry)
             return None
-        self._files.append(path)
+        self.files.append(path)
         try:
-            return read_file(path, str(path), via)
+            return read_file(path, str(path), via, self._limits)
         except LaunchError as error:
             for problem in error.problems:
                 if problem.code == "unreadable-file":
                     self._tell(problem.code, problem.message, _neighbour(path), entry)
                 else:
-                    self.problems.append(problem)
+                    self.problems.add(problem)
         return None
 
     def _arguments(self, root: Value, given: Mapping[str, Value]) -> tuple[arguments.Arguments, Resolver]:
         """A file's arguments, and what resolves the expressions of its other keys."""
-        resolver = Resolver(Scope(self._environment, budget=self._budget))
+        resolver = Resolver(Scope(self._environment, budget=self._budget), self.problems)
         bound = arguments.bind(root.members.get("args"), given, resolver)
-        self.problems += [*resolver.problems, *bound.problems]
         scope = Scope(self._environment, bound.values, frozenset(bound.broken), self._budget)
-        return bound, Resolver(scope)
+        return bound, Resolver(scope, self.problems)
 
     def _part(self, path: Path, root: Value, resolver: Resolver, around: str, chain: tuple[Path, ...]) -> Part:
         """What a file and its includes add, under the namespace `around`."""
         declared = root.members.get("args")
         tree = resolver.resolve(root.without(("args",)))
-        self.problems += resolver.problems
         tree = _without(tree, resolver.failed)
         if declared is not None:
             tree = tree.with_member(("args",), declared)
@@ -193,11 +167,11 @@ class _Loader:
         for index, include in enumerate(keys.include):
             entry = tree.find(("include", index)) or tree.members["include"]
             part = self._included(path, include, entry, compose(namespace, include.namespace), chain)
-            included = joined(included, part) if part is not None else included
+            included = joined(included, part, self.problems) if part is not None else included
         own = {key: value for key, value in tree.members.items() if key in override.SETTABLE}
         part = Part(replace(tree, content=own), self._folders(path, tree))
         part.tree = self._with_parameter_files(path, part.tree, resolver.scope)
-        return overlaid(included, named(part, namespace))
+        return overlaid(included, named(part, namespace, self.problems), self.problems)
 
     def _included(
         self, path: Path, include: IncludeKeys, entry: Value, namespace: str, chain: tuple[Path, ...]
@@ -260,11 +234,10 @@ class _Loader:
             return None
         if not isinstance(found.content, dict):
             message, fix = f"{path} must hold a mapping of parameters", "write `name: value` lines"
-            self.problems.append(problem_at("wrong-type", message, fix, found.origin))
+            self.problems.add(problem_at("wrong-type", message, fix, found.origin))
             return None
-        resolver = Resolver(scope)
+        resolver = Resolver(scope, self.problems)
         resolved = resolver.resolve(found)
-        self.problems += resolver.problems
         return _without(resolved, resolver.failed)
 
     def _checked(self, tree: Value) -> tuple[LaunchKeys, Value]:
@@ -277,7 +250,7 @@ class _Loader:
             # What is missing only because it was wrong and left out is told already.
             told = [fault for fault in faults if first or fault.code != "missing"]
             first = False
-            self.problems += problems(told, tree, noun="key")
+            self.problems.add(*problems(told, tree, noun="key"))
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
             tree = _without(tree, (fault.path for fault in faults))
@@ -285,7 +258,7 @@ class _Loader:
     def _tell(self, code: str, message: str, fix: str | None, entry: Value | None) -> None:
         """A problem at the value that names a file, or at no place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(Source.CALLER)
-        self.problems.append(problem_at(code, message, fix, origin))
+        self.problems.add(problem_at(code, message, fix, origin))
 
 
 def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:

@@ -8,6 +8,7 @@ from pathlib import Path
 from busflow.errors import Problem
 from busflow.launch.description import PluginFolder
 from busflow.launch.faults import key_origin, problem_at
+from busflow.launch.problems import Problems
 from busflow.launch.value import Value
 from busflow.validation import dotted
 
@@ -21,7 +22,6 @@ class Part:
     folders: list[PluginFolder] = field(default_factory=list[PluginFolder])
     own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
     """The plugin folders of the file that names a node's plugin, by node."""
-    problems: list[Problem] = field(default_factory=list[Problem])
 
     @property
     def nodes(self) -> Value:
@@ -40,15 +40,15 @@ def compose(namespace: str, inner: str | None) -> str:
     return inner if inner.startswith("/") else f"{namespace.rstrip('/')}/{inner}"
 
 
-def named(part: Part, namespace: str) -> Part:
+def named(part: Part, namespace: str, problems: Problems) -> Part:
     """The part of one file, its nodes and topics under their final names."""
     members = dict(part.tree.members)
     if "topics" in members:
         names = {key: compose(namespace, key) for key in members["topics"].members}
-        members["topics"] = _renamed(members["topics"], names, part.problems, "topic")
+        members["topics"] = _renamed(members["topics"], names, problems, "topic")
     if "nodes" in members:
         names = {key: _full_name(key, value, namespace) for key, value in members["nodes"].members.items()}
-        nodes = _renamed(members["nodes"], names, part.problems, "node")
+        nodes = _renamed(members["nodes"], names, problems, "node")
         inner = {key: value.without(("namespace",)) for key, value in nodes.members.items()}
         members["nodes"] = replace(nodes, content=inner)
         own = tuple(folder.path for folder in part.folders)
@@ -57,46 +57,44 @@ def named(part: Part, namespace: str) -> Part:
     return part
 
 
-def joined(first: Part, second: Part) -> Part:
+def joined(first: Part, second: Part, problems: Problems) -> Part:
     """Two files that one file includes: they must not say different things about the same."""
-    problems = [*first.problems, *second.problems]
     for key, node in second.nodes.members.items():
         if key in first.nodes.members:
-            problems.append(_duplicate(key, node, first.nodes.members[key]))
+            problems.add(_duplicate(key, node, first.nodes.members[key]))
     for path, value in second.tree.leaves():
         other = first.tree.find(path)
         if path[:1] != ("nodes",) and other is not None and other.data != value.data:
             message = f"two included files disagree on {dotted(path)}; the other one is {other.origin}"
             fix = "state it in the file that includes both"
-            problems.append(problem_at("include-conflict", message, fix, value.origin))
-    return _laid(first, second, problems)
+            problems.add(problem_at("include-conflict", message, fix, value.origin))
+    return _laid(first, second)
 
 
-def overlaid(included: Part, own: Part) -> Part:
+def overlaid(included: Part, own: Part, problems: Problems) -> Part:
     """A file over what it includes. A node without a plugin changes one of an included file."""
-    problems = [*included.problems, *own.problems]
-    tree = own.tree
+    nodes = dict(own.nodes.members)
     for key, node in own.nodes.members.items():
         plugin = node.members.get("plugin")
         names_plugin = plugin is not None and plugin.content is not None
         below = included.nodes.members.get(key)
         if below is not None and names_plugin:
             fix = "rename one of them; to change the included node, leave `plugin:` out"
-            problems.append(replace(_duplicate(key, node, below), fix=fix))
+            problems.add(replace(_duplicate(key, node, below), fix=fix))
         if below is None and not names_plugin:
             message = f"the node {key} names no plugin"
             fix = f"add `plugin: {key.rpartition('/')[2]}`"
-            problems.append(problem_at("missing-plugin", message, fix, key_origin(node)))
-            tree = tree.without(("nodes", key))
-    return _laid(included, replace(own, tree=tree), problems)
+            problems.add(problem_at("missing-plugin", message, fix, key_origin(node)))
+            del nodes[key]
+    tree = replace(own.tree, content={**own.tree.members, "nodes": replace(own.nodes, content=nodes)})
+    return _laid(included, replace(own, tree=tree))
 
 
-def _laid(below: Part, above: Part, problems: list[Problem]) -> Part:
+def _laid(below: Part, above: Part) -> Part:
     return Part(
         below.tree.merged(above.tree),
         [*above.folders, *below.folders],
         {**below.own_folders, **above.own_folders},
-        problems,
     )
 
 
@@ -108,13 +106,13 @@ def _full_name(key: str, node: Value, namespace: str) -> str:
     return f"{compose(compose(namespace, inner), space or slash).rstrip('/')}/{name}".removeprefix("/")
 
 
-def _renamed(section: Value, names: dict[str, str], problems: list[Problem], noun: str) -> Value:
+def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: str) -> Value:
     """A section under final names; two keys of one name are a problem."""
     members: dict[str, Value] = {}
     for key, value in section.members.items():
         name = names[key]
         if name in members:
-            problems.append(_duplicate(name, value, members[name], noun))
+            problems.add(_duplicate(name, value, members[name], noun))
         members.setdefault(name, value)
     return replace(section, content=members)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launch.document import parse_value
+from busflow.launch.document import MAX_DEPTH, parse_value
 from busflow.launch.faults import key_origin, problem_at
 from busflow.launch.value import Origin, Source, Value
 from busflow.text import did_you_mean
@@ -46,7 +46,7 @@ def parse_override(text: str) -> Override:
     """
     path, sign, value = text.partition("=")
     steps = path.strip().split(".")
-    if not sign or not all(steps):
+    if not sign or not all(steps) or len(steps) > MAX_DEPTH:
         fix = "write a path and a value: nodes.talker.parameters.rate_hz=50"
         raise LaunchError([Problem("bad-override", "this is not path=value", fix, _place(text, 0, len(text)))])
     found = parse_value(value, COMMAND_LINE, path + sign)
