@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 import pytest
 from hypothesis import given
@@ -10,8 +11,7 @@ from hypothesis import strategies as st
 
 from busflow.cli import main
 from busflow.cli.resolved import lines
-from busflow.launch.document import parse
-from busflow.launch.expression import Resolver, Scope
+from busflow.launch.load import load
 from busflow.launch.value import Origin, Source, Value
 
 Captured = pytest.CaptureFixture[str]
@@ -38,11 +38,14 @@ documents = st.dictionaries(
 
 @given(documents)
 def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
-    printed = "\n".join(lines(Value.of(data, Origin(Source.DEFAULT))))
+    node = {"plugin": "talker", "parameters": data}
+    printed = "\n".join(lines(Value.of({"nodes": {"talker": node}}, Origin(Source.DEFAULT))))
     assert all(" " <= each < "\x7f" or each == "\n" or each >= "\xa0" for each in printed)
-    resolver = Resolver(Scope({}))
-    assert resolver.resolve(parse(printed.encode(), "printed.yaml")).data == data
-    assert resolver.problems == []
+    with NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
+        file.write(printed)
+        file.flush()
+        (spec,) = load(file.name).nodes
+    assert spec.parameters.data == data
 
 
 def test_numbers_that_are_none_are_yamls():
