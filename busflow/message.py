@@ -107,6 +107,8 @@ class Message(BaseModel, metaclass=_Frozen):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        if not cls.model_config.get("frozen") or cls.model_config.get("extra") != "forbid":
+            raise InvalidDeclaration(f"{cls.__name__}: every message is frozen, without unknown fields")
         try:
             cls.model_rebuild()
         except PydanticUndefinedAnnotation as error:
@@ -201,6 +203,8 @@ class Constant:
 
 def type_name(cls: type[Message | ServiceType]) -> str:
     """The full name of a message or service type: `sensor_msgs/msg/Imu`."""
+    if not hasattr(cls, "__ros_name__"):
+        raise InvalidDeclaration(f"{cls!r} is no message type; write one: class Balance(Message): …")
     return cls.__ros_name__
 
 

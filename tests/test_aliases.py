@@ -1,0 +1,34 @@
+"""A strict type checker agrees with what messages accept and hold."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from busflow import aliases
+from busflow.fields import PRIMITIVES
+
+TYPED = Path(__file__).parent / "typing/messages.py"
+
+
+def test_there_is_a_word_for_every_type_of_ros():
+    scalars = {name for name in aliases.__all__ if name.islower()}
+    arrays = {name.removesuffix("Array").lower() for name in aliases.__all__ if name.endswith("Array")}
+    assert scalars == set(PRIMITIVES) - {"bool"}
+    assert arrays == {name for name, primitive in PRIMITIVES.items() if primitive.dtype}
+
+
+@pytest.mark.timeout(120)
+def test_pyright_reads_and_constructs_messages_as_they_are():
+    """The file states types and mistakes; a mistake that pyright lets pass is an ignore too many."""
+    pytest.importorskip("pyright")
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, "--outputjson", str(TYPED)],
+        capture_output=True,
+        text=True,
+        cwd=TYPED.parents[2],
+    )
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    assert [(each["range"]["start"]["line"] + 1, each["message"]) for each in found] == []
