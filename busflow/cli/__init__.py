@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import traceback
 from collections.abc import Sequence
 
 import click
@@ -97,13 +96,19 @@ def _invoke(root: click.Group, context: click.Context) -> int:
         raise
     except BusflowError as error:
         if context.params["traceback"]:
-            tell("".join(traceback.format_exception(error)))
+            _tell_traceback(error)
         tell(str(error) if isinstance(error, (LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
-        tell("".join(traceback.format_exception(error)))
+        _tell_traceback(error)
         tell("error: this is a bug in busflow; please report it with the lines above")
         return ExitCode.FAILED
+
+
+def _tell_traceback(error: Exception) -> None:
+    import traceback
+
+    tell("".join(traceback.format_exception(error)))
 
 
 def _usage(error: click.ClickException) -> str:
