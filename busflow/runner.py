@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import asyncio
+import random
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,13 +16,13 @@ from typing import Any, Self, TypeAlias, TypeVar, overload
 import anyio
 
 from busflow.bus import Bus
-from busflow.clock import Clock, SystemClock
+from busflow.clock import Clock, SystemClock, perf_counter
 from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
 from busflow.failure import Failure
-from busflow.launch.description import LaunchDescription
+from busflow.launchfile.description import LaunchDescription
 
 # LOAD
-from busflow.launch.preflight import Plan, Preflight
+from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log, Sink, console_sink
 from busflow.message import Message
 from busflow.node import Node, runtime_of
@@ -65,6 +66,7 @@ class Graph:
         clock: Clock | None = None,
         log_level: str = "info",
         sinks: tuple[Sink, ...] = (),
+        explore: random.Random | None = None,
     ) -> None:
         descriptions = [_described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.descriptions = descriptions
@@ -73,7 +75,7 @@ class Graph:
         self.grace_s = next((s.shutdown_grace_s for s in descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
-        self.bus = Bus(self.clock)
+        self.bus = Bus(self.clock, explore=explore)
         self.units: list[Unit] = []
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
@@ -181,11 +183,12 @@ class Graph:
 
     async def _stop_units(self) -> None:
         """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
-        with anyio.move_on_after(self.grace_s) as patience:
+        end = perf_counter() + self.grace_s
+        with self.clock.wall_timeout(self.grace_s):
             for left, unit in zip(range(len(self.units), 0, -1), reversed(self.units), strict=True):
                 unit.ask_to_stop()
                 # A slow node costs the others the order of stopping, not their own stop().
-                with anyio.move_on_after((patience.deadline - anyio.current_time()) / left):
+                with self.clock.wall_timeout((end - perf_counter()) / left):
                     await unit.ended.wait()
             for unit in self.units:
                 await unit.ended.wait()
@@ -344,6 +347,6 @@ def _uncancelled(task: asyncio.Task[Any] | None) -> bool:
 
 
 def _load(path, args):
-    from busflow.launch.load import load
+    from busflow.launchfile.load import load
 
     return load(path, args=args)

@@ -24,8 +24,6 @@ import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
-from busflow.launch.load import load
-
 PROJECT = Path(__file__).parents[1]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
 HOME = "/home/you/busflow"
@@ -63,6 +61,8 @@ def execute(example):
 
 
 def load_launch_file(example):
+    from busflow.launchfile.load import load
+
     _, source = example.parsed
     file = Path("configs/snippet.yaml")
     file.write_text(source, encoding="utf-8")
@@ -122,13 +122,29 @@ def without_numbers(line):
     return " ".join(_NUMBER.sub("#", line).split())
 
 
-@pytest.mark.timeout(300)
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
-def test_the_snippets_of(page, tmp_path, monkeypatch):
+def imported_plugins():
+    return [name for name in sys.modules if name.partition(".")[0] == "plugins"]
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    """A copy of the project as the current folder, whose own `plugins` are imported."""
     for part in ("configs", "plugins"):
         shutil.copytree(PROJECT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(PROJECT / "pyproject.toml", tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in imported_plugins():
+        monkeypatch.delitem(sys.modules, name)
+    yield tmp_path
+    for name in imported_plugins():
+        del sys.modules[name]
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.usefixtures("project")
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+def test_the_snippets_of(page):
     document = Document.parse(str(page), snippets)
     document.namespace["__name__"] = "__main__"
     with asyncio.Runner() as runner:

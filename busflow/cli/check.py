@@ -39,7 +39,7 @@ def check(
 
 def _problems(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], *, strict: bool) -> list[Problem]:
     """What is wrong with the file, and with the nodes of what is right in it."""
-    from busflow.launch.load import examine
+    from busflow.launchfile.load import examine
     from busflow.runner import Graph
 
     description, problems = examine(file, assignments=assignments, sets=sets)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.cli.output import columns
 from busflow.message import type_name
+from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launch.preflight import Member
+    from busflow.launchfile.preflight import Member
 
 
 @dataclass(slots=True)
@@ -42,7 +43,7 @@ class Drawing:
     def text(self) -> Iterator[str]:
         """Lines for people: under each node what it publishes, and to whom; last what nobody publishes."""
         for node, plugin in self._nodes.items():
-            yield f"{node}  ({plugin})"
+            yield f"{node}  ({printable(plugin)})"
             yield from self._text_of(node)
         if any(not topic.publishers for topic in self._topics.values()):
             yield "nobody"

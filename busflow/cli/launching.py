@@ -14,8 +14,8 @@ from busflow.duration import parse_duration
 from busflow.errors import LaunchError
 
 if TYPE_CHECKING:
-    from busflow.launch.description import LaunchDescription
-    from busflow.launch.preflight import Plan
+    from busflow.launchfile.description import LaunchDescription
+    from busflow.launchfile.preflight import Plan
 
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
 
@@ -34,7 +34,7 @@ class Given:
         Raises:
             LaunchError: With every problem.
         """
-        from busflow.launch.load import load
+        from busflow.launchfile.load import load
 
         return load(self.file, assignments=self.assignments, sets=self.sets)
 

@@ -16,7 +16,7 @@ from busflow.cli.output import print_columns
 from busflow.clock import SystemClock
 from busflow.declarations import Handler, PublisherDeclaration, PullDeclaration, declarations_of
 from busflow.errors import InvalidParameter, LaunchError
-from busflow.launch.preflight import Preflight
+from busflow.launchfile.preflight import Preflight
 from busflow.log import Log
 from busflow.message import Message, type_name
 from busflow.node import default_name, parameters_class

@@ -11,15 +11,15 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from busflow.errors import PluginError
-from busflow.launch.scalar import plain_scalar
-from busflow.launch.value import Origin, Scalar, Source, Value
+from busflow.launchfile.scalar import plain_scalar
+from busflow.launchfile.value import Origin, Scalar, Source, Value
 from busflow.node import parameters_class
 from busflow.parameters import describe
 from busflow.plugins import load
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launch.description import LaunchDescription
+    from busflow.launchfile.description import LaunchDescription
 
 _PLAIN = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
 _WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})

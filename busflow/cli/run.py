@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.launching import Given, duration, launch_file
+from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launch.description import Argument
+    from busflow.launchfile.description import Argument
 
 _EXAMPLES = """\b
 Examples:
@@ -61,10 +62,11 @@ def _help(context: click.Context, file: Path | None) -> int:
     click.echo(context.get_help())
     if file is not None:
         from busflow.cli.output import print_columns
-        from busflow.launch.load import read_arguments
+        from busflow.launchfile.load import read_arguments
 
         rows = [_row(each) for each in read_arguments(file)]
-        click.echo(f"\nArguments of {file}:" if rows else f"\n{file} takes no arguments.")
+        shown = printable(file)
+        click.echo(f"\nArguments of {shown}:" if rows else f"\n{shown} takes no arguments.")
         print_columns(rows, indent="  ")
     return 0
 

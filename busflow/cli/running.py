@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from busflow.log import console_sink, json_sink
 from busflow.runner import Graph, run_graph
 
 if TYPE_CHECKING:
-    from busflow.launch.description import LaunchDescription
+    from busflow.launchfile.description import LaunchDescription
 
 
 class Run:
@@ -25,12 +26,10 @@ class Run:
         self, description: LaunchDescription, *, seed: int | None, strict: bool, verbose: bool, log_format: str
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
-        coloured = colour()
-        sink = (
-            json_sink(sys.stderr)
-            if log_format == "json"
-            else console_sink(sys.stderr, colour=sys.stderr.isatty() if coloured is None else coloured)
-        )
+        # Standard error is None where the shell closed it: `2>&-`.
+        stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
+        coloured = stream.isatty() if (wanted := colour()) is None else wanted
+        sink = json_sink(stream) if log_format == "json" else console_sink(stream, colour=coloured)
         level = "debug" if verbose else "info"
         self._graph = Graph([description], seed=seed, strict=strict, log_level=level, sinks=(sink,))
 

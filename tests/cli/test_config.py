@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from busflow.cli import main
 from busflow.cli.resolved import lines
-from busflow.launch.load import load
-from busflow.launch.value import Origin, Source, Value
+from busflow.launchfile.load import load
+from busflow.launchfile.value import Origin, Source, Value
 
 Captured = pytest.CaptureFixture[str]
 

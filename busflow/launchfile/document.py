@@ -17,9 +17,9 @@ from typing import Any, NoReturn
 import yaml
 
 from busflow.errors import LaunchError, Place, Problem
-from busflow.launch.scalar import plain_scalar
-from busflow.launch.syntax import explain
-from busflow.launch.value import Origin, Scalar, Source, Value
+from busflow.launchfile.scalar import plain_scalar
+from busflow.launchfile.syntax import explain
+from busflow.launchfile.value import Origin, Scalar, Source, Value
 
 MAX_BYTES = 1 << 20
 MAX_BYTES_WITHOUT_LIBYAML = 128 << 10
@@ -218,7 +218,8 @@ class _Builder:
         elif event.anchor is not None:
             self._refuse("anchor", f"anchors such as &{event.anchor} are not allowed", "leave it out", event)
         elif event.tag is not None:
-            self._refuse("tag", f"tags such as {event.tag} are not allowed", "leave it out; quote a text", event)
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+            self._refuse("tag", f"tags such as {tag} are not allowed", "leave it out; quote a text", event)
         elif isinstance(event, yaml.ScalarEvent) and event.style and _has_surrogate(event.value):
             self._refuse("escape", "half of a surrogate pair is not a character", r"write \UXXXXXXXX", event)
 

@@ -14,16 +14,16 @@ from itertools import islice
 from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launch import arguments, override
-from busflow.launch.build import Builder
-from busflow.launch.description import Argument, LaunchDescription, PluginFolder
-from busflow.launch.document import Limits, read_file
-from busflow.launch.expression import Budget, Resolver, Scope
-from busflow.launch.faults import problem_at, problems
-from busflow.launch.merge import Part, compose, joined, named, overlaid
-from busflow.launch.model import IncludeKeys, LaunchKeys, key_faults
-from busflow.launch.problems import Problems
-from busflow.launch.value import Origin, Source, Value
+from busflow.launchfile import arguments, override
+from busflow.launchfile.build import Builder
+from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
+from busflow.launchfile.document import Limits, read_file
+from busflow.launchfile.expression import Budget, Resolver, Scope
+from busflow.launchfile.faults import problem_at, problems
+from busflow.launchfile.merge import Part, compose, joined, named, overlaid
+from busflow.launchfile.model import IncludeKeys, LaunchKeys, key_faults
+from busflow.launchfile.problems import Problems
+from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import nearest
 from busflow.validation import MOST_FAULTS
 

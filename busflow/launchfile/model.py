@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, mo
 from busflow.annotation import StrictModel, at, split
 from busflow.duration import PATTERN, parse_duration
 from busflow.errors import Fault
-from busflow.launch.description import ClockMode, Restart
+from busflow.launchfile.description import ClockMode, Restart
 from busflow.validation import faults
 
 _ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]

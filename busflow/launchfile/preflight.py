@@ -15,8 +15,8 @@ from busflow import plugins
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
-from busflow.launch.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
-from busflow.launch.faults import parameter_problems
+from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.faults import parameter_problems
 from busflow.message import type_name
 from busflow.names import resolve
 from busflow.node import Node, parameters_class, runtime_of
@@ -28,7 +28,7 @@ from busflow.text import did_you_mean
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.endpoint import Endpoint
-    from busflow.launch.value import Origin
+    from busflow.launchfile.value import Origin
     from busflow.log import Log
 
 T = TypeVar("T")

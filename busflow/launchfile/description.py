@@ -8,7 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from busflow.launch.value import Origin, Value
+from busflow.launchfile.value import Origin, Value
 
 if TYPE_CHECKING:
     from busflow.qos import QoS

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from busflow.errors import Fault, InvalidParameter, KeyPath, Place, Problem
-from busflow.launch.description import NodeSpec
-from busflow.launch.value import Origin, Value
+from busflow.launchfile.description import NodeSpec
+from busflow.launchfile.value import Origin, Value
 
 _CODES = {"type": "wrong-type", "range": "out-of-range", "choice": "unknown-choice", "length": "wrong-length"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from busflow.launch.value import Scalar
+from busflow.launchfile.value import Scalar
 from busflow.text import printable
 
 _NULL = re.compile(r"~|null|Null|NULL|")

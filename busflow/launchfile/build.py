@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from busflow import names
-from busflow.launch.description import (
+from busflow.launchfile.description import (
     Argument,
     ClockSpec,
     EndpointSpec,
@@ -17,11 +17,11 @@ from busflow.launch.description import (
     RemapSpec,
     TopicSpec,
 )
-from busflow.launch.faults import key_origin, problem_at, problems
-from busflow.launch.merge import Part
-from busflow.launch.model import LaunchKeys, NodeKeys
-from busflow.launch.problems import Problems
-from busflow.launch.value import Value
+from busflow.launchfile.faults import key_origin, problem_at, problems
+from busflow.launchfile.merge import Part
+from busflow.launchfile.model import LaunchKeys, NodeKeys
+from busflow.launchfile.problems import Problems
+from busflow.launchfile.value import Value
 from busflow.qos import PRESETS, QoS, qos_faults
 from busflow.text import did_you_mean
 
@@ -95,8 +95,8 @@ class Builder:
         entries = node.section("remap")
         for match, replacement in stated.remap.items():
             value = entries[match]
-            right = self._named(names.topic_name_fault, "topic name", match, value)
-            right = self._named(names.topic_name_fault, "topic name", replacement, value, at_key=False) and right
+            right = self._topic(match, value)
+            right = self._topic(replacement, value, at_key=False) and right
             if right:
                 rules.append(RemapSpec(match, replacement, key_origin(value)))
         return rules
@@ -115,7 +115,7 @@ class Builder:
         found: list[EndpointSpec] = []
         for topic, value in section.items():
             qos = self._qos(value)
-            if self._named(names.topic_name_fault, "topic name", topic, value) and qos is not None:
+            if self._topic(topic, value) and qos is not None:
                 found.append(EndpointSpec(topic, qos, value, key_origin(value)))
         return found
 
@@ -144,8 +144,20 @@ class Builder:
             return None
         data = cast("dict[str, Any]", value.data)
         found = qos_faults(data)
+        if "qos" in data:
+            without = "write the profile's name, or its fields, without `qos:`"
+            found = [replace(fault, fix=without) if fault.path == ("qos",) else fault for fault in found]
         self.problems.add(*problems(found, value, noun="key"))
         return None if found else QoS.model_validate(data)
+
+    def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:
+        """Whether a topic's name is one, also once it is expanded."""
+
+        def find(name: str) -> names.Fault | None:
+            fault = names.topic_name_fault(name)
+            return fault or names.full_topic_name_fault(names.expand(name, node="node", namespace="/"))
+
+        return self._named(find, "topic name", name, value, at_key=at_key)
 
     def _named(
         self,

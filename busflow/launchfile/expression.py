@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, cast
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launch.problems import Problems
-from busflow.launch.scalar import plain_scalar
-from busflow.launch.value import Origin, Scalar, Source, Value
+from busflow.launchfile.problems import Problems
+from busflow.launchfile.scalar import plain_scalar
+from busflow.launchfile.value import Origin, Scalar, Source, Value
 from busflow.text import did_you_mean, printable
 from busflow.validation import shown
 

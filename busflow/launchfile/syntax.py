@@ -46,6 +46,9 @@ def explain(error: yaml.MarkedYAMLError, text: str, place_at: PlaceAt) -> Proble
             return said("a tab cannot indent", "indent with spaces")
         return said(f"a value cannot begin with {printable(found)!r}", "quote it")
     if "mapping values are not allowed" in problem:
+        before = place_at(mark.line - 1, 0, None).excerpt if mark.line > 0 else ":"
+        if before.strip() and ":" not in before:
+            return said("a ':' cannot stand here", f"end line {mark.line} with a ':', or quote the text")
         return said("a ':' cannot stand here", "quote the text, or put a nested mapping on lines of its own, indented")
     if "could not find expected ':'" in problem:
         where = place_at(opened.line, opened.column, None) if opened is not None else here

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from busflow.errors import Problem
-from busflow.launch.description import PluginFolder
-from busflow.launch.faults import key_origin, problem_at
-from busflow.launch.problems import Problems
-from busflow.launch.value import Value
+from busflow.launchfile.description import PluginFolder
+from busflow.launchfile.faults import key_origin, problem_at
+from busflow.launchfile.problems import Problems
+from busflow.launchfile.value import Value
 from busflow.validation import dotted
 
 

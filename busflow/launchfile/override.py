@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launch.document import MAX_DEPTH, parse_value
-from busflow.launch.faults import key_origin, problem_at
-from busflow.launch.value import Origin, Source, Value
+from busflow.launchfile.document import MAX_DEPTH, parse_value
+from busflow.launchfile.faults import key_origin, problem_at
+from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import did_you_mean
 from busflow.validation import dotted, shown
 
@@ -49,6 +49,9 @@ def parse_override(text: str) -> Override:
     if not sign or not all(steps) or len(steps) > MAX_DEPTH:
         fix = "write a path and a value: nodes.talker.parameters.rate_hz=50"
         raise LaunchError([Problem("bad-override", "this is not path=value", fix, _place(text, 0, len(text)))])
+    if not value:
+        fix = f"for an empty text write {path}='\"\"'"
+        raise LaunchError([Problem("bad-override", "there is no value", fix, _place(text, len(text), 1))])
     found = parse_value(value, COMMAND_LINE, path + sign)
     return Override(tuple(steps), replace(found, key=_place(text, 0, len(path))))
 
