@@ -316,14 +316,16 @@ def _name_of(message: type[BaseModel]) -> str:
 def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
     """The meaning of an annotation and its metadata."""
     base: Any
-    while get_origin(annotation) is Annotated:
-        annotation, *inner = get_args(annotation)
-        metadata = [*inner, *metadata]
+    while (origin := get_origin(annotation) or annotation) is Annotated or hasattr(origin, "__value__"):
+        if origin is Annotated:
+            annotation, *inner = get_args(annotation)
+            metadata = [*inner, *metadata]
+        else:  # `type Name[T] = …`, as numpy writes NDArray since 2.5
+            annotation = origin.__value__[get_args(annotation)] if get_args(annotation) else origin.__value__
     primitive = next((each for each in metadata if isinstance(each, Primitive)), None)
     length = next((each for each in metadata if isinstance(each, Length)), None)
     kind = ArrayKind.UNBOUNDED if length is None else ArrayKind.FIXED if length.exactly else ArrayKind.BOUNDED
     size = 0 if length is None else length.exactly or length.max or 0
-    origin = get_origin(annotation) or annotation
     if origin is np.ndarray:
         return FieldType("", (primitive or _of_dtype(annotation)).name, kind, size)
     if origin in (Sequence, tuple, list):

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field, ValidationError, field_validator
 
@@ -209,6 +209,7 @@ def test_a_dump_keeps_arrays_as_arrays():
 floats = st.floats() | st.integers(-(2**53), 2**53) | st.booleans() | st.text(max_size=2) | st.none()
 
 
+@settings(deadline=None)  # a busy machine is no fault
 @given(st.dictionaries(st.sampled_from(["x", "y", "z", "w", "covariance"]), floats))
 def test_the_constructor_and_validation_accept_the_same(values):
     def outcome(make):
