@@ -6,7 +6,8 @@ import asyncio
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import total_ordering
@@ -15,6 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, cast, overload
 from busflow.errors import NotRunning
 
 if TYPE_CHECKING:
+    import anyio
+
     from busflow.msgs.builtin_interfaces import Duration as DurationMsg
     from busflow.msgs.builtin_interfaces import Time as TimeMsg
 
@@ -234,6 +237,12 @@ class Clock(ABC):
             raise ValueError(f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}")
         await self.sleep((until - now).seconds)
 
+    def wall_timeout(self, seconds: float) -> AbstractContextManager[anyio.CancelScope]:
+        """As `anyio.move_on_after`, in wall time whatever the clock: for limits on what the real world may take."""
+        import anyio
+
+        return anyio.move_on_after(seconds)
+
 
 class SystemClock(Clock):
     """Real time: the wall clock for stamps, the monotonic clock for timers."""
@@ -270,6 +279,10 @@ class SimClock(Clock):
         """The epoch plus the loop's virtual time."""
         return Time(self._epoch_ns + self._loop.time_ns())
 
+    def jump(self, by: Duration) -> None:
+        """Set the stamps forwards or backwards, as when a real clock is set; timers do not feel it."""
+        self._epoch_ns += by.nanoseconds
+
     def monotonic_ns(self) -> int:
         """The loop's virtual time."""
         return self._loop.time_ns()
@@ -277,3 +290,15 @@ class SimClock(Clock):
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
         """Have the loop call back at exactly the deadline."""
         return self._loop.call_at_ns(deadline_ns, callback)
+
+    @contextmanager
+    def wall_timeout(self, seconds: float) -> Generator[anyio.CancelScope]:
+        """Virtual time may jump past the limit any number of times: only real seconds count."""
+        import anyio
+
+        with anyio.CancelScope() as scope:
+            limit = self._loop.call_after_wall(seconds, scope.cancel)
+            try:
+                yield scope
+            finally:
+                limit.cancel()

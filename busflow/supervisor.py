@@ -79,7 +79,7 @@ class Unit:
 
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
-        with anyio.move_on_after(START_TIMEOUT_S) as patience:
+        with self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
             try:
                 await self.node.start()
             except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows

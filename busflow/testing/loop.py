@@ -21,6 +21,7 @@ from contextlib import contextmanager
 from contextvars import Context
 from typing import Any, ParamSpec, TypeAlias, TypeVar, TypeVarTuple, Unpack, overload
 
+from busflow.clock import perf_counter
 from busflow.errors import Deadlock
 from busflow.testing.waiting import waiting
 
@@ -56,6 +57,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._horizon_ns = math.inf if math.isinf(horizon_s) else round(horizon_s * NS_PER_S)
         self._timers: list[tuple[int, int, asyncio.TimerHandle]] = []
         self._timers_made = self._timers_cancelled = 0
+        self._limits: list[tuple[float, int, asyncio.Handle]] = []
         self._settling: deque[asyncio.Future[None]] = deque()
         self._threads = self._turns = self._unasked = 0
         self._input = _Selector(self._next_events)
@@ -77,6 +79,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._settling.append(future)
         await future
 
+    async def advance(self, seconds: float) -> None:
+        """Let time pass, with all that is due exactly at its end."""
+        end = self.create_future()
+        self.call_at_ns(self._now_ns + round(seconds * NS_PER_S), lambda: end.done() or end.set_result(None))
+        await end
+        await self.settle()
+
     def call_at(
         self, when: float, callback: Callable[[Unpack[Ts]], object], *args: *Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
@@ -94,6 +103,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def call_at_ns(self, when_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
         """Call back at exactly that virtual time."""
         return self._schedule(when_ns / NS_PER_S, when_ns, callback, (), None)
+
+    def call_after_wall(self, seconds: float, callback: Callable[[], object]) -> asyncio.Handle:
+        """Call back after real seconds, or as soon as nothing else can happen any more: for limits that are real."""
+        self._timers_made += 1
+        handle = asyncio.Handle(callback, (), self)
+        heapq.heappush(self._limits, (perf_counter() + seconds, self._timers_made, handle))
+        return handle
 
     def run_in_executor(
         self, executor: Executor | None, func: Callable[[Unpack[Ts]], T], *args: *Ts
@@ -165,6 +181,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         # sockets need it every time; signals can wait for some turns.
         self._unasked = (self._unasked + 1) % 64
         events = self._input.poll(0) if self._unasked == 0 or self._has_io() else []
+        if self._limits and self._limit_s() <= 0:
+            self._pass_limit()
         if timeout == 0:
             self._release_due()
             return events
@@ -172,8 +190,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _let_threads_work(self) -> Events:
         """Wait in real time while a worker thread works, and time stands still."""
-        while self._working():
-            if events := self._input.poll(_THREAD_POLL_S):
+        while self._working() and self._limit_s() > 0:
+            if events := self._input.poll(min(_THREAD_POLL_S, self._limit_s())):
                 return events
             if not self._threads and all(map(_waits_for_the_loop, self._anyio_workers())):
                 break
@@ -193,10 +211,27 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if self._ready or self._advance():
             return []
         grace_s = _IO_S if self._has_io() else _FOREIGN_S if threading.active_count() > 1 else 0
+        if grace_s > 0 and self._limits:
+            grace_s = max(
+                0, self._limit_s()
+            )  # somebody else may still do something, and this is how long they may take
         events = self._input.poll(grace_s)
-        if not events and not self._ready:
+        if not events and not self._ready and not self._pass_limit():
             raise self._deadlock("nothing is left to run: no timer, no worker thread, no input")
         return events
+
+    def _limit_s(self) -> float:
+        """Real seconds until the next limit, infinite where there is none."""
+        while self._limits and self._limits[0][2].cancelled():
+            heapq.heappop(self._limits)
+        return self._limits[0][0] - perf_counter() if self._limits else math.inf
+
+    def _pass_limit(self) -> bool:
+        """Call back whom the next limit is for, if there is one."""
+        if math.isinf(self._limit_s()):
+            return False
+        self._ready.append(heapq.heappop(self._limits)[2])
+        return True
 
     def _has_io(self) -> bool:
         return len(self._input.get_map()) > 1  # one is how other threads wake the loop
