@@ -105,6 +105,10 @@ class StartTimeout(BusflowError, TimeoutError):
     """A node's `start` did not return in time."""
 
 
+class NotSeen(BusflowError, AssertionError):
+    """What a test waited for did not come; the message says what there was instead."""
+
+
 class Deadlock(BusflowError):
     """On virtual time, nothing is left that could let the waiting tasks go on; the message names them."""
 

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
 from inspect import iscoroutinefunction
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar, cast
 
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
@@ -45,6 +45,18 @@ class SubscriptionStatistics:
     deadlines_missed: int = 0
 
 
+class Link(Protocol):
+    """What stands between a topic and one of its subscriptions, where a test put something there."""
+
+    target: Subscription[Any]
+    held: int
+    """Messages on their way: they count as queued."""
+
+    def carry(self, item: Any) -> None:
+        """Bring a message to the target, now or later, or lose it and count that."""
+        ...
+
+
 class Subscription(Generic[M]):
     """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
 
@@ -54,8 +66,8 @@ class Subscription(Generic[M]):
 
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_latest",
-        "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "on_event",
-        "queue", "type",
+        "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "link",
+        "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -65,6 +77,7 @@ class Subscription(Generic[M]):
         self.delivered = 0
         self.deadlines_missed = 0
         self.on_event: Callable[[Event], None] | None = None
+        self.link: Link | None = None
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self._handler = handler
         self._topic: Topic[M] | None = None
@@ -109,10 +122,20 @@ class Subscription(Generic[M]):
             published=self.published,
             delivered=self.delivered,
             dropped=queue.dropped,
-            queued=len(queue),
+            queued=self.queued,
             drops=dict(queue.drops),
             deadlines_missed=self.deadlines_missed,
         )
+
+    @property
+    def queued(self) -> int:
+        """How many messages wait here, or are on their way."""
+        return len(self.queue) if self.link is None else len(self.queue) + self.link.held
+
+    @property
+    def full(self) -> bool:
+        """Whether the next message finds no room."""
+        return self.queued >= self.queue.depth
 
     # Pulling.
 
@@ -178,7 +201,14 @@ class Subscription(Generic[M]):
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """What a publish on the topic has to call for this subscription."""
-        return (self.queue.push,) if self._deadline is None else (self.queue.push, self._deadline.touch)
+        return self.arrivals if self.link is None else (self.link.carry,)
+
+    @property
+    def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
+        """What has to hear of a message that arrives."""
+        if self._deadline is None or self._ended:
+            return (self.queue.push,)
+        return (self.queue.push, self._deadline.touch)
 
     def notice_liveliness(self, alive: int, not_alive: int) -> None:
         """Learn how many publishers there are; the node hears of it when that has changed."""
@@ -223,6 +253,9 @@ class Subscription(Generic[M]):
         self.deadlines_missed, self._liveliness = predecessor.deadlines_missed, predecessor._liveliness
         self._topic, self._dispatcher = predecessor._topic, predecessor._dispatcher
         self._on_failure, self._at_start = predecessor._on_failure, predecessor._at_start
+        self.link = predecessor.link
+        if self.link is not None:
+            self.link.target = self
         predecessor._topic = None
         predecessor.close()
         self._listen()

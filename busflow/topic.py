@@ -67,7 +67,7 @@ class Topic(Generic[M]):
     def first_full(self) -> Subscription[M] | None:
         """The first `overflow: block` subscription without room."""
         for subscription in self.blocking:
-            if subscription.queue.full:
+            if subscription.full:
                 return subscription
         return None
 
@@ -75,7 +75,7 @@ class Topic(Generic[M]):
         """Wait behind earlier senders until every blocking queue has room; then publish before awaiting again."""
         turn = asyncio.get_running_loop().create_future()
         self.waiting.append(turn)
-        full = [each for each in self.blocking if each.queue.full] or self.blocking
+        full = [each for each in self.blocking if each.full] or self.blocking
         limit_s = min((each.endpoint.qos.block_timeout_s for each in full), default=None)
         granted = False
         try:
@@ -86,7 +86,7 @@ class Topic(Generic[M]):
                     await turn
             granted = True
         except TimeoutError:
-            slow = ", ".join(each.endpoint.node for each in self.blocking if each.queue.full)
+            slow = ", ".join(each.endpoint.node for each in self.blocking if each.full)
             raise SendTimeout(
                 f"no room on {self.name} within {limit_s} s (overflow: block): {slow or 'an earlier send'} is too "
                 "slow; raise its depth or block_timeout, or choose overflow: drop_oldest"

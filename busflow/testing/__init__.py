@@ -5,11 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from busflow.errors import NotSeen
+    from busflow.testing.harnesses import Harness, harness
+    from busflow.testing.ledger import Ledger
     from busflow.testing.loop import VirtualLoop, virtual_time
 
-_HOMES = {"VirtualLoop": "loop", "virtual_time": "loop"}
+_HOMES = {
+    "Harness": "busflow.testing.harnesses",
+    "Ledger": "busflow.testing.ledger",
+    "NotSeen": "busflow.errors",
+    "VirtualLoop": "busflow.testing.loop",
+    "harness": "busflow.testing.harnesses",
+    "virtual_time": "busflow.testing.loop",
+}
 
-__all__ = ["VirtualLoop", "virtual_time"]
+__all__ = ["Harness", "Ledger", "NotSeen", "VirtualLoop", "harness", "virtual_time"]
 
 
 def __getattr__(name: str) -> object:
@@ -18,4 +28,4 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(import_module(_HOMES[name]), name)

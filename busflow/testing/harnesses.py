@@ -1,0 +1,253 @@
+"""Harness: a whole graph of unchanged nodes in one test, on virtual time.
+
+It is `busflow.launch` with a simulated clock, and adds what a test needs: to let time pass, to see what was published,
+and to do harm.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections import defaultdict
+from collections.abc import Mapping
+from contextlib import suppress
+from types import TracebackType
+from typing import Any, Self, TypeVar, cast, overload
+
+from busflow.clock import Duration, SimClock
+from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
+from busflow.log import LogRecord
+from busflow.message import Message, type_name
+from busflow.node import Node, runtime_of
+from busflow.publishers import Publisher
+from busflow.qos import QoS
+from busflow.runner import Graph, What
+from busflow.subscriptions import Subscription
+from busflow.testing.faults import Faults
+from busflow.testing.ledger import Ledger
+from busflow.testing.loop import VirtualLoop
+from busflow.testing.waiting import waiting
+from busflow.text import did_you_mean
+from busflow.topic import Topic
+
+N = TypeVar("N", bound=Node)
+M = TypeVar("M", bound=Message)
+
+
+class Harness:
+    """A graph under test: use it as `async with harness(...) as lab`, on a virtual loop."""
+
+    def __init__(
+        self,
+        *what: What,
+        args: Mapping[str, object] | None = None,
+        seed: int | None = None,
+        expect_failure: type[Node] | str | None = None,
+        log_level: str = "info",
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        if not isinstance(loop, VirtualLoop):
+            raise NotRunning("a harness needs virtual time: put @virtual_time above the test")
+        self.log: list[LogRecord] = []
+        """Every line that the nodes have logged, the oldest first."""
+        self.clock = SimClock()
+        self.graph = Graph(
+            what,
+            args=args,
+            seed=given_seed() if seed is None else seed,
+            clock=self.clock,
+            log_level=log_level,
+            sinks=(self.log.append,),
+        )
+        self._loop = loop
+        self._received: dict[str, list[Message]] = defaultdict(list)
+        self._seen: dict[str, int] = defaultdict(int)
+        self._arrived: dict[str, asyncio.Event] = defaultdict(asyncio.Event)
+        self._expected = expect_failure
+        self._faults = Faults(self.graph.bus)
+        self.graph.bus.on_attach.append(self._on_attach)
+
+    async def __aenter__(self) -> Self:
+        if self._expected is None:
+            await self.graph.__aenter__()
+        else:  # the failure is what the test is about: it must not end the test's own block
+            with suppress(NodeFailed):
+                await self.graph.start()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._expected is None:
+            await self.graph.__aexit__(kind, error, trace)
+            return
+        await self.graph.stop()
+        failures = self.graph.failures
+        expected = runtime_of(self.node(self._expected)).full_name
+        if error is None and [failure.node for failure in failures] != [expected]:
+            others = "; ".join(f"{failure.node} {failure.summary}" for failure in failures) or "nothing failed"
+            raise NotSeen(f"{expected} alone was expected to fail, but {others}")
+
+    # Time.
+
+    async def advance(self, seconds: float) -> None:
+        """Let virtual time pass, including all that is due exactly at its end, and settle."""
+        if not 0 <= seconds < float("inf"):
+            raise ValueError(f"time passes forwards, by a finite number of seconds, not {seconds!r}")
+        await self._loop.advance(seconds)
+
+    async def settle(self) -> None:
+        """Let everything run that is due now; time does not move."""
+        await self._loop.settle()
+
+    # What happened.
+
+    @overload
+    def received(self, topic: str) -> list[Any]: ...
+    @overload
+    def received(self, topic: str, message_type: type[M]) -> list[M]: ...
+    def received(self, topic: str, message_type: type[M] | None = None) -> list[M] | list[Any]:
+        """Every message that was published on a topic so far, whether or not a node received it."""
+        return list(cast("list[Any]", self._received[self._known(topic, message_type)]))
+
+    @overload
+    async def wait_for(self, topic: str, *, timeout: float = 10.0) -> Any: ...  # noqa: ASYNC109  # of virtual seconds
+    @overload
+    async def wait_for(self, topic: str, message_type: type[M], *, timeout: float = 10.0) -> M: ...  # noqa: ASYNC109  # as above
+    async def wait_for(self, topic: str, message_type: type[M] | None = None, *, timeout: float = 10.0) -> Any:  # noqa: ASYNC109  # as above
+        """The next message on a topic that no wait has seen yet; waits for it if need be.
+
+        Args:
+            topic: The topic's name.
+            message_type: What it carries, for type checkers; checked.
+            timeout: Virtual seconds.
+
+        Raises:
+            NotSeen: Nothing came in time; says who published what, and who waits for what.
+        """
+        name = self._known(topic, message_type)
+        received, arrived = self._received[name], self._arrived[name]
+        try:
+            async with asyncio.timeout(timeout):
+                while self._seen[name] >= len(received):
+                    arrived.clear()
+                    await arrived.wait()
+        except TimeoutError:
+            raise NotSeen(self._why_nothing_came(name, timeout)) from None
+        self._seen[name] += 1
+        return received[self._seen[name] - 1]
+
+    @property
+    def ledger(self) -> Ledger:
+        """The ledger of every subscription, as it stands now."""
+        return Ledger(tuple(self.graph.bus.ledger()))
+
+    @overload
+    def node(self, which: type[N]) -> N: ...
+    @overload
+    def node(self, which: str) -> Node: ...
+    def node(self, which: type[N] | str) -> N | Node:
+        """The node of a class, or of a name."""
+        return self.graph.node(cast("Any", which))
+
+    # What the test does.
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Publish a message from outside."""
+        self.graph.publish(topic, message)
+
+    def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+        """A publisher of the test's own."""
+        return self.graph.advertise(message_type, topic, qos=qos)
+
+    def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
+        """A subscription of the test's own, to pull from."""
+        return self.graph.subscribe(message_type, topic, qos=qos)
+
+    # The harm it does.
+
+    def fail(self, which: type[Node] | str, error: BaseException) -> None:
+        """Let a node fail now, as if its own code had raised; `harness(expect_failure=…)` makes the test expect it."""
+        runtime_of(self.node(cast("Any", which))).fail("Harness.fail", error)
+
+    def delay(self, topic: str, seconds: float) -> None:
+        """Let what is published on a topic from now on arrive later, in order; meanwhile it counts as queued."""
+        self._faults.delay(self._known(topic), seconds)
+
+    def drop(self, topic: str, *, every: int = 1) -> None:
+        """Lose every so manieth message of a topic, from now on: a drop, whose reason is `injected`."""
+        self._faults.drop(self._known(topic), every)
+
+    def heal(self, topic: str) -> None:
+        """End what `delay` and `drop` do to a topic."""
+        self._faults.heal(self._known(topic))
+
+    def jump(self, seconds: float) -> None:
+        """Set the clock that stamps are taken from, forwards or backwards; time goes on as before."""
+        self.clock.jump(Duration(seconds=seconds))
+
+    # Behind it.
+
+    def _on_attach(self, attached: object) -> None:
+        """Listen on every topic from the moment it exists."""
+        if isinstance(attached, Publisher | Subscription):
+            topic = self.graph.bus.topics[attached.topic]
+            if topic.name not in self._received:
+                self._listen(topic)
+
+    def _listen(self, topic: Topic[Any]) -> None:
+        received, arrived = self._received[topic.name], self._arrived[topic.name]
+
+        def hear(message: Message) -> None:
+            received.append(message)
+            arrived.set()
+
+        self.graph.bus.tap(topic, hear)
+
+    def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
+        """The topic's full name, if there is one, of that type."""
+        name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
+        if name not in topics:
+            raise NotSeen(f"nobody publishes or receives {name}; {did_you_mean(name, topics)}")
+        if message_type is not None and topics[name].type is not message_type:
+            raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
+        return name
+
+    def _why_nothing_came(self, name: str, timeout: float) -> str:
+        topic = self.graph.bus.topics[name]
+        publishers = ", ".join(f"{each.endpoint.node} ({each.published})" for each in topic.publishers) or "nobody"
+        lines = [f"nothing new on {name} within {timeout:g} virtual s; published by {publishers}"]
+        lines += [f"failed: {failure.node} {failure.summary}" for failure in self.graph.failures]
+        lines += [*str(self.ledger).splitlines(), *waiting(self._loop)]
+        return "\n  ".join(lines)
+
+
+def harness(
+    *what: What,
+    args: Mapping[str, object] | None = None,
+    seed: int | None = None,
+    expect_failure: type[Node] | str | None = None,
+    log_level: str = "info",
+) -> Harness:
+    """A graph of launch files, node classes and instances, on virtual time.
+
+    Args:
+        what: As `busflow.launch` takes it.
+        args: Values of the launch files' arguments.
+        seed: What the nodes' random generators begin with; by default `BUSFLOW_SEED`, then the file's, then 0.
+        expect_failure: The node that is to fail. Any other failure, or none, fails the test.
+        log_level: From where on `Harness.log` keeps lines.
+    """
+    return Harness(*what, args=args, seed=seed, expect_failure=expect_failure, log_level=log_level)
+
+
+def given_seed() -> int | None:
+    """The seed that the environment asks for, to replay one.
+
+    Raises:
+        BusflowError: It is not a number.
+    """
+    text = os.environ.get("BUSFLOW_SEED", "")
+    if text and not text.isdecimal():
+        raise BusflowError(f"BUSFLOW_SEED must be a whole number from 0, got {text!r}")
+    return int(text) if text else None

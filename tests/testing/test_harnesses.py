@@ -1,0 +1,593 @@
+"""The harness: time passes as told, everything published is seen, and harm is done with the ledger still balanced."""
+
+import asyncio
+import socket
+
+import anyio
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow.clock import SIM_EPOCH_NS
+from busflow.declarations import on_event
+from busflow.errors import (
+    BusflowError,
+    Deadlock,
+    IncompatibleType,
+    InvalidParameter,
+    LaunchError,
+    NodeFailed,
+    NotRunning,
+    StartTimeout,
+)
+from busflow.events import DeadlineMissed
+from busflow.msgs.std_msgs import Float64, Int64
+from busflow.testing import NotSeen, harness, virtual_time
+from plugins.sensor_processor import SensorProcessor
+from plugins.sensor_publisher import SensorPublisher
+
+LAB = "configs/lab1.yaml"
+
+
+class CounterParameters(Parameters):
+    rate_hz: float = 10.0
+
+
+class Counter(Node):
+    parameters: CounterParameters
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.count = 0
+
+    @timer(hz="rate_hz")
+    def tick(self) -> None:
+        self.count += 1
+        self.numbers.publish(Int64(data=self.count))
+
+
+class Doubler(Node):
+    doubles = publisher(Int64, "doubles")
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        self.doubles.publish(Int64(data=2 * number.data))
+
+
+class Slow(Node):
+    """Takes 20 ms for each number."""
+
+    done = publisher(Int64, "done")
+
+    @subscription("numbers")
+    async def on_number(self, number: Int64) -> None:
+        await asyncio.sleep(0.02)
+        self.done.publish(number)
+
+
+class Sink(Node):
+    async def start(self) -> None:
+        self.got: list[int] = []
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        self.got.append(number.data)
+
+
+class PunctualCounter(Counter):
+    numbers = publisher(Int64, "numbers", qos=QoS(deadline_s=0.25))
+
+
+class Supervisor(Sink):
+    """Hears of it when nothing comes for a quarter of a second."""
+
+    async def start(self) -> None:
+        await super().start()
+        self.missed = 0
+
+    @subscription("numbers", qos=QoS(deadline_s=0.25))
+    def on_number(self, number: Int64) -> None:
+        self.got.append(number.data)
+
+    @on_event("numbers")
+    def on_silence(self, event: DeadlineMissed) -> None:
+        self.missed = event.count
+
+
+class Fragile(Node):
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        if number.data == 3:
+            raise ArithmeticError("three is too much")
+
+
+def data(messages):
+    return [message.data for message in messages]
+
+
+# Time
+
+
+@virtual_time
+async def test_ten_minutes_of_the_lab():
+    async with harness(LAB, seed=1) as lab:
+        await lab.advance(600)
+        assert len(lab.received("balance_state")) == 6000
+        assert lab.node(SensorProcessor).status == "All sensors operational"
+        assert lab.node("sensor_processor") is lab.node(SensorProcessor)
+        assert (lab.ledger.dropped, lab.ledger.queued) == (0, 0)
+        assert lab.ledger.published == lab.ledger.delivered == 12_000
+        assert lab.clock.seconds() == 600
+
+
+@virtual_time
+async def test_advancing_includes_what_is_due_exactly_at_the_end_and_settles_it():
+    async with harness(Counter, Doubler) as lab:
+        await lab.advance(0.3)  # 3 · 0.1 is a little more than 0.3 in floats
+        assert data(lab.received("numbers")) == [1, 2, 3]
+        assert data(lab.received("doubles")) == [2, 4, 6]
+
+
+@virtual_time
+async def test_advancing_adds_up_exactly():
+    async with harness(Counter) as lab:
+        for _ in range(10_000):
+            await lab.advance(0.1)
+        assert len(lab.received("numbers")) == 10_000
+        assert lab.clock.seconds() == 1000
+
+
+@virtual_time
+async def test_what_takes_longer_than_the_advance_goes_on_in_the_next_one():
+    async with harness(Counter, Slow) as lab:
+        await lab.advance(0.3)
+        assert data(lab.received("done")) == [1, 2]
+        await lab.advance(0.02)
+        assert data(lab.received("done")) == [1, 2, 3]
+
+
+@virtual_time
+async def test_settling_moves_no_time():
+    async with harness(Doubler) as lab:
+        lab.publish("numbers", Int64(data=4))
+        await lab.settle()
+        assert data(lab.received("doubles")) == [8]
+        assert lab.clock.seconds() == 0
+
+
+@pytest.mark.parametrize("seconds", [-1, float("inf"), float("nan")])
+def test_time_passes_forwards_and_by_a_finite_amount(seconds):
+    @virtual_time
+    async def main():
+        async with harness(Counter) as lab:
+            with pytest.raises(ValueError, match="time passes forwards"):
+                await lab.advance(seconds)
+
+    main()
+
+
+def test_without_virtual_time_there_is_no_harness():
+    async def main():
+        with pytest.raises(NotRunning, match="@virtual_time"):
+            harness(Counter)
+
+    asyncio.run(main())
+
+
+# What happened
+
+
+@virtual_time
+async def test_one_node_alone_answers_what_the_test_publishes():
+    async with harness(Doubler) as lab:
+        lab.publish("numbers", Int64(data=21))
+        assert (await lab.wait_for("doubles", Int64, timeout=1)).data == 42
+
+
+@virtual_time
+async def test_a_wait_sees_each_message_once_also_those_that_came_before_it():
+    async with harness(Counter) as lab:
+        await lab.advance(0.2)
+        assert [(await lab.wait_for("numbers")).data for _ in range(3)] == [1, 2, 3]
+        assert lab.clock.seconds() == pytest.approx(0.3)
+        await lab.advance(0.2)
+        assert (await lab.wait_for("numbers")).data == 4
+
+
+@virtual_time
+async def test_a_wait_in_vain_tells_who_published_what_and_who_waits_for_what():
+    class Patient(Node):
+        async def run(self) -> None:
+            await asyncio.Event().wait()
+
+    async with harness(Doubler, Counter(rate_hz=1), Patient) as lab:
+        with pytest.raises(NotSeen) as caught:
+            await lab.wait_for("doubles", timeout=0.5)
+        text = str(caught.value)
+        assert "nothing new on /doubles within 0.5 virtual s; published by /doubler (0)" in text
+        assert "/doubler on /numbers: 0 published = 0 delivered + 0 dropped + 0 queued" in text
+        assert "task '/patient.run' waits for Event.wait in" in text
+        assert "await asyncio.Event().wait()" in text
+
+
+@virtual_time
+async def test_a_topic_that_nobody_has_is_told_with_its_neighbour():
+    async with harness(Counter) as lab:
+        with pytest.raises(NotSeen, match="nobody publishes or receives /number; did you mean '/numbers'"):
+            lab.received("number")
+        with pytest.raises(IncompatibleType, match="/numbers carries std_msgs/msg/Int64, not std_msgs/msg/Float64"):
+            await lab.wait_for("numbers", Float64)
+
+
+@virtual_time
+async def test_what_is_published_during_start_is_seen():
+    class Early(Node):
+        greeting = publisher(Int64, "greeting")
+
+        async def start(self) -> None:
+            self.greeting.publish(Int64(data=1))
+
+    async with harness(Early) as lab:
+        assert data(lab.received("greeting")) == [1]
+
+
+@virtual_time
+async def test_the_log_is_kept_with_the_nodes_that_wrote_it():
+    class Talker(Node):
+        @timer(1)
+        def tick(self) -> None:
+            self.log.warning("tick", second=round(self.clock.seconds()))
+            self.log.debug("unheard")
+
+    async with harness(Talker) as lab:
+        await lab.advance(2)
+        assert [(line.node, line.level, line.event, line.values) for line in lab.log] == [
+            ("/talker", "warning", "tick", {"second": 1}),
+            ("/talker", "warning", "tick", {"second": 2}),
+        ]
+        assert lab.log[0].stamp_ns == SIM_EPOCH_NS + 10**9
+
+
+@virtual_time
+async def test_a_launch_file_takes_its_arguments():
+    async with harness(LAB, args={"rate_hz": 50}) as lab:
+        await lab.advance(1)
+        assert len(lab.received("imu/data")) == 50
+
+
+def test_the_environment_gives_the_seed_unless_the_test_does(monkeypatch):
+    def seed_of(**options):
+        @virtual_time
+        async def main():
+            async with harness(LAB, **options) as lab:
+                return lab.graph.seed
+
+        return main()
+
+    assert seed_of() == 0
+    monkeypatch.setenv("BUSFLOW_SEED", "7")
+    assert (seed_of(), seed_of(seed=3)) == (7, 3)
+    monkeypatch.setenv("BUSFLOW_SEED", "seven")
+    with pytest.raises(BusflowError, match="BUSFLOW_SEED must be a whole number from 0, got 'seven'"):
+        seed_of()
+
+
+# Failures
+
+
+def test_a_node_that_fails_ends_the_test_with_its_failure():
+    reached = []
+
+    @virtual_time
+    async def main():
+        async with harness(Counter, Fragile) as lab:
+            await lab.advance(1)
+            reached.append("the end")
+
+    with pytest.raises(NodeFailed, match="three is too much"):
+        main()
+    assert reached == []
+
+
+@virtual_time
+async def test_an_expected_failure_lets_the_test_go_on_and_see():
+    async with harness(Counter, Fragile, expect_failure=Fragile) as lab:
+        await lab.advance(1)
+        assert lab.graph.failures[0].node == "/fragile"
+        assert "three is too much" in lab.log[-1].event
+        assert data(lab.received("numbers")) == [1, 2, 3]
+
+
+def test_an_expected_failure_that_does_not_come_fails_the_test():
+    @virtual_time
+    async def main():
+        async with harness(Counter, expect_failure=Counter) as lab:
+            await lab.advance(1)
+
+    with pytest.raises(NotSeen, match="/counter alone was expected to fail, but nothing failed"):
+        main()
+
+
+def test_another_failure_than_the_expected_one_fails_the_test():
+    @virtual_time
+    async def main():
+        async with harness(Counter, Fragile, expect_failure=Counter) as lab:
+            await lab.advance(1)
+
+    with pytest.raises(NotSeen, match=r"/counter alone was expected to fail, but /fragile failed in .* three is"):
+        main()
+
+
+def test_a_graph_that_cannot_start_is_no_expected_failure():
+    @virtual_time
+    async def main():
+        async with harness(Counter, Counter, expect_failure=Counter):
+            pass
+
+    with pytest.raises(LaunchError, match="two nodes are called /counter"):
+        main()
+
+
+def test_a_wrong_parameter_is_told_before_anything_runs():
+    with pytest.raises(InvalidParameter, match="rate"):
+        harness(Counter(rate=3))
+
+
+def test_the_test_s_own_error_is_what_is_told():
+    @virtual_time
+    async def main():
+        async with harness(Counter):
+            raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        main()
+
+
+def test_a_node_made_to_fail_fails_the_test():
+    @virtual_time
+    async def main():
+        async with harness(Counter) as lab:
+            lab.fail(Counter, OSError("the cable is out"))
+            await lab.advance(1)
+
+    with pytest.raises(NodeFailed, match="the cable is out"):
+        main()
+
+
+@virtual_time
+async def test_a_node_made_to_fail_as_expected():
+    async with harness(Counter, Doubler, expect_failure="counter") as lab:
+        await lab.advance(0.2)
+        lab.fail("counter", OSError("the cable is out"))
+        await lab.advance(1)
+        assert data(lab.received("numbers")) == [1, 2]
+        assert lab.ledger.published == lab.ledger.delivered == 2
+
+
+# Faults
+
+
+def balanced(lab):
+    return all(line.published == line.delivered + line.dropped + line.queued for line in lab.ledger)
+
+
+@virtual_time
+async def test_a_lost_message_is_a_drop_with_a_reason():
+    async with harness(Counter, Sink) as lab:
+        lab.drop("numbers", every=3)
+        await lab.advance(1)
+        assert lab.node(Sink).got == [1, 2, 4, 5, 7, 8, 10]
+        assert [line.drops for line in lab.ledger] == [{"injected": 3}]
+        assert balanced(lab)
+        assert len(lab.received("numbers")) == 10, "published they were"
+
+
+@virtual_time
+async def test_a_topic_that_is_cut_off_misses_its_deadlines_until_it_is_healed():
+    async with harness(PunctualCounter, Supervisor) as lab:
+        await lab.advance(0.1)
+        lab.drop("numbers")
+        await lab.advance(0.5)
+        assert (lab.node(Supervisor).got, lab.node(Supervisor).missed) == ([1], 2)
+        lab.heal("numbers")
+        await lab.advance(0.1)
+        assert (lab.node(Supervisor).got, lab.node(Supervisor).missed) == ([1, 7], 2)
+
+
+@virtual_time
+async def test_a_delayed_message_counts_as_queued_and_arrives_in_order():
+    async with harness(Counter, Sink) as lab:
+        lab.delay("numbers", 0.25)
+        await lab.advance(0.3)
+        assert (lab.node(Sink).got, lab.ledger.queued) == ([], 3)
+        await lab.advance(0.05)
+        assert (lab.node(Sink).got, lab.ledger.queued) == ([1], 2)
+        lab.heal("numbers")
+        await lab.advance(0.06)  # 4 is published at 0.4 s and overtakes neither 2 nor 3
+        assert lab.node(Sink).got == [1]
+        await lab.advance(0.14)
+        assert (lab.node(Sink).got, lab.ledger.queued) == ([1, 2, 3, 4, 5], 0)
+        assert balanced(lab)
+
+
+@virtual_time
+async def test_a_blocking_subscription_counts_what_is_on_its_way_to_it():
+    async with harness(Doubler) as lab:
+        inbox = lab.subscribe(Int64, "doubles", qos=QoS(depth=2, overflow="block"))
+        source = lab.advertise(Int64, "doubles")
+        lab.delay("doubles", 1)
+        await source.send(Int64(data=1))
+        await source.send(Int64(data=2))
+        with anyio.move_on_after(0.5) as patience:
+            await source.send(Int64(data=3))
+        assert patience.cancelled_caught
+        assert (inbox.queued, inbox.full) == (2, True)
+        await lab.advance(1)
+        assert (await anext(inbox)).data == 1
+        await source.send(Int64(data=3))
+        assert [(await anext(inbox)).data for _ in range(2)] == [2, 3]
+
+
+@virtual_time
+async def test_a_late_joiner_suffers_from_the_faults_of_its_topic():
+    async with harness(Counter) as lab:
+        lab.drop("numbers", every=2)
+        late = lab.subscribe(Int64, "numbers")
+        await lab.advance(0.4)
+        assert [(await anext(late)).data for _ in range(2)] == [1, 3]
+
+
+@virtual_time
+async def test_what_is_on_its_way_when_a_subscription_leaves_stays_counted():
+    async with harness(PunctualCounter, Supervisor) as lab:
+        lab.delay("numbers", 0.25)
+        await lab.advance(0.2)
+    assert [(line.published, line.queued) for line in lab.ledger] == [(2, 2)]
+    await lab.advance(1)
+    assert [line.deadlines_missed for line in lab.ledger] == [0]
+
+
+@pytest.mark.parametrize("every", [0, -1])
+def test_a_fault_that_cannot_be_is_refused(every):
+    @virtual_time
+    async def main():
+        async with harness(Counter) as lab:
+            with pytest.raises(ValueError, match="every is 1"):
+                lab.drop("numbers", every=every)
+            with pytest.raises(ValueError, match="a delay is a finite number"):
+                lab.delay("numbers", -1)
+            with pytest.raises(NotSeen, match="did you mean"):
+                lab.delay("numberz", 1)
+
+    main()
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("advance"), st.sampled_from([0, 0.05, 0.1, 0.33])),
+        st.tuples(st.just("delay"), st.sampled_from([0, 0.01, 0.25, 1])),
+        st.tuples(st.just("drop"), st.integers(1, 4)),
+        st.tuples(st.just("heal"), st.none()),
+        st.tuples(st.just("publish"), st.integers(1, 30)),
+    ),
+    max_size=30,
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(STEPS)
+def test_the_ledger_is_balanced_after_whatever_harm(steps):
+    @virtual_time
+    async def main():
+        async with harness(Counter, Sink, Slow, Doubler) as lab:
+            for name, value in steps:
+                if name == "advance":
+                    await lab.advance(value)
+                elif name == "delay":
+                    lab.delay("numbers", value)
+                elif name == "drop":
+                    lab.drop("numbers", every=value)
+                elif name == "heal":
+                    lab.heal("numbers")
+                else:
+                    for _ in range(value):
+                        lab.publish("numbers", Int64(data=0))
+                assert balanced(lab)
+
+    main()
+
+
+@virtual_time
+async def test_the_stamps_jump_and_time_does_not():
+    async with harness(SensorPublisher) as lab:
+        await lab.advance(1)
+        before = await stamp(lab)
+        lab.jump(-5)
+        await lab.advance(0.1)
+        assert await stamp(lab) - before == -4_900_000_000
+        assert len(lab.received("imu/data")) == 11
+        assert lab.clock.seconds() == pytest.approx(1.1)
+
+
+async def stamp(lab):
+    newest = lab.received("imu/data")[-1].header.stamp
+    return newest.sec * 10**9 + newest.nanosec
+
+
+# Limits in real time
+
+
+@virtual_time
+async def test_a_start_may_take_hours_of_virtual_time():
+    class Warm(Node):
+        async def start(self) -> None:
+            await self.clock.sleep(7200)
+
+        async def stop(self) -> None:
+            await self.clock.sleep(7200)
+
+    async with harness(Warm) as lab:
+        assert lab.clock.seconds() == 7200
+    assert lab.log == [], "stop was not given up"
+    assert lab.clock.seconds() == 14400
+
+
+@virtual_time
+async def test_a_start_that_waits_for_the_real_world_is_waited_for():
+    ours, theirs = socket.socketpair()
+    ours.setblocking(False)
+
+    class Driver(Node):
+        async def start(self) -> None:
+            loop = asyncio.get_running_loop()
+            late = asyncio.ensure_future(asyncio.to_thread(theirs.send, b"ready"))
+            assert await loop.sock_recv(ours, 5) == b"ready"
+            await late
+
+    with ours, theirs:
+        async with harness(Driver):
+            pass
+
+
+def test_a_start_that_waits_for_nothing_is_told_at_once():
+    class Forever(Node):
+        async def start(self) -> None:
+            await asyncio.Event().wait()
+
+    @virtual_time
+    async def main():
+        async with harness(Forever):
+            pass
+
+    with pytest.raises(NodeFailed, match="did not return within 10 s") as caught:
+        main()
+    assert isinstance(caught.value.__cause__, StartTimeout)
+
+
+@virtual_time
+async def test_a_stop_that_never_returns_is_given_up_and_the_others_stop():
+    stopped = []
+
+    class Stuck(Node):
+        async def stop(self) -> None:
+            await asyncio.Event().wait()
+
+    class Clean(Node):
+        async def stop(self) -> None:
+            stopped.append("clean")
+
+    async with harness(Clean, Stuck) as lab:
+        pass
+    assert stopped == ["clean"]
+    assert [line.event for line in lab.log] == ["not stopped within 0.75 s, given up: /stuck"]
+
+
+def test_a_test_that_waits_for_nothing_is_a_deadlock_with_names():
+    @virtual_time
+    async def main():
+        async with harness(Doubler):
+            await asyncio.Event().wait()
+
+    with pytest.raises(Deadlock, match=r"asyncio.Event\(\).wait\(\)"):
+        main()
