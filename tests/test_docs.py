@@ -24,6 +24,8 @@ import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
+from busflow.launchfile.load import load
+
 PROJECT = Path(__file__).parents[1]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
 HOME = "/home/you/busflow"
@@ -61,8 +63,6 @@ def execute(example):
 
 
 def load_launch_file(example):
-    from busflow.launchfile.load import load
-
     _, source = example.parsed
     file = Path("configs/snippet.yaml")
     file.write_text(source, encoding="utf-8")
