@@ -123,21 +123,21 @@ class Primitive:
         return {"type": "array", "items": one} if inner["type"] == "function-plain" else one
 
 
-def _integer(name: str, bits: int, dtype: type[np.generic], *, signed: bool) -> Primitive:
-    low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
-    return Primitive(name, int, dtype, low, high)
+def _integer(name: str, dtype: str) -> Primitive:
+    limits = np.iinfo(dtype)
+    return Primitive(name, int, np.dtype(dtype).type, int(limits.min), int(limits.max))
 
 
+_SIZED = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 PRIMITIVES: Mapping[str, Primitive] = {
     primitive.name: primitive
     for primitive in (
         Primitive("bool", bool, np.bool_),
-        _integer("byte", 8, np.uint8, signed=False),
-        _integer("char", 8, np.uint8, signed=False),
+        _integer("byte", "uint8"),
+        _integer("char", "uint8"),
         Primitive("float32", float, np.float32),
         Primitive("float64", float, np.float64),
-        *(_integer(f"int{bits}", bits, np.dtype(f"int{bits}").type, signed=True) for bits in (8, 16, 32, 64)),
-        *(_integer(f"uint{bits}", bits, np.dtype(f"uint{bits}").type, signed=False) for bits in (8, 16, 32, 64)),
+        *(_integer(name, name) for name in _SIZED),
         Primitive("string", str),
         Primitive("wstring", str),
     )
@@ -305,8 +305,8 @@ def understand(name: str, info: FieldInfo) -> FieldType | None:
 
 
 def is_message(annotation: object) -> bool:
-    """Whether an annotation is a message class."""
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel) and hasattr(annotation, "__ros_name__")
+    """Whether an annotation is a message class, and not the one that is being made: ROS knows no recursion."""
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel) and "__ros_fields__" in vars(annotation)
 
 
 def _name_of(message: type[BaseModel]) -> str:
@@ -330,6 +330,7 @@ def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
         return FieldType("", (primitive or _of_dtype(annotation)).name, kind, size)
     if origin in (Sequence, tuple, list):
         return _read_sequence(annotation, kind, size)
+    _refuse_mistakes(annotation)
     if primitive is None and annotation in _PLAIN:
         primitive = PRIMITIVES[_PLAIN[annotation]]
     if primitive or is_message(annotation):
@@ -338,7 +339,6 @@ def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
             raise InvalidDeclaration(f"{length} needs a sequence, or text to bound with Length(max=…)")
         base = primitive.name if primitive else annotation
         return FieldType("", base, string_bound=length.max if length else None)
-    _refuse_mistakes(annotation)
     return None
 
 
@@ -371,6 +371,8 @@ def _of_dtype(annotation: Any) -> Primitive:
 
 def _refuse_mistakes(annotation: Any) -> None:
     """Catches what looks like a ROS type and is none."""
+    if is_message(annotation) and not hasattr(annotation, "__ros_name__"):
+        raise InvalidDeclaration("Message is what message classes are made from; write one of those")
     if annotation is bytes or annotation is bytearray:
         raise InvalidDeclaration("bytes are a UInt8Array")
     if isinstance(annotation, type) and issubclass(annotation, np.generic):

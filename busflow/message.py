@@ -77,7 +77,8 @@ class Message(BaseModel, metaclass=_Frozen):
     """A value that travels on a topic. Subclasses declare its fields in ROS field types.
 
     The type's name is `package/msg/Class`. The package is the one given, else the installed package that
-    the class belongs to, the folder around its plugin folder, or the name of the script.
+    the class belongs to, the folder around its plugin folder, or the name of the script. A field that ROS has no
+    word for (optional, a union, a dict) is pydantic's to check, and the message then travels as JSON.
 
     >>> class Balance(Message, package="my_robot"):
     ...     value: float = 0.0
@@ -90,9 +91,10 @@ class Message(BaseModel, metaclass=_Frozen):
 
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
 
-    __ros_name__: ClassVar[str]
-    __ros_fields__: ClassVar[Mapping[str, FieldType | None]]
-    __ros_constants__: ClassVar[tuple[Constant, ...]]
+    if TYPE_CHECKING:  # pydantic would evaluate these annotations again for each subclass
+        __ros_name__: ClassVar[str]
+        __ros_fields__: ClassVar[Mapping[str, FieldType | None]]
+        __ros_constants__: ClassVar[tuple[Constant, ...]]
 
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -277,20 +279,21 @@ def _set_constructor(cls: type[Message]) -> None:
 
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:
-    annotations = {name: each for name, each in get_annotations(cls).items() if _CONSTANT_NAME.fullmatch(name)}
-    if not annotations:
-        return
-    # Only a class may have class variables, and only the constants' annotations need to be known here.
-    stand_in = type(cls.__name__, (), {"__annotations__": annotations, "__module__": cls.__module__})
-    for name, hint in get_type_hints(stand_in, include_extras=True).items():
-        metadata = getattr(next(iter(get_args(hint)), None), "__metadata__", ())
-        primitive = next((each for each in metadata if isinstance(each, Primitive)), None)
-        if primitive is None:
+    """The class variables whose annotation is a ROS type."""
+    for name, annotation in get_annotations(cls).items():
+        if name.startswith("_") or "ClassVar" not in str(annotation):
             continue
+        # Only a class may have class variables, and one at a time shows which of them is not known.
+        stand_in = type(cls.__name__, (), {"__annotations__": {name: annotation}, "__module__": cls.__module__})
         try:
-            yield Constant(name, primitive.name, primitive.check(getattr(cls, name)))
-        except (AttributeError, ValueError) as error:
+            (hint,) = get_args(get_type_hints(stand_in, include_extras=True)[name]) or (None,)
+            primitive = next((each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Primitive)), None)
+            if primitive is not None:
+                yield Constant(name, primitive.name, primitive.check(getattr(cls, name)))
+        except (NameError, AttributeError, ValueError) as error:
             raise InvalidDeclaration(f"{cls.__name__}.{name}: {error}") from None
+        if primitive is not None and not _CONSTANT_NAME.fullmatch(name):
+            raise InvalidDeclaration(f"{cls.__name__}.{name}: ROS names a constant in upper case")
 
 
 def _check_field_name(cls: type[Message], name: str) -> None:

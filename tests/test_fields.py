@@ -295,6 +295,8 @@ def test_a_default_that_does_not_fit_is_refused_with_the_class(annotation, defau
         (Annotated[str, Length(3)], "Length\\(max="),
         (Annotated[Inner, Length(max=3)], "needs a sequence"),
         (Foreign, "Foreign"),
+        (Message, "write one of those"),
+        (Sequence[Message], "write one of those"),
     ],
     ids=str,
 )

@@ -456,6 +456,28 @@ def test_a_constant_without_a_value_is_refused():
             BAD: ClassVar[uint8]
 
 
+def test_a_constant_is_named_in_upper_case():
+    with pytest.raises(InvalidDeclaration, match="upper case"):
+
+        class Level(Message, package="tests"):
+            ok: ClassVar[uint8] = 0
+
+
+def test_a_constant_of_a_type_that_is_not_known_is_refused():
+    with pytest.raises(InvalidDeclaration, match=r"Level\.OK.*uint9"):
+
+        class Level(Message, package="tests"):
+            OK: "ClassVar[uint9]" = 0  # noqa: F821 - that is the point
+
+
+def test_a_type_that_holds_itself_travels_as_json():
+    class Branch(Message, package="tests"):
+        children: "Sequence[Branch]" = ()
+
+    assert not is_ros_type(Branch)
+    assert Branch(children=[Branch()]) == Branch.model_validate({"children": [{}]})
+
+
 def test_ros_describes_a_type_when_it_describes_all_inside():
     class Outer(Message, package="tests"):
         tree: Tree = Tree()
