@@ -6,12 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from busflow import SENSOR_DATA, Graph
-from busflow.clock import SimClock
+from busflow import SENSOR_DATA
 from busflow.msgs.geometry_msgs import Vector3
 from busflow.msgs.sensor_msgs import Imu, JointState
-from busflow.msgs.std_msgs import Float64
-from busflow.testing import virtual_time
+from busflow.testing import harness, virtual_time
 from plugins.sensor_processor import SensorProcessor
 
 ALL = "All sensors operational"
@@ -27,32 +25,29 @@ def imu_of(acceleration=None, rotation=None):
     return Imu(linear_acceleration=acceleration or Vector3(), angular_velocity=rotation or Vector3())
 
 
-def told_by_the_processor(records):
+def told_by_the_processor(lab):
     """Its log lines: (level, text, values)."""
-    return [(each.level, each.event, each.values) for each in records if each.node == "/sensor_processor"]
+    return [(each.level, each.event, each.values) for each in lab.log if each.node == "/sensor_processor"]
 
 
 @virtual_time
 async def metrics(*imus):
     """What the processor makes of each reading: (balance, stability)."""
-    found = []
-    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
-        balances = graph.subscribe(Float64, "balance_state")
-        stabilities = graph.subscribe(Float64, "stability_index")
+    async with harness(SensorProcessor()) as lab:
         for imu in imus:
-            graph.publish("imu/data", imu)
-            found.append(((await anext(balances)).data, (await anext(stabilities)).data))
-    return found
+            lab.publish("imu/data", imu)
+            await lab.settle()
+        received = zip(lab.received("balance_state"), lab.received("stability_index"), strict=True)
+    return [(balance.data, stability.data) for balance, stability in received]
 
 
 @virtual_time
 async def lines_about(joints, **parameters):
     """What the processor logs of one reading of the joints."""
-    records = []
-    async with Graph([SensorProcessor(**parameters)], clock=SimClock(), sinks=(records.append,)) as graph:
-        graph.publish("joint_states", joints)
-        await graph.clock.sleep(0.1)
-    return told_by_the_processor(records)
+    async with harness(SensorProcessor(**parameters)) as lab:
+        lab.publish("joint_states", joints)
+        await lab.settle()
+    return told_by_the_processor(lab)
 
 
 @given(acceleration=vectors, rotation=vectors)
@@ -105,51 +100,49 @@ def test_a_mean_speed_above_one_is_told(velocity, mean):
 )
 @virtual_time
 async def test_the_status_names_the_sensors_that_are_heard(imu, joints, status):
-    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
+    async with harness(SensorProcessor()) as lab:
         if imu:
-            graph.publish("imu/data", imu_of())
+            lab.publish("imu/data", imu_of())
         if joints:
-            graph.publish("joint_states", JointState())
-        await graph.clock.sleep(0.1)
-        assert graph.node(SensorProcessor).status == status
+            lab.publish("joint_states", JointState())
+        await lab.settle()
+        assert lab.node(SensorProcessor).status == status
 
 
 @pytest.mark.parametrize("timeout_s", [1.0, 2.5])
 @virtual_time
 async def test_a_sensor_is_operational_while_its_last_message_is_younger_than_the_timeout(timeout_s):
     parameters = {} if timeout_s == 1.0 else {"timeout_s": timeout_s}
-    async with Graph([SensorProcessor(**parameters)], clock=SimClock()) as graph:
-        await graph.clock.sleep(0.5)
-        graph.publish("imu/data", imu_of())
-        await graph.clock.sleep(0.25)
-        graph.publish("joint_states", JointState())
-        processor = graph.node(SensorProcessor)
-        await graph.clock.sleep(timeout_s - 0.375)
+    async with harness(SensorProcessor(**parameters)) as lab:
+        processor = lab.node(SensorProcessor)
+        await lab.advance(0.5)
+        lab.publish("imu/data", imu_of())
+        await lab.advance(0.25)
+        lab.publish("joint_states", JointState())
+        await lab.advance(timeout_s - 0.375)
         assert processor.status == ALL
-        await graph.clock.sleep(0.125)
+        await lab.advance(0.125)
         assert processor.status == ONLY_JOINTS, "the IMU is as old as the timeout"
-        await graph.clock.sleep(0.25)
+        await lab.advance(0.25)
         assert processor.status == NOTHING
 
 
 @virtual_time
 async def test_a_change_of_status_is_logged_once():
-    records = []
-    async with Graph([SensorProcessor()], clock=SimClock(), sinks=(records.append,)) as graph:
-        await graph.clock.sleep(3)
+    async with harness(SensorProcessor()) as lab:
+        await lab.advance(3)
         for _ in range(30):
-            graph.publish("imu/data", imu_of())
-            graph.publish("joint_states", JointState())
-            await graph.clock.sleep(0.1)
-        await graph.clock.sleep(3)
-    told = told_by_the_processor(records)
-    assert told == [("info", NOTHING, {}), ("info", ALL, {}), ("info", NOTHING, {})]
+            lab.publish("imu/data", imu_of())
+            lab.publish("joint_states", JointState())
+            await lab.advance(0.1)
+        await lab.advance(3)
+    assert told_by_the_processor(lab) == [("info", NOTHING, {}), ("info", ALL, {}), ("info", NOTHING, {})]
 
 
 @virtual_time
 async def test_a_best_effort_imu_is_good_enough():
     """Sensors are often published without the promise to arrive; the processor asks for no more."""
-    async with Graph([SensorProcessor()], clock=SimClock()) as graph:
-        graph.advertise(Imu, "imu/data", qos=SENSOR_DATA).publish(imu_of())
-        await graph.clock.sleep(0.1)
-        assert graph.node(SensorProcessor).status == ONLY_IMU
+    async with harness(SensorProcessor()) as lab:
+        lab.advertise(Imu, "imu/data", qos=SENSOR_DATA).publish(imu_of())
+        await lab.settle()
+        assert lab.node(SensorProcessor).status == ONLY_IMU

@@ -1,0 +1,54 @@
+"""Every launch file that comes with busflow is checked, and started on virtual time."""
+
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.testing import harness, virtual_time
+
+FOLDER = Path(__file__).parents[1] / "configs"
+CONFIGS = sorted(FOLDER.glob("*.yaml"))
+each_config = pytest.mark.parametrize("config", CONFIGS, ids=lambda config: config.name)
+
+
+def test_the_launch_files_are_found():
+    assert FOLDER / "lab1.yaml" in CONFIGS
+
+
+@each_config
+def test_check_finds_nothing_even_when_strict(config, capsys):
+    assert main(["check", str(config), "--strict"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+
+
+@each_config
+@virtual_time
+async def test_it_runs_for_a_minute_and_loses_nothing(config):
+    """Every node stays up, no message is dropped, and nothing worse than an info is logged."""
+    async with harness(config) as lab:
+        await lab.advance(60)
+    report = lab.graph.report()
+    assert {node.state for node in report.nodes} == {"stopped"}
+    assert sum(topic.published for topic in report.topics) > 0
+    assert report.dropped == 0
+    assert [record for record in lab.log if record.level != "info"] == []
+
+
+@virtual_time
+async def test_lab1_runs_as_its_file_says():
+    async with harness(FOLDER / "lab1.yaml", args={"rate_hz": 50}) as lab:
+        await lab.advance(10)
+        assert len(lab.received("imu/data", Imu)) == len(lab.received("joint_states", JointState)) == 500
+        assert len(lab.received("balance_state")) == len(lab.received("stability_index")) == 500
+    lines = {line.topic: line for line in lab.ledger}
+    assert (lines["/imu/data"].depth, lines["/imu/data"].delivered) == (5, 500)
+    assert (lines["/joint_states"].depth, lines["/joint_states"].delivered) == (10, 500)
+    assert [record.event for record in lab.log] == ["All sensors operational"]
+
+
+def test_lab1_has_a_camera_where_the_command_line_asks_for_one(capsys):
+    asked = ["--set", "nodes.sensor_publisher.parameters.camera_hz=30"]
+    assert main(["graph", str(FOLDER / "lab1.yaml"), *asked]) == 0
+    assert "/camera/image_raw  sensor_msgs/msg/Image" in capsys.readouterr().out
