@@ -202,7 +202,8 @@ def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str)
         known = parent.model_fields if isinstance(parent, type) and issubclass(parent, BaseModel) else None
         fix = None if known is None else did_you_mean(str(path[-1]), known)
         return Fault(path, f"unknown {noun} {dotted(path)}", fix, "unknown")
-    word = type_word(at(model, path)[0])
+    allowed = choices(split(at(model, path)[0])[0])
+    word = f"one of {', '.join(map(str, allowed))}" if allowed else type_word(at(model, path)[0])
     return Fault(path, f"{noun} {dotted(path)} is required", f"add `{path[-1]}:` with a value ({word})", "missing")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from busflow import names
+from busflow.errors import InvalidName
 from busflow.launchfile.description import (
     Argument,
     ClockSpec,
@@ -155,7 +156,11 @@ class Builder:
 
         def find(name: str) -> names.Fault | None:
             fault = names.topic_name_fault(name)
-            return fault or names.full_topic_name_fault(names.expand(name, node="node", namespace="/"))
+            try:
+                return fault or names.full_topic_name_fault(names.expand(name, node="node", namespace="/"))
+            except InvalidName as error:
+                reason = str(error).partition("\n")[0].removeprefix(f"topic name {name!r}: ")
+                return names.Fault("not_expandable", 0, reason)
 
         return self._named(find, "topic name", name, value, at_key=at_key)
 

@@ -91,10 +91,11 @@ class Resolver:
                     problem = Problem("expression", message, fix, each.key, included_from=each.origin.included_from)
                     self.failed.add((*path, key))
                     self.problems.add(problem)
-            members = {key: self.resolve(each, (*path, key)) for key, each in content.items()}
+            members = {key: self.resolve(each, (*path, key), as_text=as_text) for key, each in content.items()}
             return replace(value, content=members)
         if isinstance(content, list):
-            return replace(value, content=[self.resolve(each, (*path, n)) for n, each in enumerate(content)])
+            items = [self.resolve(each, (*path, n), as_text=as_text) for n, each in enumerate(content)]
+            return replace(value, content=items)
         if not isinstance(content, str) or "${" not in content:
             return value
         try:
@@ -116,6 +117,7 @@ class _Template:
         self._scope = scope
         self._as_text = as_text
         self._at: int = 0
+        self._taken: int = 0  # where the last token that was taken begins
         self._depth: int = 0
 
     def evaluate(self) -> Result:
@@ -179,28 +181,28 @@ class _Template:
     def _or(self) -> _Thunk:
         left = self._and()
         while self._take("or"):
-            left = self._either(self._at, left, self._and(), "or", stop=True)
+            left = self._either(self._taken, left, self._and(), "or", stop=True)
         return left
 
     def _and(self) -> _Thunk:
         left = self._not()
         while self._take("and"):
-            left = self._either(self._at, left, self._not(), "and", stop=False)
+            left = self._either(self._taken, left, self._not(), "and", stop=False)
         return left
 
     def _not(self) -> _Thunk:
-        at = self._at
         if not self._take("not"):
             return self._comparison()
+        at = self._taken
         inner = self._nested(self._not)
         return lambda: (not self._truth(inner(), "not", at), None)
 
     def _comparison(self) -> _Thunk:
         left = self._primary()
-        at = self._at
         sign = self._take("==", "!=", "<", "<=", ">", ">=", "in", "not")
         if sign is None:
             return left
+        at = self._taken
         if sign == "not":
             self._expect("in")
         right = self._primary()
@@ -317,6 +319,7 @@ class _Template:
         if token is None or found not in words:
             return None
         self._at = token.end()
+        self._taken = token.end() - len(found)
         return found
 
     def _expect(self, word: str) -> None:

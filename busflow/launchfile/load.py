@@ -28,6 +28,7 @@ from busflow.text import nearest
 from busflow.validation import MOST_FAULTS
 
 MAX_FILES = 100
+MAX_INCLUDE_DEPTH = 16
 
 
 def load(
@@ -132,10 +133,10 @@ class _Loader:
     def _read(self, path: Path, entry: Value | None, via: tuple[Place, ...]) -> Value | None:
         """A file's content. What keeps it from being read is told at the `entry` that names it."""
         if self._limits.values < 0:
-            return None  # a file before this one was too large, and that is told
+            raise LaunchError([])  # a file before this one was too large, and that is told
         if len(self.files) >= MAX_FILES:
             self._tell("too-many-files", f"more than {MAX_FILES} files are read", "include less", entry)
-            return None
+            raise LaunchError([])
         self.files.append(path)
         try:
             return read_file(path, str(path), via, self._limits)
@@ -163,15 +164,16 @@ class _Loader:
             tree = tree.with_member(("args",), declared)
         keys, tree = self._checked(tree)
         namespace = compose(around, keys.namespace)
+        stated = {key: value for key, value in tree.members.items() if key in override.SETTABLE}
+        own = Part(replace(tree, content=stated), self._folders(path, tree))
+        own.tree = self._with_parameter_files(path, own.tree, resolver.scope)
+        own = named(own, namespace, self.problems)
         included = Part(Value({}, tree.origin))
         for index, include in enumerate(keys.include):
             entry = tree.find(("include", index)) or tree.members["include"]
             part = self._included(path, include, entry, compose(namespace, include.namespace), chain)
-            included = joined(included, part, self.problems) if part is not None else included
-        own = {key: value for key, value in tree.members.items() if key in override.SETTABLE}
-        part = Part(replace(tree, content=own), self._folders(path, tree))
-        part.tree = self._with_parameter_files(path, part.tree, resolver.scope)
-        return overlaid(included, named(part, namespace, self.problems), self.problems)
+            included = joined(included, part, own, self.problems) if part is not None else included
+        return overlaid(included, own, self.problems)
 
     def _included(
         self, path: Path, include: IncludeKeys, entry: Value, namespace: str, chain: tuple[Path, ...]
@@ -184,6 +186,10 @@ class _Loader:
             names = " → ".join(each.name for each in loop)
             message, fix = f"{include.file} includes itself: {names}", "leave one of these includes out"
             self._tell("include-cycle", message, fix, stated)
+            return None
+        if len(chain) > MAX_INCLUDE_DEPTH:
+            message = f"includes nest deeper than {MAX_INCLUDE_DEPTH} files"
+            self._tell("too-many-files", message, "include the files side by side", stated)
             return None
         via = (stated.origin.place, *stated.origin.included_from) if stated.origin.place is not None else ()
         root = self._read(target, stated, via)

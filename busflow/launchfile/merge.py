@@ -57,14 +57,15 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
     return part
 
 
-def joined(first: Part, second: Part, problems: Problems) -> Part:
-    """Two files that one file includes: they must not say different things about the same."""
+def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
+    """Two files that one file includes: they must not differ in what the file itself leaves open."""
     for key, node in second.nodes.members.items():
         if key in first.nodes.members:
             problems.add(_duplicate(key, node, first.nodes.members[key]))
     for path, value in second.tree.leaves():
         other = first.tree.find(path)
-        if path[:1] != ("nodes",) and other is not None and other.data != value.data:
+        is_open = path[:1] != ("nodes",) and own.tree.find(path) is None
+        if is_open and other is not None and other.data != value.data:
             message = f"two included files disagree on {dotted(path)}; the other one is {other.origin}"
             fix = "state it in the file that includes both"
             problems.add(problem_at("include-conflict", message, fix, value.origin))

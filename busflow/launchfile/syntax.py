@@ -46,10 +46,7 @@ def explain(error: yaml.MarkedYAMLError, text: str, place_at: PlaceAt) -> Proble
             return said("a tab cannot indent", "indent with spaces")
         return said(f"a value cannot begin with {printable(found)!r}", "quote it")
     if "mapping values are not allowed" in problem:
-        before = place_at(mark.line - 1, 0, None).excerpt if mark.line > 0 else ":"
-        if before.strip() and ":" not in before:
-            return said("a ':' cannot stand here", f"end line {mark.line} with a ':', or quote the text")
-        return said("a ':' cannot stand here", "quote the text, or put a nested mapping on lines of its own, indented")
+        return said("a ':' cannot stand here", _without_colon(mark, place_at))
     if "could not find expected ':'" in problem:
         where = place_at(opened.line, opened.column, None) if opened is not None else here
         return said("a ':' is missing after this", "write `key: value`", where)
@@ -58,6 +55,14 @@ def explain(error: yaml.MarkedYAMLError, text: str, place_at: PlaceAt) -> Proble
             return said("this cannot follow what is before it", "quote the whole text if it is one")
         return said("this does not line up with what is around it", "indent it like its neighbours")
     return said(f"not valid YAML: {problem}")
+
+
+def _without_colon(mark: yaml.Mark, place_at: PlaceAt) -> str:
+    """What to do about a second ':', which is often the first one missing on the line before."""
+    before = place_at(mark.line - 1, 0, None).excerpt if mark.line > 0 else ""
+    if before.strip() and ":" not in before:
+        return f"end line {mark.line} with a ':', or quote the text"
+    return "quote the text, or put a nested mapping on lines of its own, indented"
 
 
 def _in_flow(text: str, mark: yaml.Mark, place_at: PlaceAt, opened: Place) -> Problem:
