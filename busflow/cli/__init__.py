@@ -19,10 +19,7 @@ _COMMANDS = {
     "check": ("busflow.cli.check:check", "Find everything wrong with a launch file, without running it."),
     "config": ("busflow.cli.config:config", "Show the resolved launch file, and where each value came from."),
     "graph": ("busflow.cli.graph:graph", "Draw nodes and topics, without running them."),
-    "schema": (
-        "busflow.cli.schema:schema",
-        "Write the JSON Schema by which an editor completes a launch file.",
-    ),
+    "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }

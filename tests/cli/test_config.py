@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -52,6 +53,12 @@ def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
 def test_numbers_that_are_none_are_yamls():
     (line,) = lines(Value.of({"a": math.nan}, Origin(Source.DEFAULT)))
     assert line.startswith("a: .nan")
+
+
+@pytest.mark.parametrize("word", ["yes", "On", "n", "null", "1e3", "010", "a: b", "", "${x}"])
+def test_a_text_stays_text_for_every_reader(word: str):
+    (line,) = lines(Value.of({"a": word}, Origin(Source.DEFAULT)))
+    assert yaml.safe_load(line) == {"a": word.replace("${", "$${")}
 
 
 @pytest.mark.usefixtures("project")

@@ -10,6 +10,8 @@ import pytest
 import busflow
 from busflow.cli import main
 
+BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
+"""The environment of a command whose output waits in a buffer until its end, as it usually does."""
 BUSFLOW = [sys.executable, "-c", "import sys; from busflow.cli import main; sys.exit(main())"]
 
 Captured = pytest.CaptureFixture[str]
@@ -76,11 +78,13 @@ class TestFailure:
             "  " + "^" * len(r"raise ValueError('\x1b[31mred')"),
         ]
 
-    def test_the_traceback_is_shown_on_request(self, capsys: Captured):
+    def test_the_traceback_is_shown_on_request(self, capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+        monkeypatch.setenv("FORCE_COLOR", "1")  # else click itself takes escape sequences out
         assert main(["--traceback", "plugins", "info", "broken"]) == 2
         err = capsys.readouterr().err
         assert "Traceback (most recent call last)" in err
-        assert "\x1b" not in err
+        assert r"ValueError: \x1b[31mred" in err
+        assert "\x1b[31mred" not in err
 
     @pytest.mark.parametrize(
         ("variables", "coloured"),
@@ -106,7 +110,7 @@ class TestFailure:
 def test_a_reader_that_leaves_early_ends_it_quietly(command: str):
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run([*BUSFLOW, *command.split()], stdout=writer, stderr=subprocess.PIPE)
+    done = subprocess.run([*BUSFLOW, *command.split()], stdout=writer, stderr=subprocess.PIPE, env=BUFFERED)
     os.close(writer)
     assert (done.returncode, done.stderr) == (0, b"")
 
@@ -118,6 +122,6 @@ def test_without_any_standard_output_it_still_works():
 
 def test_a_full_disk_is_told():
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True)
+        done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True, env=BUFFERED)
     assert done.returncode == 1
     assert done.stderr == "error: No space left on device, on writing the output\n"

@@ -1,5 +1,6 @@
 """`busflow new` makes a project that is right as it stands, or nothing at all."""
 
+import resource
 import subprocess
 import sys
 import tomllib
@@ -87,6 +88,17 @@ def test_nothing_is_overwritten(capsys: Captured, present: str):
 def test_a_bad_name_is_answered_with_a_good_one(capsys: Captured, here: Path, name: str, hint: str):
     assert main(["new", name]) == 2
     assert hint in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
+def test_half_a_project_is_not_left_behind(here: Path):
+    def no_space() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    command = [sys.executable, "-m", "busflow", "new", "rover"]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_space)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: cannot write ")
     assert list(here.iterdir()) == []
 
 

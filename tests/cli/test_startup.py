@@ -27,6 +27,7 @@ IMPORTS = (
         "check --help",
         "config --help",
         "graph --help",
+        "schema --help",
         "new --help",
     ],
 )

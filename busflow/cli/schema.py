@@ -1,0 +1,57 @@
+"""`busflow schema`: the JSON Schema by which an editor completes and checks a launch file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+_EXAMPLES = """\b
+Examples:
+  busflow schema configs/lab1.yaml --write
+  busflow schema configs/lab1.yaml > lab1.schema.json"""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--write", is_flag=True, help="Write it beside FILE: lab1.schema.json beside lab1.yaml.")
+def schema(file: Path, write: bool) -> int:
+    """Print the JSON Schema of FILE: its keys, and the parameters of every plugin it may name."""
+    from busflow.cli.output import json_text, tell
+    from busflow.text import printable
+
+    text = json_text(_schema_of(file)) + "\n"
+    if not write:
+        click.echo(text, nl=False)
+        return 0
+    target = file.with_suffix(".schema.json")
+    try:
+        target.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise click.ClickException(f"cannot write {target}: {error.strerror}") from None
+    click.echo(f"Wrote {printable(target)}")
+    if "yaml-language-server: $schema=" not in file.read_text(encoding="utf-8"):
+        tell(f"to use it, let {file} begin with:\n# yaml-language-server: $schema={target.name}")
+    return 0
+
+
+def _schema_of(file: Path) -> dict[str, object]:
+    """The schema with every plugin that can be loaded; of the others it is told why they are missing."""
+    from busflow.cli.output import tell
+    from busflow.errors import LaunchError, PluginError
+    from busflow.launchfile.load import examine
+    from busflow.launchfile.schema import PluginSchema, launch_schema
+    from busflow.node import parameters_class
+    from busflow.plugins import find, load
+
+    description, problems = examine(file)
+    if description is None:  # what is merely wrong in a file does not keep an editor from helping to mend it
+        raise LaunchError(problems)
+    folders = [folder.path for folder in description.folders]
+    known: list[PluginSchema] = []
+    for plugin in find(folders):
+        try:
+            known.append(PluginSchema(plugin.name, parameters_class(load(plugin.name, folders)), plugin.summary))
+        except PluginError as error:
+            tell(f"warning: the schema lacks the parameters of {plugin.name}\n{error}")
+    return launch_schema(known)
