@@ -88,8 +88,9 @@ class TestLoading:
         assert plugins.load("arm", [folder]).__name__ == "Arm"
 
     def test_a_file_written_after_another_was_loaded_is_seen(self, write: Write, folder: Path):
-        for index in range(20):
+        for index in range(2):
             write(f"n{index}.py", NODE.format(name=f"N{index}"))
+            os.utime(folder, (0, 0))  # what a clock too coarse to tell the two moments apart would leave
             assert plugins.load(f"n{index}", [folder]).__name__ == f"N{index}"
 
 
@@ -150,13 +151,16 @@ class TestOnePackage:
         name = f"robot_{'with' if init else 'without'}_init"
         package = folder / name
         if init:
-            write(f"{name}/__init__.py", "")
+            write(f"{name}/__init__.py", "MARK = object()\n")
         write(f"{name}/arm.py", NODE.format(name="Arm"))
-        write(f"{name}/hand.py", "from .arm import Arm\nclass Hand(Arm): ...\n")
+        mark = "from . import MARK as mark" if init else "mark = None"
+        write(f"{name}/hand.py", f"from .arm import Arm\nclass Hand(Arm):\n    {mark}\n")
         monkeypatch.syspath_prepend(folder)
         arm = __import__(f"{name}.arm").arm.Arm
         assert plugins.load("arm", [package]) is arm
-        assert plugins.load("hand", [package]).__base__ is arm
+        hand = plugins.load("hand", [package])
+        assert hand.__base__ is arm
+        assert vars(hand)["mark"] is getattr(sys.modules[name], "MARK", None)
 
     def test_a_script_that_runs_its_own_folder_is_not_imported_again(self, write: Write, folder: Path):
         script = write(
@@ -360,6 +364,16 @@ class TestFailingImport:
         failure("hand", folder)
         write("hand.py", f"from .messages import Grip\n{NODE.format(name='Hand')}")
         assert plugins.load("hand", [folder]).__name__ == "Hand"
+
+    def test_a_neighbour_that_failed_to_be_of_use_is_read_again(self, write: Write, folder: Path):
+        write("other.py", NODE.format(name="Other"))
+        plugins.load("other", [folder])
+        write("helper.py", "STEP = 1\n")
+        write("camera.py", "from . import helper\nraise ValueError\n")
+        failure("camera", folder)
+        write("helper.py", "STEP = 'two'\n")
+        write("camera.py", f"from . import helper\n{NODE.format(name='Camera')}    step = helper.STEP\n")
+        assert vars(plugins.load("camera", [folder]))["step"] == "two"
 
     def test_a_failure_leaves_what_was_loaded_before(self, write: Write, folder: Path):
         write("helper.py", NODE.format(name="Helper"))
