@@ -7,7 +7,6 @@ there, owns the dispatcher, and owns the inbox through which other threads publi
 from __future__ import annotations
 
 import asyncio
-import random
 from collections import deque
 from collections.abc import Callable, Iterator
 from threading import Lock, get_ident
@@ -15,7 +14,7 @@ from typing import Any, TypeVar
 
 from busflow.clock import Clock, SystemClock
 from busflow.compatibility import Verdict, compatibility
-from busflow.dispatcher import Dispatcher
+from busflow.dispatcher import Chooser, Dispatcher
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleQoS, IncompatibleType, WouldBlock
 from busflow.message import Message, type_name
@@ -98,13 +97,13 @@ class Inbox:
 class Bus:
     """Topics by name, and everything that crosses them."""
 
-    def __init__(self, clock: Clock | None = None, *, explore: random.Random | None = None) -> None:
+    def __init__(self, clock: Clock | None = None, *, explore: Chooser | None = None) -> None:
         """A bus that does not deliver until `open`.
 
         Args:
             clock: the run's clock, by default the system's. In simulated time turns are budgeted by messages, not by
                 wall time, so that every run is the same.
-            explore: pick the order of deliveries at random, from this seeded generator.
+            explore: who decides what the order of deliveries leaves open.
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.on_attach: list[Callable[[Attached], None]] = []

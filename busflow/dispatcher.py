@@ -10,9 +10,8 @@ before they return, without another turn of the loop, whose `select` would be th
 from __future__ import annotations
 
 import asyncio
-import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from busflow.clock import perf_counter
@@ -33,13 +32,29 @@ class Runnable(Protocol):
         ...
 
 
+class Chooser(Protocol):
+    """Who decides what the order of deliveries leaves open, for a test that looks for races."""
+
+    def pick(self, ready: Sequence[Runnable]) -> int:
+        """Who in the line has its turn; 0 is the first."""
+        ...
+
+    def share(self, most: int) -> int:
+        """How many messages it may handle, from 1 to `most`."""
+        ...
+
+    def rests(self) -> bool:
+        """Whether the loop gets its turn now, as when the budget is used up."""
+        ...
+
+
 class Dispatcher:
     """The ready line of one bus and the one who serves it."""
 
     __slots__ = ("_awake", "_explore", "_loop", "_virtual", "ready")
 
-    def __init__(self, *, virtual: bool = False, explore: random.Random | None = None) -> None:
-        """A dispatcher that budgets by messages when `virtual`, and picks at random with `explore`."""
+    def __init__(self, *, virtual: bool = False, explore: Chooser | None = None) -> None:
+        """A dispatcher that budgets by messages when `virtual`, and serves as `explore` chooses if there is one."""
         self.ready: deque[Runnable] = deque()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._awake = False
@@ -87,10 +102,11 @@ class Dispatcher:
         return handled >= QUANTUM and perf_counter() - started > BUDGET_S
 
     def _dispatch(self) -> None:
-        if self._loop is None:
+        loop = self._loop
+        if loop is None:
             return
         if self._explore is not None:
-            self._serve_at_random(self._explore)
+            self._serve_as_chosen(self._explore)
         elif self._virtual:
             self._serve_by_count()
         else:
@@ -114,9 +130,13 @@ class Dispatcher:
         while ready and left > 0:
             left -= max(1, ready.popleft().turn(QUANTUM))
 
-    def _serve_at_random(self, explore: random.Random) -> None:
+    def _serve_as_chosen(self, chooser: Chooser) -> None:
         ready = self.ready
         left = BUDGET_MESSAGES
         while ready and left > 0:
-            ready.rotate(-explore.randrange(len(ready)))
-            left -= max(1, ready.popleft().turn(explore.randint(1, QUANTUM)))
+            picked = chooser.pick(ready)
+            runnable = ready[picked]
+            del ready[picked]
+            left -= max(1, runnable.turn(chooser.share(QUANTUM)))
+            if ready and chooser.rests():
+                return

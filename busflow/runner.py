@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import asyncio
-import random
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,11 +16,10 @@ import anyio
 
 from busflow.bus import Bus
 from busflow.clock import Clock, SystemClock, perf_counter
+from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
 from busflow.failure import Failure
 from busflow.launchfile.description import LaunchDescription
-
-# LOAD
 from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log, Sink, console_sink
 from busflow.message import Message
@@ -66,7 +64,7 @@ class Graph:
         clock: Clock | None = None,
         log_level: str = "info",
         sinks: tuple[Sink, ...] = (),
-        explore: random.Random | None = None,
+        explore: Chooser | None = None,
     ) -> None:
         descriptions = [_described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.descriptions = descriptions
@@ -346,7 +344,7 @@ def _uncancelled(task: asyncio.Task[Any] | None) -> bool:
     return task is not None and task.cancelling() > 0 and task.uncancel() == 0
 
 
-def _load(path, args):
+def _load(path: Path, args: Mapping[str, object]) -> LaunchDescription:
     from busflow.launchfile.load import load
 
     return load(path, args=args)

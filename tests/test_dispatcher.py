@@ -2,12 +2,12 @@
 
 import asyncio
 import itertools
-import random
 
 import pytest
 
 from busflow.dispatcher import BUDGET_MESSAGES, BUDGET_S, QUANTUM, Dispatcher
 from busflow.testing import virtual_time
+from busflow.testing.schedule import Schedule
 
 
 class Backlog:
@@ -197,7 +197,7 @@ def served(seed, waiting):
 
     @virtual_time
     async def main():
-        dispatcher, log = opened(explore=random.Random(seed)), []
+        dispatcher, log = opened(explore=Schedule(seed)), []
         for name in "abc":
             dispatcher.schedule(Backlog(dispatcher, log, name, waiting))
         await asyncio.get_running_loop().settle()
@@ -219,15 +219,13 @@ def test_exploring_varies_how_much_a_turn_handles_and_repeats_itself_for_a_seed(
 
 @virtual_time
 async def test_exploring_keeps_to_the_budget_too():
-    dispatcher, log = opened(explore=random.Random(1)), []
+    dispatcher, log = opened(explore=Schedule()), []
     dispatcher.schedule(Endless(dispatcher, log, "a", 1))
     await asyncio.sleep(0)
     assert BUDGET_MESSAGES <= len(log) < BUDGET_MESSAGES + QUANTUM
 
 
-@pytest.mark.parametrize(
-    ("virtual", "explore", "share"), [(True, None, BUDGET_MESSAGES), (True, random.Random(1), QUANTUM)]
-)
+@pytest.mark.parametrize(("virtual", "explore", "share"), [(True, None, BUDGET_MESSAGES), (True, Schedule(1), QUANTUM)])
 def test_a_batch_of_an_async_handler_has_its_share_of_messages_in_virtual_time(virtual, explore, share):
     dispatcher = Dispatcher(virtual=virtual, explore=explore)
     started = dispatcher.now()

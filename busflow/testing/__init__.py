@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from busflow.errors import NotSeen
+    from busflow.testing.exploration import explore
     from busflow.testing.harnesses import Harness, harness
     from busflow.testing.ledger import Ledger
     from busflow.testing.loop import VirtualLoop, virtual_time
@@ -15,11 +16,12 @@ _HOMES = {
     "Ledger": "busflow.testing.ledger",
     "NotSeen": "busflow.errors",
     "VirtualLoop": "busflow.testing.loop",
+    "explore": "busflow.testing.exploration",
     "harness": "busflow.testing.harnesses",
     "virtual_time": "busflow.testing.loop",
 }
 
-__all__ = ["Harness", "Ledger", "NotSeen", "VirtualLoop", "harness", "virtual_time"]
+__all__ = ["Harness", "Ledger", "NotSeen", "VirtualLoop", "explore", "harness", "virtual_time"]
 
 
 def __getattr__(name: str) -> object:

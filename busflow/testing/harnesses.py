@@ -58,6 +58,7 @@ class Harness:
             clock=self.clock,
             log_level=log_level,
             sinks=(self.log.append,),
+            explore=loop.schedule,
         )
         self._loop = loop
         self._received: dict[str, list[Message]] = defaultdict(list)

@@ -10,7 +10,6 @@ import asyncio
 import functools
 import heapq
 import math
-import random
 import selectors
 import sys
 import threading
@@ -23,6 +22,7 @@ from typing import Any, ParamSpec, TypeAlias, TypeVar, TypeVarTuple, Unpack, ove
 
 from busflow.clock import perf_counter
 from busflow.errors import Deadlock
+from busflow.testing.schedule import AnyOrder, Schedule
 from busflow.testing.waiting import waiting
 
 P = ParamSpec("P")
@@ -46,13 +46,14 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     (`anyio.to_thread`, `run_in_executor`) works. Sockets are polled, but time does not wait for them.
 
     Args:
-        seed: None keeps asyncio's order; a number picks one order of ready task steps, the same every time.
+        schedule: The order of ready tasks and timers; None keeps asyncio's.
         horizon_s: Where virtual time ends, with an error that names who still waits.
     """
 
     _ready: deque[asyncio.Handle]
 
-    def __init__(self, *, seed: int | None = None, horizon_s: float = math.inf) -> None:
+    def __init__(self, *, schedule: Schedule | None = None, horizon_s: float = math.inf) -> None:
+        self.schedule = schedule
         self._now_ns, self._now_s = 0, 0.0
         self._horizon_ns = math.inf if math.isinf(horizon_s) else round(horizon_s * NS_PER_S)
         self._timers: list[tuple[int, int, asyncio.TimerHandle]] = []
@@ -62,8 +63,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._threads = self._turns = self._unasked = 0
         self._input = _Selector(self._next_events)
         super().__init__(self._input)
-        if seed is not None:
-            self._ready = _AnyOrder(self._ready, seed)
+        if schedule is not None:
+            self._ready = AnyOrder(self._ready, schedule)
+            schedule.attach(self, self.time_ns)
 
     def time(self) -> float:
         """Virtual seconds."""
@@ -279,23 +281,6 @@ class _Selector(selectors.DefaultSelector):
         return super().select(timeout_s)
 
 
-class _AnyOrder(deque[asyncio.Handle]):
-    """Ready callbacks in an order drawn by a seed: a task's step may overtake, everything else stays in line."""
-
-    def __init__(self, handles: deque[asyncio.Handle], seed: int) -> None:
-        super().__init__(handles)
-        self._random = random.Random(seed)  # noqa: S311 - a schedule, not a secret
-
-    def popleft(self) -> asyncio.Handle:
-        if len(self) > 1:
-            picked = self._random.randrange(len(self))
-            handle = self[picked]
-            if picked and _is_task_step(handle):
-                del self[picked]
-                return handle
-        return super().popleft()
-
-
 def _waits_for_the_loop(thread: threading.Thread) -> bool:
     """Whether a worker has called back with `anyio.from_thread`, which may take virtual time."""
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001 - documented in spite of its name
@@ -305,14 +290,6 @@ def _waits_for_the_loop(thread: threading.Thread) -> bool:
     return frame is not None
 
 
-def _is_task_step(handle: asyncio.Handle) -> bool:
-    """Whether the callback starts or wakes a task. Transports rely on the order of everything else."""
-    callback = getattr(handle, "_callback", None)
-    if isinstance(getattr(callback, "__self__", None), asyncio.Task):
-        return True
-    return type(callback).__name__ in {"TaskStepMethWrapper", "TaskWakeupMethWrapper"}  # C, without `__self__`
-
-
 def _to_ns(seconds: float) -> int | None:
     """The nearest nanosecond; None for never."""
     if math.isnan(seconds):
@@ -320,6 +297,20 @@ def _to_ns(seconds: float) -> int | None:
     if math.isinf(seconds):
         return None if seconds > 0 else 0
     return round(seconds * NS_PER_S)
+
+
+def run_virtual(
+    main: Coroutine[Any, Any, T], *, name: str, schedule: Schedule | None = None, horizon_s: float = HORIZON_S
+) -> T:
+    """Run a coroutine on a virtual loop of its own, in a task of that name."""
+
+    async def named() -> T:
+        if task := asyncio.current_task():
+            task.set_name(name)
+        return await main
+
+    with asyncio.Runner(loop_factory=lambda: VirtualLoop(schedule=schedule, horizon_s=horizon_s)) as runner:
+        return runner.run(named())
 
 
 @overload
@@ -346,20 +337,15 @@ def virtual_time(
 
     Args:
         test: The test; it keeps its name and its parameters, which pytest reads as fixtures.
-        seed: One order of ready task steps, the same every time; None keeps asyncio's.
+        seed: One order of events, the same every time; None is first in, first out.
         horizon_s: Where virtual time ends, with an error that names who still waits.
     """
 
     def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
-        async def named(*args: P.args, **kwargs: P.kwargs) -> T:
-            if task := asyncio.current_task():
-                task.set_name(test.__name__)
-            return await test(*args, **kwargs)
-
         @functools.wraps(test)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            with asyncio.Runner(loop_factory=lambda: VirtualLoop(seed=seed, horizon_s=horizon_s)) as runner:
-                return runner.run(named(*args, **kwargs))
+            schedule = None if seed is None else Schedule(seed)
+            return run_virtual(test(*args, **kwargs), name=test.__name__, schedule=schedule, horizon_s=horizon_s)
 
         return run
 
