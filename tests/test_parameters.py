@@ -154,18 +154,14 @@ def test_a_fault_says_what_why_and_what_to_do(data: dict[str, object], message: 
 
 def test_all_faults_are_told_at_once_each_with_its_path():
     with pytest.raises(InvalidParameter) as caught:
-        validate(
-            RobotParameters, {"rate_hz": -1, "noise": {"imu": "x"}, "joints": [{"name": "a"}, {"nam": "b"}]}
-        )
+        validate(RobotParameters, {"rate_hz": -1, "noise": {"imu": "x"}, "joints": [{"name": "a"}, {"nam": "b"}]})
     assert {(each.path, each.code) for each in caught.value.faults} == {
         (("rate_hz",), "range"),
         (("noise", "imu"), "type"),
         (("joints", 1, "name"), "missing"),
         (("joints", 1, "nam"), "unknown"),
     }
-    assert "rate_hz must be greater than 0, got -1 (allowed: greater than 0, at most 1000); " in str(
-        caught.value
-    )
+    assert "rate_hz must be greater than 0, got -1 (allowed: greater than 0, at most 1000); " in str(caught.value)
 
 
 def test_the_error_of_a_hostile_name_or_value_is_one_printable_line():
@@ -248,9 +244,7 @@ RANGE_CASES = [
     for case in json.loads((Path(__file__).parent / "cases" / "f_parameters.json").read_text())["cases"]
     if case["kind"] == "range"
 ]
-ANOTHER_TYPE = (
-    "a parameter has one type here: a value of another is refused, or converted and then in range or not"
-)
+ANOTHER_TYPE = "a parameter has one type here: a value of another is refused, or converted and then in range or not"
 STEP_FROM_ZERO = "`multiple_of` counts from 0, not from the range's lower end"
 SKIPPED = {
     "range/166": ANOTHER_TYPE,
