@@ -15,7 +15,7 @@ from busflow import plugins
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
-from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, Restart, TopicSpec
 from busflow.launchfile.faults import parameter_problems
 from busflow.message import type_name
 from busflow.names import resolve
@@ -92,6 +92,7 @@ class Preflight:
         topics = [topic for description in descriptions for topic in description.topics]
         for description in descriptions:
             for spec in description.nodes:
+                plan.problems += _not_yet(spec)
                 self._add(plan, spec, topics)
         for node in nodes:
             self._declare(plan, Member(node, type(node).__name__), topics)
@@ -165,6 +166,13 @@ def _layers(
         return (*(each.qos for each in topics if each.topic == topic), *own)
 
     return stated
+
+
+def _not_yet(spec: NodeSpec) -> Iterator[Problem]:
+    """What a launch file may say already, and no run does yet: better refused than passed over in silence."""
+    if spec.restart is not Restart.NEVER:
+        text = f"restart: {spec.restart.value} of {spec.full_name} is not in this version yet"
+        yield _problem("later", text, spec.origin, "leave it out: a node that fails ends the run with exit code 1")
 
 
 def _duplicate_names(members: Sequence[Member]) -> Iterator[Problem]:
