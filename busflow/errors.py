@@ -81,6 +81,21 @@ class IncompatibleQoS(BusflowError, ValueError):
     """A publisher offers less than a subscription of its topic requests."""
 
 
+class MalformedMessage(BusflowError, ValueError):
+    """Bytes from outside are not what they claim to be, or a value cannot be put into bytes.
+
+    >>> str(MalformedMessage("no room", type_name="a/msg/B", path=("points", 3, "x"), offset=20))
+    'a/msg/B: points[3].x at byte 20: no room'
+    """
+
+    def __init__(self, reason: str, *, type_name: str = "", path: KeyPath = (), offset: int | None = None) -> None:
+        self.reason, self.type_name, self.path, self.offset = reason, type_name, path, offset
+        """What is wrong; of which type, where in a value of it, and at which byte, its header counted, if known."""
+        field = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
+        where = " ".join(part for part in (field, "" if offset is None else f"at byte {offset}") if part)
+        super().__init__(printable(": ".join(part for part in (type_name, where, reason) if part)))
+
+
 class NotRunning(BusflowError, RuntimeError):
     """A node, endpoint or graph was used before it was started or after it stopped."""
 
