@@ -16,7 +16,7 @@ from busflow.clock import Clock, SystemClock
 from busflow.compatibility import Verdict, compatibility
 from busflow.dispatcher import Chooser, Dispatcher
 from busflow.endpoint import Endpoint
-from busflow.errors import IncompatibleQoS, IncompatibleType, WouldBlock
+from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning, WouldBlock
 from busflow.message import Message, type_name
 from busflow.publishers import Publisher
 from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
@@ -38,7 +38,7 @@ class Inbox:
     The lock only guards the few instructions that decide who wakes the loop; nothing waits while holding it.
     """
 
-    __slots__ = ("_armed", "_dispatcher", "_items", "_lock", "_loop", "dropped", "refused", "taken")
+    __slots__ = ("_armed", "_closed", "_dispatcher", "_items", "_lock", "_loop", "dropped", "refused", "taken")
 
     def __init__(self, dispatcher: Dispatcher) -> None:
         self._dispatcher = dispatcher
@@ -46,6 +46,7 @@ class Inbox:
         self._lock = Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._armed = False
+        self._closed = False
         self.taken = 0
         self.dropped = 0
         self.refused = 0
@@ -53,21 +54,24 @@ class Inbox:
     def open(self, loop: asyncio.AbstractEventLoop) -> None:
         """Deliver on this loop, first of all what came before."""
         with self._lock:
-            self._loop = loop
+            self._loop, self._closed = loop, False
             self._armed = bool(self._items)
         if self._armed:
             loop.call_soon(self._drain)
 
     def close(self) -> None:
-        """Deliver no more; what waits is lost and counted."""
+        """Deliver no more; what waits, or comes later, is lost and counted."""
         with self._lock:
-            self._loop = None
+            self._loop, self._closed = None, True
             self.dropped += len(self._items)
             self._items.clear()
 
     def put(self, publish: Callable[[], None]) -> None:
         """Hand over one publish, from any thread, without waiting."""
         with self._lock:
+            if self._closed:
+                self.dropped += 1
+                return
             if len(self._items) >= INBOX_DEPTH:
                 self._items.popleft()
                 self.dropped += 1
@@ -90,7 +94,7 @@ class Inbox:
             self.taken += 1
             try:
                 publish()
-            except WouldBlock:  # the thread that published has long gone on: the count is how it is told
+            except (WouldBlock, NotRunning):  # the thread has long gone on: the count is how it is told
                 self.refused += 1
 
 
@@ -111,7 +115,6 @@ class Bus:
         self.clock: Clock = clock or SystemClock()
         self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
-        self._gone: list[SubscriptionStatistics] = []
         self._thread = get_ident()
 
     def open(self) -> None:
@@ -165,13 +168,13 @@ class Bus:
     def detach_subscription(self, subscription: Subscription[Any]) -> None:
         """Disconnect a subscription; its line stays in the ledger."""
         subscription.close()
-        self._gone.append(subscription.statistics())
 
     def ledger(self) -> Iterator[SubscriptionStatistics]:
         """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
             yield from (subscription.statistics() for subscription in topic.subscriptions)
-        yield from self._gone
+        for topic in self.topics.values():
+            yield from topic.gone
 
     def _tell(self, attached: Attached) -> None:
         for hear in self.on_attach:

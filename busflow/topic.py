@@ -16,7 +16,7 @@ from busflow.limits import Perishable, fresh
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Overflow
-from busflow.subscriptions import Subscription
+from busflow.subscriptions import Subscription, SubscriptionStatistics
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -31,6 +31,7 @@ class Topic(Generic[M]):
         "_retired",
         "blocking",
         "clock",
+        "gone",
         "name",
         "perishable",
         "publishers",
@@ -52,6 +53,8 @@ class Topic(Generic[M]):
         self.blocking: tuple[Subscription[M], ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.waiting: deque[asyncio.Future[None]] = deque()
+        self.gone: list[SubscriptionStatistics] = []
+        """The last account of each subscription that has left."""
         self._retired = 0
 
     @property
@@ -136,8 +139,9 @@ class Topic(Generic[M]):
         self.rebuild()
 
     def forget_subscription(self, subscription: Subscription[M]) -> None:
-        """A subscription leaves."""
+        """A subscription leaves; its account stays."""
         self.subscriptions.remove(subscription)
+        self.gone.append(subscription.statistics())
         self.rebuild()
 
     def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:

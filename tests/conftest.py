@@ -42,6 +42,6 @@ class Bench:
         return all(line.published == line.delivered + line.dropped + line.queued for line in self.bus.ledger())
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_bench():
     return Bench
