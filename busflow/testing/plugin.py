@@ -1,0 +1,91 @@
+"""The pytest plugin: a marker and a fixture by which async tests run on virtual time. Imports nothing heavy.
+
+pytest loads this at its start in every project that has busflow installed. It works beside pytest-asyncio and anyio's
+plugin by running marked tests itself, before they would.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from busflow.testing.harnesses import Harness
+
+_MARKERS = (
+    "virtual_time(seed=None, horizon_s=86400): run this async test on virtual time, with busflow.testing.",
+    "explore(schedules=100, horizon_s=86400): run this async test under many orders of events, with busflow.testing.",
+)
+
+
+@pytest.fixture(name="harness")
+def harness_factory() -> Callable[..., Harness]:
+    """Runs a graph on virtual time: `async with harness("configs/lab1.yaml", seed=1) as lab`."""
+    from busflow.testing import harness
+
+    return harness
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Tell the markers, and come after all installed plugins, which is to be asked before them."""
+    for marker in _MARKERS:
+        config.addinivalue_line("markers", marker)
+    config.pluginmanager.register(_Caller(), "busflow-caller")
+
+
+def pytest_report_header() -> str | None:
+    """Say so when a seed is replayed."""
+    seed = os.environ.get("BUSFLOW_SEED")
+    return f"busflow: BUSFLOW_SEED={seed}" if seed else None
+
+
+class _Caller:
+    """Calls the tests that are meant for a virtual loop."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool | None:
+        """Run the test if it is async and asks for virtual time; otherwise leave it to others."""
+        decorate = _decorator(pyfuncitem)
+        if decorate is None:
+            return None
+        test: Any = pyfuncitem.obj
+        if (hypothesis := getattr(test, "hypothesis", None)) is not None:
+            if (inner := _async_test(hypothesis.inner_test)) is not None:
+                hypothesis.inner_test = decorate(inner)
+            return None  # hypothesis calls it, with each of its examples
+        if (inner := _async_test(test)) is None:
+            return None
+        names = inspect.signature(inner).parameters
+        decorate(inner)(**{name: pyfuncitem.funcargs[name] for name in names if name in pyfuncitem.funcargs})
+        return True
+
+
+def _async_test(test: Any) -> Any:
+    """The async test itself, also where pytest-asyncio has wrapped what its auto mode took for its own."""
+    return next(
+        (each for each in (test, getattr(test, "__wrapped__", None)) if inspect.iscoroutinefunction(each)), None
+    )
+
+
+def _decorator(item: pytest.Function) -> Callable[[Any], Callable[..., object]] | None:
+    """What makes the test run on virtual time: that of its marker, or the plain one where it has a harness."""
+    from busflow.testing import explore, virtual_time
+
+    if (marker := item.get_closest_marker("explore")) is not None:
+        return explore(**marker.kwargs)
+    if (marker := item.get_closest_marker("virtual_time")) is not None:
+        return virtual_time(**marker.kwargs)
+    if "harness" in item.fixturenames and not _has_a_loop(item):
+        return virtual_time
+    return None
+
+
+def _has_a_loop(item: pytest.Function) -> bool:
+    """Whether another plugin brings the test's loop, chosen by the user, which may be a virtual one."""
+    factories = getattr(item.config.hook, "pytest_asyncio_loop_factories", None)
+    chosen = factories is not None and bool(factories.get_hookimpls())
+    return "anyio_backend" in item.fixturenames or (chosen and item.get_closest_marker("asyncio") is not None)
