@@ -207,8 +207,7 @@ class _Builder:
             if first is not None and first.key is not None:
                 message = f"the key {name} stands twice; it was first at {first.key}"
                 self._refuse("duplicate-key", message, "leave one of them out", item)
-            value = self._node(next(events), events, depth + 1, place)
-            members.setdefault(name, value)
+            members[name] = self._node(next(events), events, depth + 1, place)
         return members
 
     def _check_plain(self, event: Any) -> None:

@@ -95,8 +95,11 @@ def read_arguments(path: str | Path, environment: Mapping[str, str] | None = Non
     """
     root = read_file(Path(path), str(path))
     scope = Scope(environment if environment is not None else os.environ)
-    resolver = Resolver(scope, Problems())
-    return tuple(arguments.bind(root.members.get("args"), {}, resolver).known.values())
+    problems = Problems()
+    with problems.collecting():
+        bound = arguments.bind(root.members.get("args"), {}, Resolver(scope, problems))
+        return tuple(bound.known.values())
+    return ()
 
 
 class _Loader:

@@ -76,6 +76,7 @@ def test_a_caller_passes_typed_values(folder, value: object):
         ("count:=2.0", 8, "argument count must be a whole number, got 2.0", "write 2"),
         ("debug:=yes", 8, "argument debug must be true or false, got text 'yes'", "write true"),
         ("gains:=[1, -1]", 12, "argument gains[1] must be at least 0, got -1", None),
+        ("gains:=[.nan]", 9, "argument gains[0] must be at least 0, got .nan", None),
         ("gains:=5", 8, "argument gains must be a list[float], got 5", None),
         ("gains:=[1", 8, "this bracket is never closed with ']'", None),
         ("names:=[1]", 9, "argument names[0] must be text, got 1", 'quote it: "1"'),
@@ -104,6 +105,11 @@ def test_the_declared_arguments_can_be_read_without_values_and_though_the_rest_i
     folder.write("args:\n  rate: {type: float, help: How often.}\nnodes: {a: {pluggin: 1}}\n")
     (argument,) = read_arguments("lab1.yaml", {})
     assert (argument.name, argument.type, argument.required, argument.help) == ("rate", "float", True, "How often.")
+
+
+def test_arguments_with_more_mistakes_than_anyone_reads_are_none_for_a_help(folder):
+    folder.write("args:\n" + "".join(f"  a{n}: {{type: int, default: x}}\n" for n in range(200)))
+    assert read_arguments("lab1.yaml", {}) == ()
 
 
 def test_a_default_may_come_from_the_environment(folder):

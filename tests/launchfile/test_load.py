@@ -139,6 +139,15 @@ def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):
     assert [str(place) for place in value.origin.included_from] == ["lab1.yaml:5:40"]
 
 
+def test_a_wrong_expression_in_a_parameter_file_is_told_there_and_its_parameter_left_out(folder):
+    folder.write("a: ${args.nope}\nb: 1\n", "joints.yaml")
+    folder.write(TALKER + "    parameters_from: joints.yaml\n")
+    found, problems = examine("lab1.yaml", environment={})
+    assert [each.render().splitlines()[0] for each in problems] == ["joints.yaml:1:6: error: unknown argument nope"]
+    assert found is not None
+    assert found.nodes[0].parameters.data == {"b": 1}
+
+
 def test_namespaces_of_file_include_node_and_key_are_composed(folder):
     folder.write(
         "namespace: arm\nnodes:\n  a: {plugin: p, namespace: c}\n  d/b: {plugin: p}\ntopics: {t: {qos: sensor_data}}\n",
@@ -183,6 +192,7 @@ def test_a_node_looks_for_its_plugin_in_the_folders_of_its_own_file_first(folder
         "b": ["two", "one"],
         "a": ["one", "two"],
     }
+    assert [str(each.path) for each in found.folders] == ["one", "two"]
 
 
 def test_the_resolved_file_is_one_launch_file_without_expressions(folder):
