@@ -111,6 +111,7 @@ class Graph:
         self._tell_warnings(plan)
         for member in plan.members:
             self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
+        self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         for unit in self.units:
             unit.runtime.connect(self.bus)
         self._loop = asyncio.get_running_loop()
@@ -161,7 +162,6 @@ class Graph:
             await self.wait()
 
     async def _live(self) -> None:
-        self.bus.open()
         self.clock.begin()
         try:
             async with anyio.create_task_group() as tasks:
