@@ -18,6 +18,7 @@ from busflow.bus import Bus
 from busflow.clock import Clock, SystemClock, perf_counter
 from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
+from busflow.event_loop import new_event_loop
 from busflow.failure import Failure
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
@@ -319,7 +320,7 @@ def run_graph(graph: Graph, *, for_s: float | None = None) -> ExitCode:
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1)
-    with guard, asyncio.Runner() as runner:
+    with guard, asyncio.Runner(loop_factory=new_event_loop) as runner:
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending

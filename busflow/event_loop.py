@@ -1,0 +1,31 @@
+"""The event loop that `busflow run` uses: asyncio's own, waiting to the microsecond instead of to the millisecond."""
+
+from __future__ import annotations
+
+import asyncio
+import select
+import selectors
+
+_SELECT_LIMIT = 1024
+"""The highest file descriptor that `select()` takes on Linux is one less."""
+
+
+def new_event_loop() -> asyncio.AbstractEventLoop:
+    """An asyncio loop; where it waits with epoll, its timers are not rounded up to whole milliseconds.
+
+    CPython's epoll selector rounds every timeout up to a millisecond, which makes each tick of a timer that late. The
+    epoll object is itself a file that `select()` can wait for, to the microsecond.
+    """
+    if not hasattr(selectors, "EpollSelector"):
+        return asyncio.new_event_loop()
+    return asyncio.SelectorEventLoop(_PreciseSelector())
+
+
+class _PreciseSelector(selectors.EpollSelector):
+    """Waits with `select()` on the epoll object, then asks epoll what there is."""
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        if timeout is None or timeout <= 0 or self.fileno() >= _SELECT_LIMIT:
+            return super().select(timeout)
+        ready, _, _ = select.select([self.fileno()], [], [], timeout)
+        return super().select(0) if ready else []

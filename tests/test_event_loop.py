@@ -1,0 +1,67 @@
+"""The loop of `busflow run` waits as asyncio's does: for deadlines, for sockets and for other threads."""
+
+import asyncio
+import selectors
+import socket
+import threading
+
+import pytest
+
+from busflow.event_loop import new_event_loop
+
+
+def run(main):
+    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+        return runner.run(main())
+
+
+def test_deadlines_come_in_order_and_none_too_early():
+    async def main():
+        loop = asyncio.get_running_loop()
+        start = loop.time()
+        fired: list[tuple[str, float]] = []
+        done = loop.create_future()
+        for name, delay in (("c", 0.003), ("a", 0.0004), ("b", 0.0016)):
+            loop.call_later(delay, lambda name=name: fired.append((name, loop.time() - start)))
+        loop.call_later(0.004, done.set_result, None)
+        await done
+        return fired
+
+    fired = run(main)
+    assert [name for name, _ in fired] == ["a", "b", "c"]
+    assert all(at >= delay for (_, at), delay in zip(fired, (0.0004, 0.0016, 0.003), strict=True))
+
+
+def test_input_ends_a_wait_that_has_a_deadline():
+    async def main():
+        here, there = socket.socketpair()
+        with here, there:
+            here.setblocking(False)
+            asyncio.get_running_loop().call_later(0.001, there.send, b"x")
+            async with asyncio.timeout(30):
+                return await asyncio.get_running_loop().sock_recv(here, 1)
+
+    assert run(main) == b"x"
+
+
+def test_another_thread_ends_a_wait_that_has_a_deadline():
+    async def main():
+        loop = asyncio.get_running_loop()
+        called = loop.create_future()
+        thread = threading.Thread(target=lambda: loop.call_soon_threadsafe(called.set_result, "heard"))
+        loop.call_later(0.001, thread.start)
+        async with asyncio.timeout(30):
+            heard = await called
+        thread.join(30)
+        return heard
+
+    assert run(main) == "heard"
+
+
+def test_where_there_is_no_epoll_the_loop_is_asyncio_s_own(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delattr(selectors, "EpollSelector", raising=False)
+    loop = new_event_loop()
+    try:
+        assert loop.run_until_complete(asyncio.sleep(0, "ran")) == "ran"
+    finally:
+        loop.close()
