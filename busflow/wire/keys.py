@@ -1,0 +1,166 @@
+"""Keys: how a graph is written on Zenoh, exactly as ROS 2's `rmw_zenoh` writes it, so that its nodes are peers.
+
+A topic's data travels under `<domain>/<name>/<type>/<hash>`. Every node and endpoint has a liveliness token under
+`@ros2_lv/` that says all about it and disappears with its process; the graph is the set of tokens. Each message carries
+an attachment of 33 bytes. Source: ros2/rmw_zenoh, `liveliness_utils.cpp`, `attachment_helpers.cpp`, as of 0.10.5.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from busflow.errors import MalformedMessage
+
+DOMAIN = 0
+GRAPH = "@ros2_lv"
+_GID_BYTES = 16
+_ATTACHMENT = struct.Struct("<qqB")
+_NO_HASH = "RIHS01_" + "0" * 64
+
+
+class Kind(StrEnum):
+    """What a token stands for."""
+
+    NODE = "NN"
+    PUBLISHER = "MP"
+    SUBSCRIPTION = "MS"
+    SERVICE = "SS"
+    CLIENT = "SC"
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """One liveliness token: a node, or an endpoint of one."""
+
+    session: str
+    """The Zenoh session, that is the process, as hexadecimal."""
+    node_id: int
+    entity_id: int
+    kind: Kind
+    namespace: str
+    node: str
+    topic: str = ""
+    """The final name of a topic or service; empty for a node."""
+    type: str = ""
+    """`sensor_msgs/msg/Imu`; empty for a node."""
+    hash: str = ""
+    qos: str = ""
+    """The QoS in rmw_zenoh's own short form."""
+    enclave: str = "/"
+    domain: int = DOMAIN
+
+    @property
+    def node_name(self) -> str:
+        """The node's full name."""
+        return f"{self.namespace.rstrip('/')}/{self.node}"
+
+    def __str__(self) -> str:
+        fields = [str(self.domain), self.session, str(self.node_id), str(self.entity_id), self.kind.value]
+        fields += [_mangled(self.enclave), _mangled(self.namespace), _mangled(self.node)]
+        if self.kind is not Kind.NODE:
+            fields += [_mangled(self.topic), dds_type(self.type), self.hash or _NO_HASH, self.qos]
+        return "/".join([GRAPH, *fields])
+
+    @property
+    def gid(self) -> bytes:
+        """Sixteen bytes that name the endpoint in each of its messages."""
+        return hashlib.blake2b(str(self).encode(), digest_size=_GID_BYTES).digest()
+
+    @classmethod
+    def parse(cls, text: str) -> Token:
+        """A token from its key expression.
+
+        Raises:
+            MalformedMessage: it is none.
+        """
+        try:
+            return cls._of_fields(text.split("/"))
+        except ValueError as error:
+            raise MalformedMessage(f"{text!r} is not a token of a ROS 2 graph: {error}") from None
+
+    @classmethod
+    def _of_fields(cls, fields: list[str]) -> Token:
+        graph, domain, session, node_id, entity_id, kind, enclave, namespace, node, *rest = fields
+        if graph != GRAPH:
+            raise ValueError(f"it does not begin with {GRAPH}")
+        found = cls(
+            session=session,
+            node_id=int(node_id),
+            entity_id=int(entity_id),
+            kind=Kind(kind),
+            namespace=_plain(namespace),
+            node=_plain(node).strip("/"),
+            enclave=_plain(enclave),
+            domain=int(domain),
+        )
+        if found.kind is Kind.NODE:
+            return found
+        topic, type_name, type_hash, qos, *_newer = rest
+        return replace(found, topic=_plain(topic), type=ros_type(type_name), hash=type_hash, qos=qos)
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """What travels beside each message."""
+
+    sequence: int
+    """Counts the publisher's messages from 1: a gap is a loss."""
+    stamp_ns: int
+    gid: bytes
+
+    def encode(self) -> bytes:
+        """The 33 bytes."""
+        return _ATTACHMENT.pack(self.sequence, self.stamp_ns, _GID_BYTES) + self.gid
+
+    @classmethod
+    def decode(cls, data: bytes) -> Attachment:
+        """An attachment from foreign bytes.
+
+        Raises:
+            MalformedMessage: they are none.
+        """
+        if len(data) != _ATTACHMENT.size + _GID_BYTES or data[_ATTACHMENT.size - 1] != _GID_BYTES:
+            raise MalformedMessage(f"an attachment has 33 bytes, the 17th being 16; got {len(data)} bytes")
+        sequence, stamp_ns, _ = _ATTACHMENT.unpack_from(data)
+        return cls(sequence, stamp_ns, data[_ATTACHMENT.size :])
+
+
+def topic_key(topic: str, type_name: str, type_hash: str, *, domain: int = DOMAIN) -> str:
+    """The key under which a topic's messages travel.
+
+    >>> topic_key("/chatter", "std_msgs/msg/String", "RIHS01_df66")
+    '0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66'
+    """
+    return f"{domain}/{topic.strip('/')}/{dds_type(type_name)}/{type_hash}"
+
+
+def dds_type(type_name: str) -> str:
+    """A ROS type name as DDS spells it.
+
+    >>> dds_type("std_srvs/srv/Trigger")
+    'std_srvs::srv::dds_::Trigger_'
+    """
+    package, kind, name = type_name.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+def ros_type(dds_name: str) -> str:
+    """The ROS type name that DDS spells so.
+
+    >>> ros_type("std_msgs::msg::dds_::String_")
+    'std_msgs/msg/String'
+    """
+    package, kind, _, name = dds_name.split("::")
+    return f"{package}/{kind}/{name.removesuffix('_')}"
+
+
+def _mangled(name: str) -> str:
+    """A name as one field of a token: slashes become percent signs, an empty one is a percent sign."""
+    return name.replace("/", "%") or "%"
+
+
+def _plain(field: str) -> str:
+    return f"/{field.replace('%', '/').strip('/')}"
