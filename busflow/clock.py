@@ -222,7 +222,11 @@ class Clock(ABC):
 
     def seconds(self) -> float:
         """Seconds since the run began."""
-        return (self.monotonic_ns() - self._start_ns) / NS_PER_S
+        return self.elapsed_ns() / NS_PER_S
+
+    def elapsed_ns(self) -> int:
+        """Nanoseconds since the run began."""
+        return self.monotonic_ns() - self._start_ns
 
     async def sleep(self, seconds: float) -> None:
         """Wait. Zero and less let others run once; infinity waits until cancelled."""

@@ -65,8 +65,8 @@ class Subscription(Generic[M]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_latest",
-        "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "link",
+        "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_hear",
+        "_latest", "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "link",
         "on_event", "queue", "type",
     )  # fmt: skip
 
@@ -80,6 +80,7 @@ class Subscription(Generic[M]):
         self.link: Link | None = None
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self._handler = handler
+        self._hear: Callable[[M], None] | None = None
         self._topic: Topic[M] | None = None
         self._dispatcher: Dispatcher | None = None
         self._on_failure: OnFailure | None = None
@@ -172,6 +173,8 @@ class Subscription(Generic[M]):
         if message is not None:
             self._latest = message
             self.delivered += 1
+            if self._hear is not None:
+                self._hear(message)
         if self._topic is not None and self._topic.waiting:
             self._topic.grant()
         return message
@@ -184,6 +187,19 @@ class Subscription(Generic[M]):
         return message  # type: ignore[return-value]  # a Perishable is unpacked above once there is a clock
 
     # Being handed messages.
+
+    def observe(self, hear: Callable[[M], None]) -> None:
+        """Have every message told just before it is handed over; who does not ask pays nothing."""
+        if self._handler is None or iscoroutinefunction(self._handler):
+            self._hear = hear
+            return
+        handler: Any = self._handler
+
+        def heard(message: M) -> None:
+            hear(message)
+            return handler(message)
+
+        self._handler = heard
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
         """Connect to a topic and receive what it keeps for late joiners; called by the bus."""

@@ -122,6 +122,20 @@ class Timer:
         """Give the timer its clock, its place on the bus, and who hears of a failure; called by the node's runtime."""
         self._clock, self._dispatcher, self._spawn, self._on_failure = clock, dispatcher, spawn, on_failure
 
+    def observe(self, hear: Callable[[], None]) -> None:
+        """Have every call of the handler told just before it; who does not ask pays nothing."""
+        handler: Any = self._handler
+
+        def heard() -> None:
+            hear()
+            handler()
+
+        async def heard_async() -> None:
+            hear()
+            await handler()
+
+        self._handler = heard_async if iscoroutinefunction(handler) else heard
+
     def open(self) -> None:
         """Begin to tick."""
         self._open = True

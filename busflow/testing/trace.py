@@ -1,0 +1,155 @@
+"""Trace: a line for everything that happens in a run, by which two runs can be compared byte by byte.
+
+    0.100000000 timer /sensor_publisher publish_sensors
+    0.100000000 publish /imu/data #1 9b4da7f0c1d2a883
+    0.100000000 deliver /imu/data /sensor_processor 9b4da7f0c1d2a883
+    0.100000000 drop /imu/data /logger overflow
+    0.500000000 log /sensor_processor info "All sensors operational" {}
+
+The first column is the run's clock in seconds, the number of a publish its place on the topic, the last column of a
+publish and of a delivery a hash of the message's content. Who does not trace pays nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections import Counter
+from collections.abc import Callable, Iterable
+from enum import Enum
+from hashlib import blake2b
+from typing import Any, cast
+
+import numpy as np
+
+from busflow.clock import NS_PER_S
+from busflow.log import LogRecord
+from busflow.message import Message, type_name
+from busflow.publishers import Publisher
+from busflow.runner import Graph
+from busflow.subscriptions import Subscription
+from busflow.timers import Timer
+
+_REMEMBERED = 1024
+"""Messages whose hash is kept, since each is asked for once more by every delivery."""
+
+
+class Trace:
+    """Writes the lines of one graph, from before it starts to its end."""
+
+    def __init__(self, graph: Graph, write: Callable[[str], object]) -> None:
+        """Listen to a graph that has yet to be started; `write` is given each line with its end."""
+        self._write = write
+        self._clock = graph.clock
+        self._bus = graph.bus
+        self._published: Counter[str] = Counter()
+        self._hashes: dict[int, tuple[Message, str]] = {}
+        graph.bus.on_attach.append(self._on_attach)
+        graph.log.sinks.append(self._on_log)
+
+    def _on_attach(self, attached: object) -> None:
+        if isinstance(attached, Timer):
+            attached.observe(lambda: self._tell("timer", attached.node, attached.name))
+        if isinstance(attached, Publisher | Subscription):
+            self._on_end(cast("Publisher[Any] | Subscription[Any]", attached))
+
+    def _on_end(self, end: Publisher[Any] | Subscription[Any]) -> None:
+        """Listen to an end of a topic, and to the topic from its first end on."""
+        topic = end.topic
+        if topic not in self._published:
+            self._published[topic] = 0
+            self._bus.tap(self._bus.topics[topic], lambda message: self._on_publish(topic, message))
+        if isinstance(end, Subscription):
+            node = end.endpoint.node
+            end.observe(lambda message: self._tell("deliver", topic, node, self._hash(message)))
+            end.queue.drops = _HeardDrops(end.queue.drops, lambda reason: self._tell("drop", topic, node, reason))
+
+    def _on_publish(self, topic: str, message: Message) -> None:
+        self._published[topic] += 1
+        self._tell("publish", topic, f"#{self._published[topic]}", self._hash(message))
+
+    def _on_log(self, record: LogRecord) -> None:
+        values = json.dumps(dict(record.values), default=_plain, sort_keys=True)
+        self._tell("log", record.node, record.level, json.dumps(record.event), values)
+
+    def _tell(self, *columns: str) -> None:
+        seconds, ns = divmod(self._clock.elapsed_ns(), NS_PER_S)
+        self._write(f"{seconds}.{ns:09} {' '.join(columns)}\n")
+
+    def _hash(self, message: Message) -> str:
+        found = self._hashes.get(id(message))
+        if found is None or found[0] is not message:
+            if len(self._hashes) >= _REMEMBERED:
+                self._hashes.clear()
+            found = self._hashes[id(message)] = message, content_hash(message)
+        return found[1]
+
+
+class _HeardDrops(Counter[str]):
+    """A queue's count of drops that tells of each."""
+
+    def __init__(self, counts: Counter[str], hear: Callable[[str], None]) -> None:
+        self._hear: Callable[[str], None] = lambda _: None
+        super().__init__(counts)
+        self._hear = hear
+
+    def __setitem__(self, reason: str, count: int) -> None:
+        for _ in range(count - self[reason]):
+            self._hear(reason)
+        super().__setitem__(reason, count)
+
+
+def content_hash(message: Message) -> str:
+    """A hash of a message's type and content, the same in every process and Python."""
+    digest = blake2b(digest_size=8)
+    for part in _parts(message):
+        digest.update(part)
+    return digest.hexdigest()
+
+
+def _parts(value: Any) -> Iterable[bytes]:
+    """A value as bytes: of its kind, its length where it has one, and its content."""
+    match value:
+        case Message():
+            yield _text(type_name(type(value)))
+            for name in type(value).model_fields:
+                yield from _parts(getattr(value, name))
+        case np.ndarray():
+            array = cast("np.ndarray[Any, np.dtype[Any]]", value)
+            yield _text(f"array {array.dtype.str} {array.shape}")
+            yield array.tobytes()
+        case Enum():
+            yield from _parts(value.value)
+        case float():
+            yield b"f" + struct.pack("<d", value)
+        case str():
+            yield _text(value)
+        case bytes():
+            yield b"b%d:" % len(value) + value
+        case dict():
+            mapping = cast("dict[Any, Any]", value)
+            yield b"d%d:" % len(mapping)
+            for key, each in mapping.items():
+                yield from _parts(key)
+                yield from _parts(each)
+        case list() | tuple():
+            items = cast("list[Any] | tuple[Any, ...]", value)
+            yield b"l%d:" % len(items)
+            for each in items:
+                yield from _parts(each)
+        case _:
+            yield _text(f"{type(value).__name__} {value}")
+
+
+def _text(text: str) -> bytes:
+    encoded = text.encode("utf-8", "surrogatepass")
+    return b"s%d:" % len(encoded) + encoded
+
+
+def _plain(value: Any) -> object:
+    """What a log line shows of a value that JSON does not know; never an address, which no two runs share."""
+    if isinstance(value, np.generic | np.ndarray):
+        return cast("np.ndarray[Any, np.dtype[Any]]", value).tolist()
+    if isinstance(value, BaseException):
+        return f"{type(value).__name__}: {value}"
+    return f"<{type(value).__name__}>"

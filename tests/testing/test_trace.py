@@ -1,0 +1,206 @@
+"""The trace: a line for everything that happens, the same bytes wherever and however often it runs."""
+
+import asyncio
+import hashlib
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow import Node, QoS, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import Float64, Int64, String
+from busflow.testing import harness, virtual_time
+from busflow.testing.trace import Trace, content_hash
+
+ROOT = Path(__file__).parents[2]
+
+
+class Counter(Node):
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.count = 0
+
+    @timer(0.1)
+    def tick(self) -> None:
+        self.count += 1
+        self.numbers.publish(Int64(data=self.count))
+
+    @timer(0.25)
+    async def rest(self) -> None:
+        await asyncio.sleep(0.001)
+        self.log.info("rested\n", seconds=np.float64(0.001), at=Path(), why=OSError("tired"), also={"b": 1, "a": [2]})
+
+
+class Echo(Node):
+    echo = publisher(Int64, "echo")
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        self.echo.publish(number)
+
+
+class Slow(Node):
+    """Handles one number in 250 ms, and lets one more wait."""
+
+    @subscription("numbers", qos=QoS(depth=1))
+    async def on_number(self, _number: Int64) -> None:
+        await asyncio.sleep(0.25)
+
+
+def traced(*what, seconds, also=None):
+    lines = []
+
+    @virtual_time
+    async def main():
+        lab = harness(*what)
+        Trace(lab.graph, lines.append)
+        if also is not None:
+            also(lab)
+        async with lab:
+            await lab.advance(seconds)
+
+    main()
+    return "".join(lines)
+
+
+def test_every_publish_delivery_drop_timer_and_log_line_is_a_line():
+    one, two, three = (content_hash(Int64(data=number)) for number in (1, 2, 3))
+    values = r'{"also": {"a": [2], "b": 1}, "at": "<PosixPath>", "seconds": 0.001, "why": "OSError: tired"}'
+    assert traced(Counter, Echo, Slow, seconds=0.3) == (
+        f"""\
+0.100000000 timer /counter tick
+0.100000000 publish /numbers #1 {one}
+0.100000000 deliver /numbers /echo {one}
+0.100000000 publish /echo #1 {one}
+0.100000000 deliver /numbers /slow {one}
+0.200000000 timer /counter tick
+0.200000000 publish /numbers #2 {two}
+0.200000000 deliver /numbers /echo {two}
+0.200000000 publish /echo #2 {two}
+0.250000000 timer /counter rest
+0.251000000 log /counter info "rested\\n" {values}
+0.300000000 timer /counter tick
+0.300000000 publish /numbers #3 {three}
+0.300000000 drop /numbers /slow overflow
+0.300000000 deliver /numbers /echo {three}
+0.300000000 publish /echo #3 {three}
+"""
+    )
+
+
+def test_what_is_pulled_is_a_delivery_too():
+    class Puller(Node):
+        @timer(0.25)
+        def look(self) -> None:
+            assert self.numbers.latest is not None
+
+        def declare(self) -> None:
+            self.numbers = self.create_subscription(Int64, "numbers")
+
+    lines = traced(Counter, Puller, seconds=0.25).splitlines()
+    assert [line for line in lines if "/puller" in line] == [
+        "0.250000000 timer /puller look",
+        "0.250000000 drop /numbers /puller superseded",
+        f"0.250000000 deliver /numbers /puller {content_hash(Int64(data=2))}",
+    ]
+
+
+def test_who_listens_besides_changes_nothing():
+    plain = traced(Counter, Echo, Slow, seconds=2)
+
+    def tap(lab):
+        lab.graph.bus.on_attach.append(
+            lambda each: hasattr(each, "topic") and lab.graph.bus.tap(lab.graph.bus.topics[each.topic], str)
+        )
+
+    assert traced(Counter, Echo, Slow, seconds=2, also=tap) == plain
+
+
+# Hashes of content
+
+
+def test_equal_messages_have_equal_hashes_and_others_other_ones():
+    messages = [
+        Int64(data=1),
+        Int64(data=2),
+        Float64(data=1),
+        Float64(data=math.nan),
+        Float64(data=-0.0),
+        Float64(data=0.0),
+        String(data="1"),
+        String(data="é"),
+        Imu(),
+        Imu(orientation_covariance=[1.0, *[0.0] * 8]),
+        JointState(name=["ab", "c"]),
+        JointState(name=["a", "bc"]),
+        JointState(position=[1.0]),
+        JointState(velocity=[1.0]),
+    ]
+    hashes = [content_hash(message) for message in messages]
+    assert len(set(hashes)) == len(messages)
+    assert hashes == [content_hash(message.replace()) for message in messages]
+
+
+@given(st.lists(st.floats(width=64)), st.lists(st.text()))
+def test_a_hash_depends_on_content_alone(position, name):
+    one = JointState(name=name, position=position)
+    other = JointState(name=tuple(name), position=np.array(position, float))
+    assert content_hash(one) == content_hash(other)
+
+
+def test_hashes_are_the_same_on_every_machine():
+    """Traces are compared with those of other processes and of other days."""
+    assert content_hash(Int64(data=1)) == "e46f4338de15fe52"
+    assert content_hash(Imu()) == "c87abd37c2f12f33"
+    assert content_hash(JointState(name=["a"], position=[0.5])) == "24d6acf0ae7b2ec8"
+
+
+# The same bytes everywhere
+
+LAB = """
+import sys
+from busflow.testing import harness, virtual_time
+from busflow.testing.trace import Trace
+
+@virtual_time
+async def main():
+    lab = harness("configs/lab1.yaml", seed=7)
+    Trace(lab.graph, sys.stdout.write)
+    async with lab:
+        await lab.advance(20)
+
+main()
+"""
+
+
+def lab_trace(python, hash_seed):
+    environment = {"PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(ROOT)}
+    return subprocess.run([python, "-c", LAB], cwd=ROOT, env=environment, capture_output=True, check=True).stdout
+
+
+@pytest.fixture(scope="module")
+def trace():
+    return lab_trace(sys.executable, "0")
+
+
+@pytest.mark.parametrize("hash_seed", ["1", "random"])
+def test_the_lab_s_trace_is_the_same_in_every_process(trace, hash_seed):
+    assert trace.count(b"\n") == 20 * 10 * 7 + 40 + 1
+    assert hashlib.sha256(lab_trace(sys.executable, hash_seed)).digest() == hashlib.sha256(trace).digest()
+
+
+@pytest.mark.parametrize("python", ["python3.11", "python3.12", "python3.13"])
+def test_the_lab_s_trace_is_the_same_in_every_python(trace, python):
+    found = shutil.which(python)
+    needs = "import anyio, pydantic, numpy, structlog, yaml"
+    if found is None or subprocess.run([found, "-c", needs], capture_output=True).returncode:
+        pytest.skip(f"no {python} with what busflow needs")
+    assert lab_trace(found, "0") == trace
