@@ -36,6 +36,14 @@ async def test_it_runs_for_a_minute_and_loses_nothing(config):
     assert [record for record in lab.log if record.level != "info"] == []
 
 
+@each_config
+def test_it_can_be_included_under_a_namespace(config, tmp_path, capsys):
+    file = tmp_path / "two.yaml"
+    file.write_text(f"include:\n  - {{file: {config}, namespace: left}}\n  - {{file: {config}, namespace: right}}\n")
+    assert main(["check", str(file), "--strict"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+
+
 @virtual_time
 async def test_lab1_runs_as_its_file_says():
     async with harness(FOLDER / "lab1.yaml", args={"rate_hz": 50}) as lab:

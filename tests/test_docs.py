@@ -17,6 +17,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tomllib
 from itertools import takewhile
 from pathlib import Path
 
@@ -24,7 +25,19 @@ import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
+from busflow.cli import _COMMANDS as COMMANDS
+from busflow.cli.run import run
 from busflow.launchfile.load import load
+from busflow.launchfile.model import (
+    ArgumentKeys,
+    ClockKeys,
+    IncludeKeys,
+    LaunchKeys,
+    NodeKeys,
+    ShutdownKeys,
+    TopicKeys,
+)
+from busflow.qos import PRESETS, QoS
 
 PROJECT = Path(__file__).parents[1]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
@@ -91,6 +104,7 @@ def output_of(command, lines_before_ctrl_c):
     """What a command prints, both streams together."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100", "PYTHONUNBUFFERED": "1"}
+    environment["PYTHONWARNINGS"] = "ignore"  # other plugins of pytest that happen to be installed
     with subprocess.Popen(
         ["bash", "-c", command],
         stdin=subprocess.DEVNULL,
@@ -112,14 +126,20 @@ def output_of(command, lines_before_ctrl_c):
 def compare(command, expected, printed):
     """Line by line; `…` takes as many lines as it needs."""
     if _MEASURED.search(command):
-        expected, printed = list(map(without_numbers, expected)), list(map(without_numbers, printed))
-    pattern = "".join("(?:.*\n)*?" if line == "…" else re.escape(line.rstrip()) + "\n" for line in expected)
+        expected, printed = [[without_numbers(line) for line in lines] for lines in (expected, printed)]
+    expected, printed = [[aligned(line) for line in lines] for lines in (expected, printed)]
+    pattern = "".join("(?:.*\n)*?" if line == "…" else re.escape(line) + "\n" for line in expected)
     if not re.fullmatch(pattern, "".join(f"{line}\n" for line in printed)):
         assert printed == expected, command
 
 
 def without_numbers(line):
-    return " ".join(_NUMBER.sub("#", line).split())
+    return _NUMBER.sub("#", line)
+
+
+def aligned(line):
+    """The line with two spaces between its columns: how wide they are depends on where the project lies."""
+    return re.sub(r"(?<=\S) {2,}", "  ", line.rstrip())
 
 
 def imported_plugins():
@@ -157,3 +177,31 @@ def test_the_snippets_of(page):
 def test_links_between_pages_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
         assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_the_page_on_launch_files_names_every_key():
+    page = (PROJECT / "docs/launch-files.md").read_text("utf-8")
+    sections = (LaunchKeys, ArgumentKeys, TopicKeys, NodeKeys, IncludeKeys, ClockKeys, ShutdownKeys)
+    keys = {key for section in sections for key in section.model_fields}
+    keys |= {key.removesuffix("_s") for key in QoS.model_fields}
+    assert {key for key in keys if f"`{key}`" not in page} == set()
+    assert {name for name in PRESETS if f"`{name}`" not in page} == set()
+
+
+def test_the_page_on_the_command_line_names_every_command_and_option():
+    page = (PROJECT / "docs/command-line.md").read_text("utf-8")
+    assert {name for name in COMMANDS if f"## `busflow {name}`" not in page} == set()
+    options = {option for each in run.params for option in each.opts if option.startswith("-")}
+    assert {option for option in options if f"`{option}" not in page} == {"--verbose", "-h"}
+
+
+def test_the_floors_of_the_architecture_page_are_the_layers_that_are_enforced():
+    contracts = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    layers = next(each["layers"] for each in contracts if each["type"] == "layers")
+    rank = {name: index for index, layer in enumerate(layers) for name in re.findall(r"\w+", layer)}
+    page = (PROJECT / "docs/architecture.md").read_text("utf-8")
+    floors = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
+    named = [name for floor in floors for name in re.findall(r"`(\w+)/?`", floor)]
+    assert sorted(named, key=rank.__getitem__) == named
+    there = {path.stem for path in (PROJECT / "busflow").iterdir()} & rank.keys()
+    assert there - set(named) == {"__main__"}
