@@ -15,14 +15,7 @@ from busflow import plugins
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
-from busflow.launchfile.description import (
-    ClockMode,
-    EndpointSpec,
-    LaunchDescription,
-    NodeSpec,
-    Restart,
-    TopicSpec,
-)
+from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, Restart, TopicSpec
 from busflow.launchfile.faults import parameter_problems
 from busflow.message import type_name
 from busflow.names import resolve
@@ -98,7 +91,6 @@ class Preflight:
         plan = Plan()
         topics = [topic for description in descriptions for topic in description.topics]
         for description in descriptions:
-            plan.problems += _simulated_not_yet(description, self.clock)
             for spec in description.nodes:
                 plan.problems += _not_yet(spec)
                 self._add(plan, spec, topics)
@@ -181,14 +173,6 @@ def _not_yet(spec: NodeSpec) -> Iterator[Problem]:
     if spec.restart is not Restart.NEVER:
         text = f"restart: {spec.restart.value} of {spec.full_name} is not in this version yet"
         yield _problem("later", text, spec.origin, "leave it out: a node that fails ends the run with exit code 1")
-
-
-def _simulated_not_yet(description: LaunchDescription, clock: Clock) -> Iterator[Problem]:
-    """A simulated clock that the file asks for, where the run has the system's."""
-    stated = description.resolved.find(("clock", "mode")) if description.resolved else None
-    if stated is not None and description.clock.mode is ClockMode.SIM and clock.kind != "sim":
-        fix = "leave it out; a test runs the file on virtual time, with busflow.testing.harness"
-        yield _problem("later", "clock: mode: sim is not in this version yet", stated.origin, fix)
 
 
 def _duplicate_names(members: Sequence[Member]) -> Iterator[Problem]:

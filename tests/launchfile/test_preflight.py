@@ -160,13 +160,6 @@ def test_a_graph_that_fits_has_no_problem(check):
             ),
         ),
         (
-            "clock: {mode: sim}\n",
-            (
-                "lab1.yaml:5:15: error: clock: mode: sim is not in this version yet\n"
-                "  fix: leave it out; a test runs the file on virtual time, with busflow.testing.harness"
-            ),
-        ),
-        (
             "topics: {/numbrs: {qos: sensor_data}}\n",
             "lab1.yaml:5:10: error: no node publishes or receives the topic /numbrs\n  fix: did you mean '/numbers'?",
         ),
