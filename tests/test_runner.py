@@ -133,11 +133,11 @@ async def test_the_block_s_own_error_is_not_hidden_by_the_end():
 @virtual_time
 async def test_the_message_that_crashed_a_handler_counts_as_delivered_and_the_rest_as_queued():
     graph, _ = graph_of(Failing)
+    await graph.start()
+    for data in range(5):
+        graph.publish("numbers", Number(data=data))
     with pytest.raises(NodeFailed):
-        async with graph:
-            for data in range(5):
-                graph.publish("numbers", Number(data=data))
-            await asyncio.sleep(1)
+        await graph.wait()
     line = next(iter(graph.bus.ledger()))
     assert (line.published, line.delivered, line.dropped, line.queued) == (5, 4, 0, 1)
 
@@ -239,7 +239,7 @@ async def test_a_handler_that_exits_the_program_is_a_failure_like_any_other():
     class Exiting(Node):
         @subscription("numbers")
         def hear(self, number: Number) -> None:
-            raise SystemExit(7)
+            raise SystemExit(number.data)
 
     graph, _ = graph_of(Talker, Exiting)
     with pytest.raises(NodeFailed) as caught:
