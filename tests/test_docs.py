@@ -2,8 +2,8 @@
 
 - `python` is executed, all snippets of a page in one namespace; `await` may stand at the top, as in a notebook.
 - `yaml` is loaded as a launch file.
-- `console` is run: `$` begins a command, what follows is what it prints. A line `…` stands for any lines, `^C` presses
-  Ctrl-C there. Numbers of a run or a test are not compared, everything else is.
+- `console` is run: `$` begins a command, what follows is what it prints. `…` stands for any text, alone in a line for
+  any lines; `^C` presses Ctrl-C. Numbers of a run or a test are not compared, everything else is.
 - `title="plugins/tilt.py"` writes the snippet to that file instead, for the commands that follow.
 - `<!-- not run: reason -->` above a snippet leaves it out. Other languages are for reading.
 """
@@ -128,9 +128,14 @@ def compare(command, expected, printed):
     if _MEASURED.search(command):
         expected, printed = [[without_numbers(line) for line in lines] for lines in (expected, printed)]
     expected, printed = [[aligned(line) for line in lines] for lines in (expected, printed)]
-    pattern = "".join("(?:.*\n)*?" if line == "…" else re.escape(line) + "\n" for line in expected)
+    anything = "(?:.*\n)*?"
+    pattern = "".join(anything if line == "…" else matching(line) for line in expected)
     if not re.fullmatch(pattern, "".join(f"{line}\n" for line in printed)):
         assert printed == expected, command
+
+
+def matching(line):
+    return ".*".join(map(re.escape, line.split("…"))) + "\n"
 
 
 def without_numbers(line):
