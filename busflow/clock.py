@@ -241,6 +241,9 @@ class Clock(ABC):
             raise ValueError(f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}")
         await self.sleep((until - now).seconds)
 
+    async def settle(self) -> None:  # noqa: B027  # only where time stands still meanwhile is there anything to do
+        """Let everything run that is due now, where time can wait for it; real time does not."""
+
     def wall_timeout(self, seconds: float) -> AbstractContextManager[anyio.CancelScope]:
         """As `anyio.move_on_after`, in wall time whatever the clock: for limits on what the real world may take."""
         import anyio
@@ -267,13 +270,13 @@ class SystemClock(Clock):
 
 
 class SimClock(Clock):
-    """Simulated time: that of the virtual-time loop in which it is made."""
+    """Simulated time: that of a virtual-time loop, by default of the one in which it is made."""
 
     kind = "sim"
 
-    def __init__(self, *, epoch_ns: int = SIM_EPOCH_NS) -> None:
+    def __init__(self, *, epoch_ns: int = SIM_EPOCH_NS, loop: asyncio.AbstractEventLoop | None = None) -> None:
         # A loop with exact time: `time_ns()` and `call_at_ns(when_ns, callback)`.
-        self._loop: Any = asyncio.get_running_loop()
+        self._loop: Any = asyncio.get_running_loop() if loop is None else loop
         if not hasattr(self._loop, "call_at_ns"):
             raise NotRunning("SimClock needs a virtual-time loop; run under busflow.testing.virtual_time")
         self._epoch_ns = epoch_ns
@@ -282,6 +285,14 @@ class SimClock(Clock):
     def now(self) -> Time:
         """The epoch plus the loop's virtual time."""
         return Time(self._epoch_ns + self._loop.time_ns())
+
+    async def settle(self) -> None:
+        """Let everything run that is due now; time does not move."""
+        await self._loop.settle()
+
+    def start_at(self, stamp: Time) -> None:
+        """Let the stamps begin with this one."""
+        self._epoch_ns = stamp.nanoseconds - self._loop.time_ns()
 
     def jump(self, by: Duration) -> None:
         """Set the stamps forwards or backwards, as when a real clock is set; timers do not feel it."""

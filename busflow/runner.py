@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeAlias, TypeVar, overload
@@ -15,12 +15,12 @@ from typing import Any, Self, TypeAlias, TypeVar, overload
 import anyio
 
 from busflow.bus import Bus
-from busflow.clock import Clock, SystemClock, perf_counter
+from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
 from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
 from busflow.event_loop import new_event_loop
 from busflow.failure import Failure
-from busflow.launchfile.description import LaunchDescription
+from busflow.launchfile.description import ClockMode, LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log, Sink, console_sink
 from busflow.message import Message
@@ -39,6 +39,8 @@ M = TypeVar("M", bound=Message)
 
 What: TypeAlias = str | Path | LaunchDescription | Node | type[Node]
 """What a graph is made of: launch files, their descriptions, node classes, instances."""
+
+LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 GRACE_S = 0.75
 """How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
@@ -73,6 +75,7 @@ class Graph:
         self.seed = seed if seed is not None else next((s.seed for s in descriptions if s.seed is not None), 0)
         self.grace_s = next((s.shutdown_grace_s for s in descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
+        self._set_clock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus = Bus(self.clock, explore=explore)
         self.units: list[Unit] = []
@@ -106,6 +109,11 @@ class Graph:
         """
         if self._main is not None:
             raise NotRunning(f"the graph {self.name} was started before; launch another one")
+        if self.clock.kind != "sim" and any(is_simulated(each) for each in self.descriptions):
+            raise NotRunning(
+                f"{self.name} asks for simulated time (clock: mode: sim), and this event loop has real time; "
+                "use busflow run, busflow.run(...), or busflow.testing.harness(...) in a test"
+            )
         plan = self.plan()
         if plan.errors:
             raise LaunchError(plan.errors)
@@ -161,6 +169,12 @@ class Graph:
         await self.stop()
         if self.failures and (error is None or (kind is asyncio.CancelledError and _uncancelled(host))):
             await self.wait()
+
+    def _set_clock(self) -> None:
+        """Let a simulated clock start where a launch file says."""
+        start_s = next((each.clock.start_s for each in self.descriptions if each.clock.start_s is not None), None)
+        if start_s is not None and isinstance(self.clock, SimClock):
+            self.clock.start_at(Time(seconds=start_s))
 
     async def _live(self) -> None:
         self.clock.begin()
@@ -299,11 +313,22 @@ def launch(
 
 def run(*what: What, args: Mapping[str, object] | None = None, seed: int | None = None) -> ExitCode:
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code."""
-    graph = launch(*what, args=args, seed=seed)
-    return run_graph(graph)
+    described = [_described(each, args) if isinstance(each, str | Path) else each for each in what]
+    if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in described):
+        from busflow.testing.simulation import simulated_graph
+
+        sink = console_sink(sys.stderr, colour=False)
+        with simulated_graph(described, seed=seed, sinks=(sink,)) as (graph, loop_factory):
+            return run_graph(graph, loop_factory=loop_factory)
+    return run_graph(launch(*described, seed=seed))
 
 
-def run_graph(graph: Graph, *, for_s: float | None = None) -> ExitCode:
+def run_graph(
+    graph: Graph,
+    *,
+    for_s: float | None = None,
+    loop_factory: LoopFactory = new_event_loop,
+) -> ExitCode:
     """Run a graph with signals, for a time if one is given.
 
     Raises:
@@ -316,16 +341,22 @@ def run_graph(graph: Graph, *, for_s: float | None = None) -> ExitCode:
         if for_s is not None:
             with anyio.move_on_after(for_s):
                 await graph.wait()
+            await graph.clock.settle()
             await graph.stop()
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1)
-    with guard, asyncio.Runner(loop_factory=new_event_loop) as runner:
+    with guard, asyncio.Runner(loop_factory=loop_factory) as runner:
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
     return graph.exit_code
+
+
+def is_simulated(description: LaunchDescription) -> bool:
+    """Whether a launch file asks for simulated time."""
+    return description.clock.mode is ClockMode.SIM
 
 
 def _described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:

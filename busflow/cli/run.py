@@ -17,6 +17,7 @@ _EXAMPLES = """\b
 Examples:
   busflow run configs/lab1.yaml
   busflow run configs/lab1.yaml --for 5s --report run.json
+  busflow run configs/lab1.yaml --sim --for 10min --seed 7 --trace run.txt
   busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
   busflow run configs/lab1.yaml --help"""
 
@@ -25,7 +26,9 @@ Examples:
 @launch_file(required=False)
 @click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
 @click.option("--seed", type=int, help="Seed of the nodes' random generators, in place of the file's.")
+@click.option("--sim", is_flag=True, help="On simulated time, as fast as it goes and the same every time.")
 @click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write what the run came to, as JSON.")
+@click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for all that happens.")
 @click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
@@ -38,7 +41,9 @@ def run(
     sets: tuple[str, ...],
     for_s: float | None,
     seed: int | None,
+    sim: bool,
     report: Path | None,
+    trace: Path | None,
     log_format: str,
     strict: bool,
     verbose: bool,
@@ -55,7 +60,8 @@ def run(
     from busflow.cli.running import Run
 
     described = Given(file, assignments, sets).description()
-    return Run(described, seed=seed, strict=strict, verbose=verbose, log_format=log_format).go(for_s, report)
+    run = Run(described, sim=sim, seed=seed, strict=strict, verbose=verbose, log_format=log_format)
+    return run.go(for_s, report, trace)
 
 
 def _help(context: click.Context, file: Path | None) -> int:

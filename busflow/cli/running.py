@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Generator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
 from busflow.errors import ExitCode, LaunchError, NodeFailed
+from busflow.event_loop import new_event_loop
 from busflow.log import console_sink, json_sink
-from busflow.runner import Graph, run_graph
+from busflow.runner import Graph, LoopFactory, is_simulated, run_graph
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
@@ -23,7 +26,14 @@ class Run:
     """A graph that is about to run."""
 
     def __init__(
-        self, description: LaunchDescription, *, seed: int | None, strict: bool, verbose: bool, log_format: str
+        self,
+        description: LaunchDescription,
+        *,
+        sim: bool,
+        seed: int | None,
+        strict: bool,
+        verbose: bool,
+        log_format: str,
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -31,37 +41,64 @@ class Run:
         coloured = stream.isatty() if (wanted := colour()) is None else wanted
         sink = json_sink(stream) if log_format == "json" else console_sink(stream, colour=coloured)
         level = "debug" if verbose else "info"
-        self._graph = Graph([description], seed=seed, strict=strict, log_level=level, sinks=(sink,))
+        self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
+        self._description = description
+        self._simulated = sim or is_simulated(description)
 
-    def go(self, for_s: float | None, report: Path | None) -> int:
+    def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
         """Run it to its end, tell what it came to, and return the exit code.
 
         Raises:
             LaunchError: It cannot run.
         """
-        new = report is not None and _made_writable(report)
+        made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
-            code = run_graph(self._graph, for_s=for_s)
-        except NodeFailed:
-            code = ExitCode.FAILED
-            for failure in self._graph.failures:
-                tell(f"error: {failure.render()}")
+            with self._graph() as (graph, loop_factory), _traced(graph, trace):
+                code = _run(graph, for_s, loop_factory)
         except LaunchError:
-            if new and report:
-                report.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
+            for path in made:
+                path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
-        outcome = self._graph.report()
+        outcome = graph.report()
         if report:
             report.write_text(json_text(outcome.as_json()) + "\n", encoding="utf-8")
         print_summary(outcome)
         return code
 
+    def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
+        if not self._simulated:
+            return nullcontext((Graph([self._description], **self._options), new_event_loop))
+        from busflow.testing.simulation import simulated_graph
 
-def _made_writable(path: Path) -> bool:
-    """Find out before the run that its report can be written; True where the file was not there before."""
+        return simulated_graph([self._description], **self._options)
+
+
+def _run(graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
+    try:
+        return run_graph(graph, for_s=for_s, loop_factory=loop_factory)
+    except NodeFailed:
+        for failure in graph.failures:
+            tell(f"error: {failure.render()}")
+        return ExitCode.FAILED
+
+
+@contextmanager
+def _traced(graph: Graph, path: Path | None) -> Generator[None]:
+    if path is None:
+        yield
+        return
+    from busflow.testing.trace import Trace
+
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        Trace(graph, file.write)
+        yield
+
+
+def _made(path: Path, option: str) -> bool:
+    """Find out before the run that a file can be written; True where it was not there before."""
     new = not path.exists()
     try:
         path.open("a", encoding="utf-8").close()
     except OSError as error:
-        raise click.BadParameter(f"cannot write {path}: {error.strerror}", param_hint="--report") from None
+        raise click.BadParameter(f"cannot write {path}: {error.strerror}", param_hint=option) from None
     return new

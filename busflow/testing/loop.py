@@ -48,12 +48,16 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     Args:
         schedule: The order of ready tasks and timers; None keeps asyncio's.
         horizon_s: Where virtual time ends, with an error that names who still waits.
+        rate: Virtual seconds per real one; None is as fast as it goes.
     """
 
     _ready: deque[asyncio.Handle]
 
-    def __init__(self, *, schedule: Schedule | None = None, horizon_s: float = math.inf) -> None:
+    def __init__(
+        self, *, schedule: Schedule | None = None, horizon_s: float = math.inf, rate: float | None = None
+    ) -> None:
         self.schedule = schedule
+        self._rate, self._began_s = rate, perf_counter()
         self._now_ns, self._now_s = 0, 0.0
         self._horizon_ns = math.inf if math.isinf(horizon_s) else round(horizon_s * NS_PER_S)
         self._timers: list[tuple[int, int, asyncio.TimerHandle]] = []
@@ -210,17 +214,23 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             if not future.done():
                 future.set_result(None)
                 return []
-        if self._ready or self._advance():
+        if self._ready:
+            return []
+        if self._rate is not None and (early_s := self._early_s(self._rate)) > 0:
+            return self._input.poll(early_s)
+        if self._advance():
             return []
         grace_s = _IO_S if self._has_io() else _FOREIGN_S if threading.active_count() > 1 else 0
         if grace_s > 0 and self._limits:
-            grace_s = max(
-                0, self._limit_s()
-            )  # somebody else may still do something, and this is how long they may take
+            grace_s = max(0, self._limit_s())  # the limit says how long others may take
         events = self._input.poll(grace_s)
         if not events and not self._ready and not self._pass_limit():
             raise self._deadlock("nothing is left to run: no timer, no worker thread, no input")
         return events
+
+    def _early_s(self, rate: float) -> float:
+        """Real seconds until the next deadline is due at this rate; without one there is nothing to wait for."""
+        return self._timers[0][0] / NS_PER_S / rate - (perf_counter() - self._began_s) if self._timers else 0.0
 
     def _limit_s(self) -> float:
         """Real seconds until the next limit, infinite where there is none."""
