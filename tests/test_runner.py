@@ -131,6 +131,92 @@ async def test_the_block_s_own_error_is_not_hidden_by_the_end():
 
 
 @virtual_time
+async def test_the_block_s_own_error_is_not_replaced_by_a_node_s():
+    graph, _ = graph_of(Talker, Failing)
+
+    async def block() -> None:
+        async with graph:
+            try:
+                await asyncio.sleep(1000)
+            finally:
+                raise KeyError("mine")
+
+    with pytest.raises(KeyError):
+        await block()
+
+
+@virtual_time
+async def test_a_failed_node_is_handed_nothing_more_while_others_stop():
+    class Twice(Node):
+        heard = 0
+
+        @subscription("numbers")
+        def fail(self, number: Number) -> None:
+            raise ValueError(number.data)
+
+        @subscription("numbers")
+        def hear(self, number: Number) -> None:
+            self.heard += number.data
+
+    class Slow(Node):
+        numbers = publisher(Number, "numbers")
+
+        async def stop(self) -> None:
+            self.numbers.publish(Number(data=5))
+            await asyncio.sleep(0.1)
+
+    graph, _ = graph_of(Twice, Slow)
+    await graph.start()
+    graph.publish("numbers", Number(data=1))
+    with pytest.raises(NodeFailed):
+        await graph.wait()
+    assert graph.node(Twice).heard == 0
+
+
+@virtual_time
+async def test_no_handler_runs_once_stop_has_begun():
+    class Closing(Listener):
+        async def stop(self) -> None:
+            self.heard_before = list(self.heard)
+            await asyncio.sleep(0.1)
+
+    graph, _ = graph_of(Closing)
+    async with graph:
+        graph.publish("numbers", Number(data=1))
+        await asyncio.sleep(0.01)
+        graph.ask_to_stop()
+        await asyncio.sleep(0.01)
+        graph.publish("numbers", Number(data=2))
+    closing = graph.node(Closing)
+    assert closing.heard == closing.heard_before == [1]
+
+
+@virtual_time
+async def test_a_node_whose_task_fails_during_start_never_ticks():
+    class Doomed(Talker):
+        async def start(self) -> None:
+            self.spawn(self.fail())
+            await asyncio.sleep(1)
+
+        async def fail(self) -> None:
+            raise ValueError("no")
+
+    graph, _ = graph_of(Doomed(period_s=0.001))
+    with pytest.raises(NodeFailed):
+        await graph.start()
+    assert graph.report().timers[0].fired == 0
+
+
+@virtual_time
+async def test_a_publisher_of_a_graph_that_ended_says_so():
+    graph, _ = graph_of(Talker)
+    async with graph:
+        talker = graph.node(Talker)
+    with pytest.raises(NotRunning, match="not part of a running graph"):
+        talker.numbers.publish(Number(data=1))
+
+
+@virtual_time
 async def test_the_message_that_crashed_a_handler_counts_as_delivered_and_the_rest_as_queued():
     graph, _ = graph_of(Failing)
     await graph.start()
