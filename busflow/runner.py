@@ -182,9 +182,7 @@ class Graph:
             async with anyio.create_task_group() as tasks:
                 for unit in self.units:
                     tasks.start_soon(unit.live, name=unit.name)
-                for unit in self.units:
-                    await unit.started.wait()
-                self._ready.set()
+                tasks.start_soon(self._await_starts)
                 await self._ending.wait()
                 await self._stop_units()
         finally:
@@ -193,6 +191,11 @@ class Graph:
                 self._outside.disconnect()
             self.bus.close()
             self._ready.set()
+
+    async def _await_starts(self) -> None:
+        for unit in self.units:
+            await unit.started.wait()
+        self._ready.set()
 
     async def _stop_units(self) -> None:
         """Stop the nodes, the last one first; none is given up before the grace of all has passed."""

@@ -11,6 +11,7 @@ import os
 import signal
 import socket
 import sys
+import sysconfig
 import threading
 import traceback
 from collections.abc import Callable
@@ -24,7 +25,8 @@ from busflow.text import printable
 _ENDED = 0
 """No signal has this number: the run itself says that it has ended."""
 _CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
-_OWN = (str(Path(__file__).parent), os.path.dirname(os.__file__))  # noqa: PTH120  # the standard library's folder
+_BUSFLOW = str(Path(__file__).parent) + os.sep
+_LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 
 
 class SignalGuard:
@@ -92,8 +94,11 @@ def _end_process(code: ExitCode, why: str) -> None:
     """End the process now, and say what the main thread was doing."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
     where = ""
-    for entry in reversed(traceback.extract_stack(frame) if frame else []):
-        if not entry.filename.startswith((*_OWN, "<")):
+    stack: list[traceback.FrameSummary] = list(traceback.extract_stack(frame)) if frame else []
+    # Below busflow's innermost frame stands what busflow called: a node's code, or the event loop that waits.
+    inner = next((at for at in range(len(stack), 0, -1) if stack[at - 1].filename.startswith(_BUSFLOW)), 0)
+    for entry in reversed(stack[inner:]):
+        if not entry.filename.startswith((*_LIBRARIES, "<")):
             where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
             break
     os.write(2, f"busflow: {why}{where}\n".encode())

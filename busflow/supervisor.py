@@ -40,6 +40,7 @@ class Unit:
         self.ended = anyio.Event()
         self._stop_asked = anyio.Event()
         self._scope = anyio.CancelScope()
+        self._starting = anyio.CancelScope()
         self._tell = on_failure
         self.runtime.on_failure = self._failed
 
@@ -70,8 +71,10 @@ class Unit:
             self.ended.set()
 
     def ask_to_stop(self) -> None:
-        """Let the node leave `run` and go through its `stop`."""
+        """Let the node leave `start` or `run` and go through its `stop`."""
         self._stop_asked.set()
+        if not self.started.is_set():
+            self._starting.cancel()
 
     def give_up(self) -> None:
         """Do not wait for the node's `stop` any longer."""
@@ -79,7 +82,7 @@ class Unit:
 
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
-        with self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
+        with self._starting, self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
             try:
                 await self.node.start()
             except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
@@ -87,7 +90,7 @@ class Unit:
         if patience.cancelled_caught:
             late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
             self.runtime.fail(f"{type(self.node).__name__}.start", late)
-        if self.failures:
+        if self._stop_asked.is_set():
             return False
         self.state = NodeState.RUNNING
         return True

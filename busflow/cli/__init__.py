@@ -16,6 +16,7 @@ from busflow.text import did_you_mean
 
 _COMMANDS = {
     "run": ("busflow.cli.run:run", "Run a launch file until Ctrl-C."),
+    "test": ("busflow.cli.test:test", "Run a launch file on simulated time and check what it expects."),
     "check": ("busflow.cli.check:check", "Find everything wrong with a launch file, without running it."),
     "config": ("busflow.cli.config:config", "Show the resolved launch file, and where each value came from."),
     "graph": ("busflow.cli.graph:graph", "Draw nodes and topics, without running them."),
@@ -63,7 +64,19 @@ def main(argv: Sequence[str] | None = None) -> int:
             return ExitCode.OK  # who reads our output has had enough: `busflow config … | head -1`
         tell(f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}")
         return ExitCode.FAILED
+    if argv is None:
+        _leave_threads_behind(code)
     return code
+
+
+def _leave_threads_behind(code: int) -> None:
+    """End the process where a thread is still in a blocking call, a driver's `read` say: nobody waits for it now."""
+    import threading
+
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        if sys.stderr:
+            sys.stderr.flush()
+        os._exit(code)
 
 
 def _answer(arguments: list[str]) -> int:

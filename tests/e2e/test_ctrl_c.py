@@ -1,0 +1,165 @@
+"""The installed command in a real terminal: Ctrl-C ends whatever a node does, in order where it can, quietly."""
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.e2e
+
+PATIENCE_S = 30.0
+"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
+
+NODES = {
+    "polite": """
+        @timer(0.01)
+        def tick(self) -> None:
+            self.log.info("ticking")
+
+        async def stop(self) -> None:
+            self.log.info("closed the device")
+    """,
+    "busy": """
+        @timer(0.01)
+        def tick(self) -> None:
+            self.log.info("ticking")
+            while True:
+                pass
+    """,
+    "asleep": """
+        @timer(0.01)
+        def tick(self) -> None:
+            self.log.info("ticking")
+            time.sleep(3600)
+    """,
+    "slow_to_stop": """
+        @timer(0.01)
+        def tick(self) -> None:
+            self.log.info("ticking")
+
+        async def stop(self) -> None:
+            await asyncio.sleep(3600)
+    """,
+    "thread": """
+        async def run(self) -> None:
+            self.log.info("ticking")
+            await self.run_sync(time.sleep, 3600)
+    """,
+    "starting": """
+        async def start(self) -> None:
+            self.log.info("ticking")
+            await asyncio.Event().wait()
+    """,
+}
+
+
+class Terminal:
+    """A `busflow run` in a terminal of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.mine, theirs = pty.openpty()
+        command = [sys.executable, "-m", "busflow", "run", "launch.yaml"]
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
+            preexec_fn=take_terminal,  # noqa: PLW1509  # there are no threads yet
+        )  # fmt: skip
+        os.close(theirs)
+        self.shown = ""
+
+    def read_until(self, text: str) -> None:
+        while text not in self.shown:
+            if not self.read():
+                raise AssertionError(f"ended or silent without {text!r}; shown so far:\n{self.shown}")
+
+    def read(self) -> bool:
+        ready, _, _ = select.select([self.mine], [], [], PATIENCE_S)
+        try:
+            piece = os.read(self.mine, 65536) if ready else b""
+        except OSError:  # how a Linux terminal says that nobody is at its other end
+            piece = b""
+        self.shown += piece.decode()
+        return bool(piece)
+
+    def press_ctrl_c(self) -> None:
+        os.write(self.mine, b"\x03")
+
+    def end(self) -> int:
+        while self.read():
+            pass
+        return self.process.wait(PATIENCE_S)
+
+
+def take_terminal() -> None:
+    """In the child: make the pseudo-terminal the one whose Ctrl-C reaches it."""
+    import fcntl
+    import termios
+
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
+    name = request.param
+    (tmp_path / "plugins").mkdir()
+    code = f"import asyncio\nimport time\nfrom busflow import Node, timer\n\nclass Plugin(Node):\n{NODES[name]}"
+    (tmp_path / "plugins" / f"{name}.py").write_text(code.replace("\n    ", "\n"))
+    (tmp_path / "launch.yaml").write_text(f"plugins: [plugins]\nnodes:\n  {name}:\n    plugin: {name}\n")
+    opened = Terminal(tmp_path)
+    yield opened
+    opened.process.kill()
+    opened.process.wait()
+    os.close(opened.mine)
+
+
+@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+def test_ctrl_c_stops_the_nodes_and_shows_what_became_of_every_message(terminal: Terminal):
+    terminal.read_until("ticking")
+    terminal.press_ctrl_c()
+    assert terminal.end() == 130
+    assert "closed the device" in terminal.shown
+    assert "exit code 130" in terminal.shown
+    assert "Traceback" not in terminal.shown
+
+
+@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+def test_sigterm_stops_the_nodes_too(terminal: Terminal):
+    terminal.read_until("ticking")
+    terminal.process.send_signal(signal.SIGTERM)
+    assert terminal.end() == 143
+    assert "closed the device" in terminal.shown
+
+
+@pytest.mark.parametrize(
+    ("terminal", "told"),
+    [
+        ("busy", "plugins/busy.py:"),
+        ("asleep", "plugins/asleep.py:"),
+        ("slow_to_stop", "given up: /slow_to_stop"),
+        ("thread", "exit code 130"),
+        ("starting", "exit code 130"),
+    ],
+    indirect=["terminal"],
+    ids=lambda value: value if value in NODES else "",
+)
+def test_ctrl_c_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told: str):
+    terminal.read_until("ticking")
+    terminal.press_ctrl_c()
+    assert terminal.end() == 130
+    assert told in terminal.shown
+    assert "Traceback" not in terminal.shown
+
+
+@pytest.mark.parametrize("terminal", ["slow_to_stop"], indirect=True)
+def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
+    terminal.read_until("ticking")
+    terminal.press_ctrl_c()
+    terminal.press_ctrl_c()
+    assert terminal.end() == 130
+    assert "a second signal" in terminal.shown or "given up" in terminal.shown
+    assert "Traceback" not in terminal.shown
