@@ -41,11 +41,13 @@ def _problems(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], *
     """What is wrong with the file, and with the nodes of what is right in it."""
     from busflow.launchfile.load import examine
     from busflow.runner import Graph
+    from busflow.testing.expectations import expectation_problems
 
     description, problems = examine(file, assignments=assignments, sets=sets)
     found = list(problems)
     if description is not None:
-        found += Graph([description], strict=strict).plan().problems
+        plan = Graph([description], strict=strict).plan()
+        found += [*plan.problems, *expectation_problems(description, plan.members)]
     return found
 
 

@@ -121,6 +121,7 @@ class LaunchDescription:
     folders: tuple[PluginFolder, ...] = ()
     clock: ClockSpec = ClockSpec()
     seed: int | None = None
+    expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`
     shutdown_grace_s: float | None = None
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -44,8 +44,10 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
     """The part of one file, its nodes and topics under their final names."""
     members = dict(part.tree.members)
     if "topics" in members:
-        names = {key: compose(namespace, key) for key in members["topics"].members}
-        members["topics"] = _renamed(members["topics"], names, problems, "topic")
+        members["topics"] = _with_final_names(members["topics"], namespace, problems)
+    if (expected := part.tree.find(("expect", "topics"))) is not None:
+        topics = _with_final_names(expected, namespace, problems)
+        members["expect"] = members["expect"].with_member(("topics",), topics)
     if "nodes" in members:
         names = {key: _full_name(key, value, namespace) for key, value in members["nodes"].members.items()}
         nodes = _renamed(members["nodes"], names, problems, "node")
@@ -105,6 +107,10 @@ def _full_name(key: str, node: Value, namespace: str) -> str:
     inner = stated.content if stated is not None and isinstance(stated.content, str) else None
     space, slash, name = key.rpartition("/")
     return f"{compose(compose(namespace, inner), space or slash).rstrip('/')}/{name}".removeprefix("/")
+
+
+def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Value:
+    return _renamed(topics, {key: compose(namespace, key) for key in topics.members}, problems, "topic")
 
 
 def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: str) -> Value:

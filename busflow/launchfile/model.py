@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
-from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
 
 from busflow.annotation import StrictModel, at, split
 from busflow.duration import PATTERN, parse_duration
@@ -61,7 +61,7 @@ class ArgumentKeys(Section):
 class TopicKeys(Section):
     """The contract of a topic, by its final name."""
 
-    later: ClassVar[Mapping[str, str]] = {"expect": "leave it out"}
+    later: ClassVar[Mapping[str, str]] = {"expect": "write it at the top level, under expect: topics:"}
 
     type: str | None = Field(default=None, description="The message type: sensor_msgs/msg/Imu.")
     qos: Qos | None = Field(default=None, description="A profile's name, or fields of one.")
@@ -119,10 +119,9 @@ def _include_list(data: object) -> object:
 class ClockKeys(Section):
     """The time the run lives in."""
 
-    later: ClassVar[Mapping[str, str]] = {"seed": "write `seed:` at the top level of the file"}
-
     mode: ClockMode = Field(default=ClockMode.SYSTEM, description="The system's clock, or a simulated one.")
     start: float | None = Field(default=None, ge=0, description="Where a simulated clock starts, in seconds.")
+    seed: int | None = Field(default=None, ge=0, description="The same as `seed` at the top level.")
     rate: float | None = Field(
         default=None, gt=0, description="A simulated clock's seconds per second of the wall; else as fast as can be."
     )
@@ -140,13 +139,46 @@ class ShutdownKeys(Section):
     grace: Seconds | None = Field(default=None, description="How long the nodes may take to stop.")
 
 
+def _ordered(limits: list[float]) -> list[float]:
+    if not limits[0] <= limits[1]:
+        raise ValueError("the lower limit comes first, and both are numbers")
+    return limits
+
+
+Limits = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+"""The lowest and the highest value allowed: `[9.5, 10.5]`; `-.inf` and `.inf` leave a side open."""
+
+
+class TopicExpectationKeys(Section):
+    """What has to hold on one topic."""
+
+    rate_hz: Limits | None = Field(default=None, description="How often it is published, on average: [9.5, 10.5].")
+    max_age: Seconds | None = Field(
+        default=None, description="How long after its header's stamp a message may reach a node."
+    )
+    max_dropped: int | None = Field(default=None, ge=0, description="How many of its messages may be dropped.")
+    values: dict[str, Limits] = Field(
+        default_factory=dict[str, Limits], description="Limits of fields: `linear_acceleration.z: [9, 11]`."
+    )
+
+
+class ExpectKeys(Section):
+    """What `busflow test` checks, on simulated time."""
+
+    duration: Seconds | None = Field(default=None, description="How long to run, unless `--for` says.")
+    no_errors: bool = Field(default=False, description="No line of the log may be an error.")
+    max_dropped: int | None = Field(default=None, ge=0, description="How many messages may be dropped in all.")
+    topics: dict[str, TopicExpectationKeys] = Field(
+        default_factory=dict[str, TopicExpectationKeys], description="What has to hold on topics, by final name."
+    )
+
+
 class LaunchKeys(Section):
     """A launch file of busflow: the nodes of a graph and what they are told."""
 
     later: ClassVar[Mapping[str, str]] = {
         "profiles": "use a file for each, with what they share in a file to include",
         "record": "leave it out",
-        "expect": "leave it out",
         "processes": "leave it out: all nodes run in one process",
         "defaults": "state it for each node",
         "groups": "use `include:` with a namespace",
@@ -167,7 +199,14 @@ class LaunchKeys(Section):
     namespace: str | None = Field(default=None, description="Put before all nodes and relative topics of this file.")
     clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
+    expect: ExpectKeys = Field(default=ExpectKeys(), description="What has to hold, checked by `busflow test`.")
     shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
+
+    @model_validator(mode="after")
+    def _one_seed(self) -> Self:
+        if self.seed is not None and self.clock.seed not in {None, self.seed}:
+            raise ValueError(f"seed is {self.seed} and clock.seed is {self.clock.seed}; state it once")
+        return self
 
 
 def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:

@@ -1,0 +1,71 @@
+"""`busflow test`: a launch file's expectations, checked on simulated time with many seeds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.launching import Given, duration, launch_file
+from busflow.duration import show_duration
+from busflow.errors import ExitCode, LaunchError
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.launchfile.description import LaunchDescription
+
+_EXAMPLES = """\b
+Examples:
+  busflow test configs/lab1.yaml
+  busflow test configs/lab1.yaml --for 10min --seeds 100
+  busflow test configs/lab1.yaml rate_hz:=50 --seed 17 --json"""
+
+DURATION_S = 60.0
+"""How long each run is where neither the command line nor the file says."""
+
+
+@click.command(epilog=_EXAMPLES)
+@launch_file()
+@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="How long each run is: 5s, 10min.")
+@click.option("--seeds", type=click.IntRange(min=1), default=1, show_default=True, help="How many seeds, from 0.")
+@click.option("--seed", type=click.IntRange(min=0), help="This seed alone.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def test(
+    file: Path,
+    assignments: tuple[str, ...],
+    sets: tuple[str, ...],
+    for_s: float | None,
+    seeds: int,
+    seed: int | None,
+    as_json: bool,
+) -> int:
+    """Run FILE on simulated time and check its `expect:` section; exit code 1 where it does not hold.
+
+    A node that fails is wrong in any case.
+    """
+    from busflow.cli.output import print_json, print_problems
+    from busflow.testing.expectations import expectation_problems, expectations_of
+    from busflow.testing.trials import Trials
+
+    description, plan = Given(file, assignments, sets).plan()
+    if unknown := expectation_problems(description, plan.members):
+        raise LaunchError(unknown)
+    for_s = for_s or expectations_of(description).duration or DURATION_S
+    trials = Trials(description, for_s)
+    trials.run(range(seeds) if seed is None else [seed])
+    found = trials.problems()
+    if as_json:
+        problems = [each.as_json() for each in found]
+        print_json({"file": str(file), "ok": not found, "seeds": trials.seeds, "for_s": for_s, "problems": problems})
+    else:
+        print_problems(found)
+        runs = f"{len(trials.seeds)} run{'s' * (len(trials.seeds) > 1)} of {show_duration(for_s)}"
+        click.echo(f"{printable(description.name)}: {runs}: {_outcome(description, len(found))}")
+    return ExitCode.FAILED if found else ExitCode.OK
+
+
+def _outcome(description: LaunchDescription, wrong: int) -> str:
+    if wrong:
+        return f"{wrong} thing{'s' * (wrong > 1)} wrong"
+    return "all that it expects holds" if description.expect else "no node failed; the file has no `expect:` section"

@@ -1,0 +1,167 @@
+"""Expectations: what a launch file's `expect:` section says, checked against its nodes and against a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from math import inf
+from typing import Any, cast
+
+import numpy as np
+
+from busflow.annotation import at, split
+from busflow.clock import NS_PER_S, Time
+from busflow.errors import Fault, KeyPath, Problem
+from busflow.launchfile.description import LaunchDescription
+from busflow.launchfile.faults import problems
+from busflow.launchfile.model import ExpectKeys, TopicExpectationKeys
+from busflow.launchfile.preflight import Member
+from busflow.log import LogRecord
+from busflow.message import Message, type_name
+from busflow.msgs.std_msgs import Header
+from busflow.publishers import Publisher
+from busflow.runner import Graph
+from busflow.subscriptions import Subscription
+from busflow.text import did_you_mean
+
+
+def expectations_of(description: LaunchDescription) -> ExpectKeys:
+    """What a launch file expects; nothing where it does not say."""
+    return ExpectKeys() if description.expect is None else ExpectKeys.model_validate(description.expect.data)
+
+
+def expectation_problems(description: LaunchDescription, members: Sequence[Member]) -> list[Problem]:
+    """What a launch file expects of topics and fields that its nodes do not have."""
+    if description.expect is None:
+        return []
+    types = {each.topic: each.type for member in members for each in (*member.publishers, *member.subscriptions)}
+    found: list[Fault] = []
+    for topic, expected in expectations_of(description).topics.items():
+        if topic not in types:
+            text = f"no node publishes or receives the topic {topic}"
+            found.append(Fault(("topics", topic), text, did_you_mean(topic, types), "unknown"))
+        else:
+            found += _type_faults(topic, types[topic], expected)
+    return problems(found, description.expect, noun="topic")
+
+
+def _type_faults(topic: str, message_type: type[Message], expected: TopicExpectationKeys) -> Iterator[Fault]:
+    if expected.max_age is not None and split(at(message_type, ("header",))[0])[0] is not Header:
+        text = f"{topic} carries {type_name(message_type)}, which has no header, so its age is not known"
+        yield Fault(("topics", topic, "max_age"), text, "leave it out")
+    for name in expected.values:
+        owner: object = message_type
+        for step in name.split("."):
+            fields = owner.model_fields if isinstance(owner, type) and issubclass(owner, Message) else {}
+            if step not in fields:
+                text = f"{type_name(message_type)} has no field {name}"
+                yield Fault(("topics", topic, "values", name), text, did_you_mean(step, fields), "unknown")
+                break
+            owner = split(fields[step].annotation)[0]
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What was worst about one thing, and how often it was wrong."""
+
+    wrong: int = 0
+    first: str = ""
+
+    def add(self, text: str) -> None:
+        self.wrong += 1
+        self.first = self.first or text
+
+    def __str__(self) -> str:
+        return self.first + (f", the first of {self.wrong} times" if self.wrong > 1 else "")
+
+
+@dataclass(slots=True)
+class Expectations:
+    """Watches a graph, from before it starts to its end, for what its launch file expects."""
+
+    graph: Graph
+    expected: ExpectKeys
+    _errors: _Seen = field(default_factory=_Seen)
+    _ages: dict[str, _Seen] = field(default_factory=dict[str, _Seen])
+    _values: dict[tuple[str, str], _Seen] = field(default_factory=dict[tuple[str, str], _Seen])
+    _heard: set[str] = field(default_factory=set[str])
+
+    def __post_init__(self) -> None:
+        self.graph.bus.on_attach.append(self._on_attach)
+        self.graph.log.sinks.append(self._on_log)
+
+    def broken(self) -> Iterator[Fault]:
+        """What did not hold, each at its key of the `expect:` section."""
+        report = self.graph.report()
+        if self.expected.no_errors and self._errors.wrong:
+            yield Fault(("no_errors",), f"the log has {self._errors.wrong} errors: {self._errors}")
+        yield from self._drops((), self.expected.max_dropped, report.dropped, "")
+        published = {topic.name: topic.published for topic in report.topics}
+        dropped = {topic.name: sum(line.dropped for line in topic.subscriptions) for topic in report.topics}
+        for topic, expected in self.expected.topics.items():
+            path: KeyPath = ("topics", topic)
+            rate_hz = published.get(topic, 0) / report.duration_s if report.duration_s > 0 else 0.0
+            if not _within(rate_hz, expected.rate_hz):
+                text = f"{topic} was published at {rate_hz:.6g} Hz, not {_shown(expected.rate_hz)}"
+                yield Fault((*path, "rate_hz"), text)
+            yield from self._drops(path, expected.max_dropped, dropped.get(topic, 0), f" on {topic}")
+            if (ages := self._ages.get(topic)) is not None:
+                yield Fault((*path, "max_age"), str(ages))
+        for (topic, name), seen in self._values.items():
+            yield Fault(("topics", topic, "values", name), str(seen))
+
+    @staticmethod
+    def _drops(path: KeyPath, most: int | None, dropped: int, where: str) -> Iterator[Fault]:
+        if most is not None and dropped > most:
+            yield Fault((*path, "max_dropped"), f"{dropped} messages were dropped{where}, not at most {most}")
+
+    def _on_log(self, record: LogRecord) -> None:
+        if record.level in {"error", "critical"}:
+            self._errors.add(f"{record.node}: {record.event}")
+
+    def _on_attach(self, attached: object) -> None:
+        if isinstance(attached, Publisher | Subscription):
+            end = cast("Publisher[Any] | Subscription[Any]", attached)
+            expected = self.expected.topics.get(end.topic)
+            if expected is not None:
+                self._watch(end, expected)
+
+    def _watch(self, end: Publisher[Any] | Subscription[Any], expected: TopicExpectationKeys) -> None:
+        if isinstance(end, Subscription) and expected.max_age is not None:
+            end.observe(partial(self._check_age, end.topic, end.endpoint.node, expected.max_age))
+        if expected.values and end.topic not in self._heard:
+            self._heard.add(end.topic)
+            self.graph.bus.tap(self.graph.bus.topics[end.topic], partial(self._check_values, end.topic, expected))
+
+    def _check_age(self, topic: str, node: str, max_age_s: float, message: Any) -> None:
+        age_s = (self.graph.clock.now() - Time.from_msg(message.header.stamp)).seconds
+        if age_s > max_age_s:
+            text = f"{topic} was {age_s:.6g} s old when {node} got it{self._when()}, not at most {max_age_s:.6g} s"
+            self._ages.setdefault(topic, _Seen()).add(text)
+
+    def _check_values(self, topic: str, expected: TopicExpectationKeys, message: Message) -> None:
+        for name, limits in expected.values.items():
+            value: Any = message
+            for step in name.split("."):
+                value = getattr(value, step)
+            for number in np.ravel(value):
+                if not _within(number, limits):
+                    text = f"{name} of {topic} was {number}{self._when()}, not {_shown(limits)}"
+                    self._values.setdefault((topic, name), _Seen()).add(text)
+                    break
+
+    def _when(self) -> str:
+        return f" at {self.graph.clock.elapsed_ns() / NS_PER_S:.9g} s"
+
+
+def _within(number: float, limits: list[float] | None) -> bool:
+    """Whether a number is within limits; NaN never is, unless there are none."""
+    return limits is None or limits[0] <= number <= limits[1]
+
+
+def _shown(limits: list[float] | None) -> str:
+    lowest, highest = limits or (-inf, inf)
+    if lowest == -inf:
+        return f"at most {highest:.6g}"
+    return f"at least {lowest:.6g}" if highest == inf else f"between {lowest:.6g} and {highest:.6g}"

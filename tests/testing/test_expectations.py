@@ -1,0 +1,241 @@
+"""What a launch file expects: each kind holds where it should and is told, with its place, where it does not."""
+
+import json
+
+import pytest
+
+from busflow.cli import main
+from busflow.launchfile.load import load
+from busflow.testing.trials import Trials
+
+NODES = """
+import asyncio
+
+from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Imu
+from busflow.msgs.std_msgs import Float64, Header
+
+
+class SourceParameters(Parameters):
+    fails_at: float = 9.0
+    complains: bool = False
+    stops_at_s: float = 1000.0
+
+
+class Source(Node):
+    parameters: SourceParameters
+    imu = publisher(Imu, "imu")
+    level = publisher(Float64, "level")
+
+    @timer(0.1)
+    def tick(self) -> None:
+        level = self.rng.random()
+        if level > self.parameters.fails_at:
+            raise ValueError(f"{level:.3f} is too much")
+        if self.parameters.complains:
+            self.log.error("nobody cares")
+        if self.clock.seconds() <= self.parameters.stops_at_s:
+            self.imu.publish(Imu(header=Header(stamp=self.clock.now())))
+        self.level.publish(Float64(data=level))
+
+
+class SinkParameters(Parameters):
+    takes_s: float = 0.0
+
+
+class Sink(Node):
+    parameters: SinkParameters
+
+    @subscription("imu", qos=QoS(depth=2))
+    async def on_imu(self, imu: Imu) -> None:
+        await asyncio.sleep(self.parameters.takes_s)
+"""
+
+FILE = """\
+name: expecting
+plugins: [.]
+nodes:
+  source:
+    plugin: nodes:Source
+  sink:
+    plugin: nodes:Sink
+expect:
+  duration: 10s
+"""
+
+
+@pytest.fixture
+def expecting(tmp_path, monkeypatch):
+    """Writes a launch file that expects something, and makes its folder the current one."""
+    (tmp_path / "nodes.py").write_text(NODES)
+    monkeypatch.chdir(tmp_path)
+
+    def write(section):
+        path = tmp_path / "expecting.yaml"
+        path.write_text(FILE + "".join(f"  {line}\n" for line in section.splitlines()))
+        return str(path.name)
+
+    return write
+
+
+@pytest.fixture
+def wrong(expecting):
+    """What is wrong with a launch file that expects something: where and what."""
+
+    def find(section, *, seeds=(0,), **overrides):
+        path = expecting(section)
+        nodes = {f"nodes.{key.replace('__', '.parameters.')}": value for key, value in overrides.items()}
+        trials = Trials(load(path, overrides=nodes), 10.0)
+        trials.run(seeds)
+        return [(problem.place.line if problem.place else None, problem.message) for problem in trials.problems()]
+
+    return find
+
+
+RATE = "topics:\n  /imu:\n    rate_hz: [9.9, 10.1]"
+AGE = "topics:\n  /imu:\n    max_age: 100ms"
+DROPS = "topics:\n  /imu:\n    max_dropped: 0\nmax_dropped: 5"
+VALUES = "topics:\n  /level:\n    values:\n      data: [0, 0.99]"
+
+
+@pytest.mark.parametrize(
+    "section", ["{}", "no_errors: true", "max_dropped: 0", RATE, AGE, DROPS, VALUES.replace("0.99", "1")]
+)
+def test_what_holds_is_not_told(wrong, section):
+    assert wrong("" if section == "{}" else section) == []
+
+
+def test_an_average_rate(wrong):
+    told = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
+    assert wrong(RATE, source__stops_at_s=5) == [(12, told)]
+    assert wrong(RATE.replace("10.1", ".inf"), source__stops_at_s=5)[0][1].startswith(
+        "/imu was published at 5 Hz, not at least 9.9"
+    )
+    assert wrong(RATE.replace("9.9", "-.inf").replace("10.1", "9"))[0][1].startswith(
+        "/imu was published at 10 Hz, not at most 9"
+    )
+
+
+def test_the_age_of_what_reaches_a_node(wrong):
+    told = "/imu was 0.15 s old when /sink got it at 0.45 s, not at most 0.1 s"
+    ((line, message),) = wrong(AGE, sink__takes_s=0.35)
+    assert line == 12
+    assert message.startswith(told)
+    assert message.endswith(" times (seed 0, of 1)")
+    assert wrong(AGE.replace("100ms", "151ms"), sink__takes_s=0.35) == []
+
+
+def test_dropped_messages_in_all_and_of_one_topic(wrong):
+    lost = "65 messages were dropped"
+    assert wrong(DROPS, sink__takes_s=0.3) == [
+        (13, f"{lost}, not at most 5 (seed 0, of 1)"),
+        (12, f"{lost} on /imu, not at most 0 (seed 0, of 1)"),
+    ]
+
+
+def test_errors_in_the_log(wrong):
+    told = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
+    assert wrong("no_errors: true", source__complains=True) == [(10, told)]
+    assert wrong("no_errors: false", source__complains=True) == []
+
+
+def test_values_of_fields_with_the_seeds_that_show_them(wrong):
+    ((line, told),) = wrong(VALUES, seeds=range(20))
+    assert line == 13
+    assert told.startswith("data of /level was 0.99")
+    assert told.endswith(" others, of 20)")
+    seed = int(told.split("(seed ")[1].split(",")[0])
+    assert wrong(VALUES, seeds=range(seed)) == []
+    assert len(wrong(VALUES, seeds=[seed])) == 1
+
+
+def test_values_inside_messages_and_arrays(wrong):
+    assert wrong("topics:\n  /imu:\n    values:\n      orientation.w: [1, 1]\n      angular_velocity.x: [0, 0]") == []
+    section = "topics:\n  /imu:\n    values:\n      orientation_covariance: [1, 2]\n      header.stamp.sec: [0, 1]"
+    first, second = wrong(section)
+    assert first == (
+        13,
+        "orientation_covariance of /imu was 0.0 at 0.1 s, not between 1 and 2, the first of 100 times (seed 0, of 1)",
+    )
+    assert second[1].startswith("header.stamp.sec of /imu was 1767225600 at 0.1 s, not between 0 and 1")
+
+
+def test_a_node_that_fails_is_wrong_without_being_expected_not_to(wrong):
+    ((_, told),) = wrong("", source__fails_at=0.99, seeds=range(20))
+    assert "node /source failed in Source.tick" in told
+    assert "is too much" in told
+    assert told.endswith(", of 20)")
+
+
+# The command
+
+
+def test_the_command_tells_the_place_and_the_seed(expecting, capsys):
+    path = expecting(VALUES)
+    assert main(["test", path, "--for", "1min", "--seeds", "5"]) == 1
+    captured = capsys.readouterr()
+    assert f"{path}:13:15: error: data of /level was 0.9" in captured.out
+    assert "      data: [0, 0.99]\n" in captured.out
+    assert captured.out.endswith("expecting: 5 runs of 60s: 1 thing wrong\n")
+
+
+def test_the_command_is_content_where_all_holds(expecting, capsys):
+    assert main(["test", expecting(f"{RATE}\nno_errors: true")]) == 0
+    assert capsys.readouterr().out == "expecting: 1 run of 10s: all that it expects holds\n"
+
+
+def test_the_command_tells_json(expecting, capsys):
+    assert main(["test", expecting(VALUES), "--seed", "3", "--for", "100s", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["ok"], told["seeds"], told["for_s"]) == (False, [3], 100)
+    assert told["problems"][0]["line"] == 13
+
+
+def test_a_file_that_expects_nothing_is_told_so(expecting, capsys, tmp_path):
+    (tmp_path / expecting("")).write_text(FILE[: FILE.index("expect:")])
+    assert main(["test", "expecting.yaml", "--for", "1s"]) == 0
+    assert "no node failed; the file has no `expect:` section" in capsys.readouterr().out
+
+
+MISTAKES = {
+    "topics:\n  /imo:\n    max_age: 1": (11, "no node publishes or receives the topic /imo", "did you mean '/imu'?"),
+    "topics:\n  /level:\n    max_age: 1": (12, "carries std_msgs/msg/Float64, which has no header", "leave it out"),
+    "topics:\n  /imu:\n    values:\n      orientation.v: [0, 1]": (
+        13,
+        "has no field orientation.v",
+        "known: w, x, y, z",
+    ),
+    "topics:\n  /imu:\n    rate_hz: [2, 1]": (12, "the lower limit comes first", ""),
+    "topics:\n  /imu:\n    rate_hz: [1]": (12, "rate_hz", ""),
+    "topics:\n  /imu:\n    rate: [1, 2]": (12, "unknown key", "did you mean 'rate_hz'?"),
+    "max_droped: 1": (10, "unknown key expect.max_droped", "did you mean 'max_dropped'?"),
+    "max_dropped: -1": (10, "max_dropped", ""),
+}
+
+
+@pytest.mark.parametrize("section", MISTAKES, ids=range(len(MISTAKES)))
+@pytest.mark.parametrize("command", [["check"], ["test"]])
+def test_a_mistake_is_told_with_its_place_before_anything_runs(expecting, capsys, section, command):
+    line, message, fix = MISTAKES[section]
+    assert main([*command, expecting(section)]) == (3 if command == ["check"] else 2)
+    captured = capsys.readouterr()
+    told = captured.out + captured.err
+    assert f"expecting.yaml:{line}:" in told
+    assert message in told
+    assert fix in told
+
+
+def test_an_included_file_expects_of_its_own_topics(expecting, capsys, tmp_path):
+    (tmp_path / "outer.yaml").write_text("include: [{file: expecting.yaml, namespace: left}]\n")
+    expecting("topics:\n  imu:\n    rate_hz: [20, 30]")
+    assert main(["test", "outer.yaml"]) == 1
+    assert "/left/imu was published at 10 Hz, not between 20 and 30" in capsys.readouterr().out
+
+
+def test_the_seed_of_the_clock_is_the_run_s(tmp_path, expecting):
+    path = expecting("")
+    (tmp_path / path).write_text(FILE + "clock:\n  mode: sim\n  seed: 7\n")
+    assert load(path).seed == 7
+    (tmp_path / path).write_text(FILE + "seed: 3\nclock:\n  mode: sim\n  seed: 7\n")
+    with pytest.raises(Exception, match=r"seed is 3 and clock.seed is 7; state it once"):
+        load(path)
