@@ -17,6 +17,7 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.errors import InvalidDeclaration
+from busflow.failure import is_failure, refuse_coroutine
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -111,7 +112,8 @@ class Timer:
             self._handle = self._clock.call_at(self._due_ns(1), self._on_due)
 
     def cancel(self) -> None:
-        """Tick no more, until `reset`."""
+        """Tick no more, until `reset`; what was to be made up for is forgotten."""
+        self._owed = 0
         if self._handle is not None:
             self._handle.cancel()
             self._handle = None
@@ -126,9 +128,9 @@ class Timer:
         """Have every call of the handler told just before it; who does not ask pays nothing."""
         handler: Any = self._handler
 
-        def heard() -> None:
+        def heard() -> Any:
             hear()
-            handler()
+            return handler()
 
         async def heard_async() -> None:
             hear()
@@ -194,7 +196,8 @@ class Timer:
 
     def _call_handler(self) -> None:
         try:
-            self._handler()
+            if (result := self._handler()) is not None:
+                refuse_coroutine(result, f"timer {self.name}")
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
             self._failed(error)
 
@@ -205,7 +208,9 @@ class Timer:
                 self._owed -= 1
                 self.fired += 1
                 await cast("Coroutine[Any, Any, None]", self._handler())
-        except Exception as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+        except BaseException as error:
+            if not is_failure(error):
+                raise
             self._failed(error)
         finally:
             self._busy = False
@@ -224,8 +229,8 @@ def _checked(period_s: float | Fraction, name: str) -> Fraction:
         period = Fraction(str(period_s))
     except ValueError:
         period = Fraction(-1)
-    if period < 0:
-        raise InvalidDeclaration(f"timer {name}: the period must be 0 (off) or more seconds, got {period_s!r}")
+    if period < 0 or 0 < period * NANOSECONDS < 1:
+        raise InvalidDeclaration(f"timer {name}: the period is 0 (off) or seconds from 1e-9 upwards, got {period_s!r}")
     return period
 
 
