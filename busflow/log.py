@@ -7,6 +7,7 @@ outside is escaped by whoever shows it.
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 import structlog
 from structlog.typing import EventDict, FilteringBoundLogger
 
+from busflow.blame import blame, reason
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -60,11 +62,25 @@ class Log:
         node, text = str(values.pop("node", "")), str(values.pop("event", ""))
         if level == "exception":
             level = "error"
+        values |= _raised(values.pop("exc_info", None))
         self.counts[level] = self.counts.get(level, 0) + 1
         record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
         for sink in self.sinks:
             sink(record)
         raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
+
+
+def _raised(told: object) -> dict[str, str]:
+    """What `exc_info` stands for in words: the exception, and the line it came from."""
+    error: object = told
+    if told is True:
+        error = sys.exc_info()[1]
+    elif isinstance(told, tuple):
+        error = cast("tuple[object, object, object]", told)[1]
+    if not isinstance(error, BaseException):
+        return {}
+    place = blame(error)
+    return {"error": reason(error), **({"at": str(place)} if place else {})}
 
 
 def console_sink(stream: TextIO, *, colour: bool) -> Sink:

@@ -1,0 +1,100 @@
+"""The log of a run: bound to nodes, counted by level, shown safely."""
+
+import io
+import json
+
+import pytest
+
+from busflow.clock import SystemClock
+from busflow.log import Log, LogRecord, console_sink, json_sink
+
+
+def logged(level: str = "info") -> tuple[Log, list[LogRecord]]:
+    records: list[LogRecord] = []
+    return Log(SystemClock(), level=level, sinks=(records.append,)), records
+
+
+def record(event: str = "hello", level: str = "info", **values: object) -> LogRecord:
+    return LogRecord(1_767_225_661_002_003_004, level, "/talker", event, values)
+
+
+def test_a_line_carries_node_level_text_values_and_the_run_s_time():
+    log, records = logged()
+    log.bind("/talker").warning("too warm", celsius=81.5)
+    assert [(each.node, each.level, each.event, each.values) for each in records] == [
+        ("/talker", "warning", "too warm", {"celsius": 81.5})
+    ]
+    assert abs(records[0].stamp_ns - SystemClock().now().nanoseconds) < 60e9
+
+
+def test_what_is_bound_is_in_every_line_and_in_no_other_logger():
+    log, records = logged()
+    left = log.bind("/left").bind(joint="knee")
+    left.info("one")
+    left.info("two")
+    log.bind("/right").info("three")
+    assert [each.values for each in records] == [{"joint": "knee"}, {"joint": "knee"}, {}]
+
+
+def test_lines_below_the_level_are_neither_written_nor_counted():
+    log, records = logged("warning")
+    node = log.bind("/n")
+    node.debug("a")
+    node.info("b")
+    node.warning("c")
+    node.error("d")
+    assert [each.event for each in records] == ["c", "d"]
+    assert {level: count for level, count in log.counts.items() if count} == {"warning": 1, "error": 1}
+
+
+def test_an_exception_is_an_error_that_names_it():
+    log, records = logged()
+    try:
+        int("unplugged")
+    except ValueError:
+        log.bind("/n").exception("cannot read")
+    assert records[0].level == "error"
+    assert str(records[0].values["error"]).startswith("ValueError: invalid literal")
+    assert "test_log.py:" in str(records[0].values["at"])
+
+
+def test_two_logs_do_not_share_sinks():
+    (first, heard_first), (second, heard_second) = logged(), logged()
+    first.bind("/a").info("x")
+    second.bind("/b").info("y")
+    assert [each.event for each in heard_first + heard_second] == ["x", "y"]
+
+
+def test_the_console_shows_time_level_node_text_and_values():
+    stream = io.StringIO()
+    console_sink(stream, colour=False)(record(rate=10, name="x y"))
+    assert stream.getvalue() == "00:01:01.002 info     /talker: hello rate=10 name=x y\n"
+
+
+def test_colour_is_only_what_was_asked_for():
+    plain, coloured = io.StringIO(), io.StringIO()
+    console_sink(plain, colour=False)(record(level="error"))
+    console_sink(coloured, colour=True)(record(level="error"))
+    assert "\x1b" not in plain.getvalue()
+    assert "\x1b[31merror" in coloured.getvalue()
+
+
+@pytest.mark.parametrize(
+    "sink", [lambda stream: console_sink(stream, colour=False), json_sink], ids=["console", "json"]
+)
+def test_what_comes_from_outside_cannot_steer_the_terminal_or_forge_a_line(sink):
+    stream = io.StringIO()
+    sink(stream)(record("\x1b[2Jred\nforged", text="\x1b]0;title\x07\u202e"))
+    shown = stream.getvalue()
+    assert "\x1b" not in shown
+    assert "\x07" not in shown
+    assert "\u202e" not in shown
+    assert shown.count("\n") == 1
+
+
+def test_json_is_one_object_a_line_whose_own_keys_win():
+    stream = io.StringIO()
+    json_sink(stream)(record(rate=10, level_="x", odd=object))
+    line = json.loads(stream.getvalue())
+    assert (line["level"], line["node"], line["event"], line["rate"]) == ("info", "/talker", "hello", 10)
+    assert line["stamp_ns"] == 1_767_225_661_002_003_004
