@@ -1,0 +1,47 @@
+"""The public names: few, all there, and none hidden behind a module of the same name."""
+
+import inspect
+import pkgutil
+import subprocess
+import sys
+
+import pytest
+
+import busflow
+from busflow import Node
+
+MODULES = {module.name for module in pkgutil.iter_modules(busflow.__path__)}
+
+
+@pytest.mark.parametrize("name", busflow.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(busflow, name) is not None
+
+
+def test_no_public_name_is_also_a_module():
+    """Importing the module would put it in the name's place; see docs/decisions/0001."""
+    assert set(busflow.__all__) & MODULES == set()
+
+
+def test_a_name_that_is_not_public_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = busflow.nothing
+
+
+def test_a_node_has_at_most_sixteen_public_names_and_one_private_one():
+    names = {name for name in dir(Node) if not name.startswith("__")} | set(Node.__annotations__)
+    assert len({name for name in names if not name.startswith("_")}) <= 16
+    assert {name for name in names if name.startswith("_")} == {"_runtime"}
+
+
+def test_every_public_class_and_function_says_what_it_is_for():
+    said = {name: inspect.getdoc(getattr(busflow, name)) for name in busflow.__all__}
+    kinds = {name for name in said if inspect.isclass(getattr(busflow, name)) or callable(getattr(busflow, name))}
+    assert {name for name in kinds if not said[name]} == set()
+
+
+def test_importing_busflow_imports_nothing_else_of_weight():
+    heavy = ("pydantic", "numpy", "structlog", "asyncio", "rich")
+    code = f"import sys, busflow; print([name for name in {heavy} if name in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert shown.strip() == "[]"
