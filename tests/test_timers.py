@@ -361,8 +361,8 @@ async def test_what_a_tick_publishes_is_delivered_before_the_loop_turns(make_ben
     bench.subscription(received.append)
 
     def handle():
-        publisher.publish(Int64(data=1))
         asyncio.get_running_loop().call_soon(lambda: seen_by_the_next.append(len(received)))
+        publisher.publish(Int64(data=1))
 
     seen_by_the_next = []
     Ticking(bench.bus, 1, handle)
