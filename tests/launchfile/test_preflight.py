@@ -1,4 +1,5 @@
 """Pre-flight: everything that would go wrong with the nodes of a graph is found before any of them starts."""
+# ruff: noqa: E501  # a report is compared as it is printed, however long its lines
 
 import pytest
 
