@@ -87,6 +87,7 @@ class Graph:
         self._publishers: dict[str, Publisher[Any]] = {}
         self._main: asyncio.Task[None] | None = None
         self._host: asyncio.Task[Any] | None = None
+        self._host_cancelling = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ending = asyncio.Event()
         self._ready = asyncio.Event()
@@ -127,7 +128,11 @@ class Graph:
         if self._asked_early is not None:
             self.ask_to_stop(self._asked_early)
         self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
-        await self._ready.wait()
+        try:
+            await self._ready.wait()
+        except asyncio.CancelledError:  # whoever waits no longer must not leave the nodes running
+            await self.stop()
+            raise
         if self.failures:
             await self.wait()
 
@@ -148,7 +153,8 @@ class Graph:
         """Stop the nodes in reverse order and wait until they have ended; a failure was told by then."""
         self.ask_to_stop()
         if self._main is not None:
-            await asyncio.shield(self._main)
+            with anyio.CancelScope(shield=True):  # a scope around us would cancel every await until it is left
+                await asyncio.shield(self._main)
 
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
         """Let the graph end, without waiting; `code` says why unless a node has failed."""
@@ -160,15 +166,21 @@ class Graph:
     async def __aenter__(self) -> Self:
         await self.start()
         self._host = asyncio.current_task()
+        self._host_cancelling = self._host.cancelling() if self._host else 0
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        host, self._host = self._host, None
+        taken_back = self._take_back_cancellation()
         await self.stop()
-        if self.failures and (error is None or (kind is asyncio.CancelledError and _uncancelled(host))):
+        if self.failures and (error is None or (kind is asyncio.CancelledError and taken_back)):
             await self.wait()
+
+    def _take_back_cancellation(self) -> bool:
+        """Undo how a failure ended the `async with` block; False where somebody else wants the task to end too."""
+        host, self._host = self._host, None
+        return host is not None and bool(self.failures) and host.uncancel() <= self._host_cancelling
 
     def _set_clock(self) -> None:
         """Let a simulated clock start where a launch file says."""
@@ -226,7 +238,7 @@ class Graph:
         self.log.bind(failure.node).error(failure.summary)
         self.exit_code = ExitCode.FAILED
         self._ending.set()
-        if self._host is not None:
+        if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
 
     # What the program around the graph does.
@@ -283,6 +295,8 @@ class Graph:
     def _around(self) -> NodeRuntime:
         if self._main is None:
             raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
+        if self._duration_s is not None:
+            raise NotRunning(f"the graph {self.name} has ended; launch another one")
         if self._outside is None:
             runtime = runtime_of(_Outside(name="_outside"))
             runtime.declare(Surroundings(self.clock, self.log, self.seed))
@@ -359,7 +373,7 @@ def run_graph(
 
 def is_simulated(description: LaunchDescription) -> bool:
     """Whether a launch file asks for simulated time."""
-    return description.clock.mode is ClockMode.SIM
+    return description.clock.mode is not ClockMode.SYSTEM
 
 
 def _described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
@@ -372,11 +386,6 @@ def _instance(what: Any) -> Node:
     if isinstance(what, type) and issubclass(what, Node):
         return what()
     raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
-
-
-def _uncancelled(task: asyncio.Task[Any] | None) -> bool:
-    """Take back the cancellation by which a failing graph ended its own `async with` block."""
-    return task is not None and task.cancelling() > 0 and task.uncancel() == 0
 
 
 def _load(path: Path, args: Mapping[str, object]) -> LaunchDescription:

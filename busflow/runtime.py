@@ -27,7 +27,7 @@ from busflow.declarations import (
 from busflow.endpoint import Endpoint
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.events import Event
-from busflow.failure import Failure
+from busflow.failure import Failure, is_failure, refuse_coroutine
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import QoS
@@ -100,6 +100,7 @@ class NodeRuntime:
         self._tasks: anyio.abc.TaskGroup | None = None
         self._listeners: list[Listener] = []
         self._open = False
+        self._ended = False
 
     @property
     def full_name(self) -> str:
@@ -196,6 +197,7 @@ class NodeRuntime:
 
     def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
         """A timer of this node, ticking at once when the node is started."""
+        self._refuse_after_the_end(f"timer {name}")
         timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
         if self._bus is not None:
             self._connect_timer(self._bus, timer)
@@ -214,10 +216,15 @@ class NodeRuntime:
     ) -> Endpoint:
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
+        self._refuse_after_the_end(origin)
         resolved = self._resolve(topic)
         stated = () if qos is None else (qos,)
         merged = QoS.merge(*stated, *layers(resolved.name))
         return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+
+    def _refuse_after_the_end(self, origin: str) -> None:
+        if self._ended:
+            raise NotRunning(f"{origin}: {self.full_name} has left its graph; it can create nothing more")
 
     def _resolve(self, topic: str) -> names.Resolved:
         around = self.surroundings
@@ -249,8 +256,8 @@ class NodeRuntime:
         origin = f"{type(self.node).__name__}.{timer.name} (timer)"
         bus.attach_timer(timer, self.spawn, lambda error: self.fail(origin, error))
 
-    def adopt_tasks(self, tasks: anyio.abc.TaskGroup) -> None:
-        """Run what the node spawns in this task group."""
+    def adopt_tasks(self, tasks: anyio.abc.TaskGroup | None) -> None:
+        """Run what the node spawns in this task group; without one it can spawn nothing."""
         self._tasks = tasks
 
     def open(self) -> None:
@@ -281,7 +288,7 @@ class NodeRuntime:
                 self._bus.detach_subscription(subscription)
         for publisher in self.publishers:
             publisher.close()
-        self._tasks = None
+        self._ended = True
 
     def _hear(self, event: Event) -> None:
         """Tell the node's listeners of an event, in a turn of the loop of their own."""
@@ -296,7 +303,7 @@ class NodeRuntime:
             self.spawn(listener.handler(event), listener.origin)
             return
         try:
-            self._bus.dispatcher.run_now(lambda: listener.handler(event))
+            self._bus.dispatcher.run_now(lambda: refuse_coroutine(listener.handler(event), listener.origin))
         except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
             self.fail(f"{listener.origin} (event {event})", error)
 
@@ -304,13 +311,15 @@ class NodeRuntime:
         """Run a coroutine in the node's task group; its failure is the node's."""
         if self._tasks is None:
             coroutine.close()
-            raise NotRunning(f"{self.full_name} has no tasks before its start() and after its stop()")
+            raise NotRunning(f"{self.full_name} has no tasks before its start() and from its stop() on")
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         try:
             await coroutine
-        except Exception as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+        except BaseException as error:
+            if not is_failure(error):
+                raise
             self.fail(f"{type(self.node).__name__} (task {name})", error)
 
     def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from enum import StrEnum
 
 import anyio
 
 from busflow.errors import StartTimeout
-from busflow.failure import Failure
+from busflow.failure import Failure, is_failure
 from busflow.node import Node, runtime_of
 
 START_TIMEOUT_S = 10.0
@@ -57,12 +57,15 @@ class Unit:
                     self.runtime.adopt_tasks(tasks)
                     if await self._start():
                         self.runtime.open()
-                        self.runtime.spawn(self._run(), "run")
+                        self.runtime.spawn(self._guard(self.node.run, "run"), "run")
                     self.started.set()
                     await self._stop_asked.wait()
                     self.runtime.close()
                     tasks.cancel_scope.cancel()
-                await self._stop()
+                self.runtime.adopt_tasks(None)
+                if not self.failures:
+                    self.state = NodeState.STOPPING
+                await self._guard(self.node.stop, "stop")
         finally:
             self.runtime.close()
             self.runtime.disconnect()
@@ -83,10 +86,7 @@ class Unit:
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
         with self._starting, self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
-            try:
-                await self.node.start()
-            except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
-                self.runtime.fail(f"{type(self.node).__name__}.start", error)
+            await self._guard(self.node.start, "start")
         if patience.cancelled_caught:
             late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
             self.runtime.fail(f"{type(self.node).__name__}.start", late)
@@ -95,19 +95,14 @@ class Unit:
         self.state = NodeState.RUNNING
         return True
 
-    async def _run(self) -> None:
+    async def _guard(self, hook: Callable[[], Awaitable[None]], name: str) -> None:
+        """Run one of the node's own methods: it may raise anything, and the run decides what follows."""
         try:
-            await self.node.run()
-        except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
-            self.runtime.fail(f"{type(self.node).__name__}.run", error)
-
-    async def _stop(self) -> None:
-        if not self.failures:
-            self.state = NodeState.STOPPING
-        try:
-            await self.node.stop()
-        except Exception as error:  # noqa: BLE001  # a node may raise anything; the run decides what follows
-            self.runtime.fail(f"{type(self.node).__name__}.stop", error)
+            await hook()
+        except BaseException as error:
+            if not is_failure(error):
+                raise
+            self.runtime.fail(f"{type(self.node).__name__}.{name}", error)
 
     def _failed(self, failure: Failure) -> None:
         self.failures.append(failure)

@@ -3,8 +3,10 @@
 import asyncio
 import io
 import threading
+from contextlib import suppress
 from pathlib import Path
 
+import anyio
 import pytest
 
 from busflow import (
@@ -520,6 +522,141 @@ def test_a_graph_made_in_one_thread_runs_in_another():
     thread.start()
     thread.join(30)
     assert heard == [1, 2, 3]
+
+
+# Within a program that has cancellations of its own.
+
+
+class Slow(Node):
+    """A node whose `start` and `stop` take their time, and tell when they are through."""
+
+    started = stopped = False
+
+    async def start(self) -> None:
+        await asyncio.sleep(1)
+        self.started = True
+
+    async def stop(self) -> None:
+        await asyncio.sleep(0.1)
+        self.stopped = True
+
+
+@virtual_time
+async def test_two_nodes_that_fail_at_once_end_the_block_with_the_first_failure():
+    graph, _ = graph_of(Talker, Failing(name="one"), Failing(name="two"))
+    with pytest.raises(NodeFailed, match="node /one failed"):
+        async with graph:
+            await asyncio.sleep(1000)
+    assert [failure.node for failure in graph.failures] == ["/one", "/two"]
+
+
+@virtual_time
+async def test_a_failure_leaves_no_cancellation_behind():
+    task = asyncio.current_task()
+    graph, _ = graph_of(Talker, Failing)
+    with pytest.raises(NodeFailed):
+        async with graph:
+            await asyncio.sleep(1000)
+    assert task.cancelling() == 0
+
+    async def careless() -> None:
+        graph, _ = graph_of(Talker, Failing)
+        async with graph:
+            with suppress(asyncio.CancelledError):
+                await asyncio.sleep(1000)
+
+    with pytest.raises(NodeFailed):
+        await careless()
+    assert task.cancelling() == 0
+
+
+@virtual_time
+async def test_a_block_that_is_cancelled_stops_the_nodes_and_stays_cancelled():
+    slow = Slow()
+
+    async def block() -> None:
+        graph, _ = graph_of(slow)
+        async with graph:
+            await asyncio.sleep(1000)
+
+    task = asyncio.create_task(block())
+    await asyncio.sleep(2)
+    task.cancel()
+    await asyncio.wait([task])
+    assert task.cancelled()
+    assert slow.stopped
+
+
+@virtual_time
+async def test_a_block_that_is_cancelled_while_a_node_fails_stays_cancelled():
+    async def block() -> None:
+        async with graph:
+            await asyncio.sleep(1000)
+
+    graph, _ = graph_of(Talker, Failing)
+    task = asyncio.create_task(block())
+    asyncio.get_running_loop().call_at(0.3, task.cancel)
+    await asyncio.wait([task])
+    assert graph.failures
+    assert task.cancelled()
+
+
+@virtual_time
+async def test_a_scope_of_anyio_around_the_block_ends_it_after_the_nodes_have_stopped():
+    slow = Slow()
+    graph, _ = graph_of(slow)
+    with anyio.move_on_after(2):
+        async with graph:
+            await asyncio.sleep(1000)
+    assert slow.stopped
+    assert graph.report().nodes[0].state == "stopped"
+
+
+@virtual_time
+async def test_whoever_does_not_wait_for_the_start_leaves_no_nodes_running():
+    async def with_asyncio(graph: Graph) -> None:
+        async with asyncio.timeout(0.5), graph:
+            raise AssertionError("it has not started")
+
+    async def with_anyio(graph: Graph) -> None:
+        with anyio.fail_after(0.5):
+            async with graph:
+                raise AssertionError("it has not started")
+
+    for block in (with_asyncio, with_anyio):
+        slow = Slow()
+        graph, _ = graph_of(slow)
+        with pytest.raises(TimeoutError):
+            await block(graph)
+        assert (slow.started, slow.stopped) == (False, True)
+        assert graph.report().nodes[0].state == "stopped"
+
+
+@virtual_time
+async def test_a_failure_while_stopping_is_told_at_the_end_of_the_block():
+    class Leaking(Node):
+        async def stop(self) -> None:
+            raise OSError("cannot close")
+
+    graph, _ = graph_of(Leaking)
+    with pytest.raises(NodeFailed, match="cannot close"):
+        async with graph:
+            pass
+    assert asyncio.current_task().cancelling() == 0
+
+
+@virtual_time
+async def test_nobody_publishes_or_receives_around_a_graph_that_has_ended():
+    graph, _ = graph_of(Talker)
+    async with graph:
+        graph.publish("numbers", Number(data=1))
+    for use in (
+        lambda: graph.publish("numbers", Number(data=1)),
+        lambda: graph.publish("others", Number(data=1)),
+        lambda: graph.subscribe(Number, "numbers"),
+    ):
+        with pytest.raises(NotRunning, match=r"has ended|not part of a running graph"):
+            use()
 
 
 def test_launch_logs_to_standard_error(monkeypatch):
