@@ -202,6 +202,8 @@ class Clock(ABC):
     kind: ClassVar[Literal["system", "sim"]]
 
     def __init__(self) -> None:
+        self.on_jump: list[Callable[[Duration], None]] = []
+        """Who hears when a simulator sets the time back, and by how much."""
         self._start_ns = self.monotonic_ns()
 
     def begin(self) -> None:
@@ -239,7 +241,8 @@ class Clock(ABC):
         now = self.now()
         if until.clock_type is not now.clock_type:
             raise ValueError(f"the clock type does not match: {until.clock_type.name} in {now.clock_type.name}")
-        await self.sleep((until - now).seconds)
+        while (left := until - self.now()).nanoseconds > 0:  # time may have been set back meanwhile
+            await self.sleep(left.seconds)
 
     async def settle(self) -> None:  # noqa: B027  # only where time stands still meanwhile is there anything to do
         """Let everything run that is due now, where time can wait for it; real time does not."""

@@ -66,8 +66,8 @@ class Subscription(Generic[M]):
 
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_hear",
-        "_latest", "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered", "endpoint", "link",
-        "on_event", "queue", "type",
+        "_is_async", "_latest", "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered",
+        "endpoint", "link", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -80,6 +80,7 @@ class Subscription(Generic[M]):
         self.link: Link | None = None
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self._handler = handler
+        self._is_async = iscoroutinefunction(handler)
         self._hear: Callable[[M], None] | None = None
         self._topic: Topic[M] | None = None
         self._dispatcher: Dispatcher | None = None
@@ -190,12 +191,12 @@ class Subscription(Generic[M]):
 
     def observe(self, hear: Callable[[M], None]) -> None:
         """Have every message told just before it is handed over; who does not ask pays nothing."""
-        if self._handler is None or iscoroutinefunction(self._handler):
+        handler: Any = self._handler
+        if handler is None:
             self._hear = hear
             return
-        handler: Any = self._handler
 
-        def heard(message: M) -> None:
+        def heard(message: M) -> Any:
             hear(message)
             return handler(message)
 
@@ -238,7 +239,7 @@ class Subscription(Generic[M]):
         self._open = True
         if self._handler is None:
             return None
-        if iscoroutinefunction(self._handler):
+        if self._is_async:
             return self._pump(self._handler)
         if self.queue.items:
             self._get_in_line()
@@ -349,7 +350,7 @@ class Subscription(Generic[M]):
 
     def _listen(self) -> None:
         """Choose what an arrival does: a plain handler gets in line, a task that waits is woken."""
-        plain = self._handler is not None and not iscoroutinefunction(self._handler)
+        plain = self._handler is not None and not self._is_async
         self.queue.wake = self._get_in_line if plain else self._answer
 
     def _get_in_line(self) -> None:

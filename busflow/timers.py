@@ -20,7 +20,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.failure import is_failure, refuse_coroutine
 
 if TYPE_CHECKING:
-    from busflow.clock import Clock
+    from busflow.clock import Clock, Duration
     from busflow.dispatcher import Dispatcher
 
 TimerHandler = Callable[[], None] | Callable[[], Coroutine[Any, Any, None]]
@@ -55,9 +55,9 @@ class Timer:
     """A periodic call; calling the timer itself calls the handler at once."""
 
     __slots__ = (
-        "_busy", "_clock", "_dispatcher", "_handle", "_handler", "_lateness_ns", "_on_failure", "_open",
-        "_owed", "_period", "_period_ns", "_spawn", "_start_ns", "_tick", "fired", "missed", "missed_policy", "name",
-        "node",
+        "_busy", "_called_ns", "_clock", "_dispatcher", "_handle", "_handler", "_is_async", "_lateness_ns",
+        "_on_failure", "_open", "_owed", "_period", "_period_ns", "_spawn", "_start_ns", "_tick", "fired", "missed",
+        "missed_policy", "name", "node",
     )  # fmt: skip
 
     def __init__(
@@ -76,6 +76,7 @@ class Timer:
         self.missed = 0
         self.missed_policy = missed
         self._handler = handler
+        self._is_async = iscoroutinefunction(handler)
         self._set_period(period_s)
         self._clock: Clock | None = None
         self._dispatcher: Dispatcher | None = None
@@ -83,7 +84,7 @@ class Timer:
         self._on_failure: Callable[[BaseException], None] | None = None
         self._handle: asyncio.TimerHandle | None = None
         self._lateness_ns: deque[int] = deque(maxlen=LATENESS_KEPT)
-        self._start_ns = 0
+        self._start_ns = self._called_ns = 0
         self._tick = 1
         self._busy = False
         self._owed = 0
@@ -108,7 +109,8 @@ class Timer:
         """Start the grid anew: the next tick comes one period from now, also after `cancel`."""
         self.cancel()
         if self._clock is not None and self._open and self._period > 0:
-            self._start_ns, self._tick = self._clock.monotonic_ns(), 1
+            self._start_ns = self._called_ns = self._clock.monotonic_ns()
+            self._tick = 1
             self._handle = self._clock.call_at(self._due_ns(1), self._on_due)
 
     def cancel(self) -> None:
@@ -132,19 +134,18 @@ class Timer:
             hear()
             return handler()
 
-        async def heard_async() -> None:
-            hear()
-            await handler()
-
-        self._handler = heard_async if iscoroutinefunction(handler) else heard
+        self._handler = heard
 
     def open(self) -> None:
         """Begin to tick."""
         self._open = True
+        cast("Clock", self._clock).on_jump.append(self._on_jump)
         self.reset()
 
     def close(self) -> None:
         """Tick no more, for good."""
+        if self._open:
+            cast("Clock", self._clock).on_jump.remove(self._on_jump)
         self._open = False
         self.cancel()
 
@@ -169,6 +170,18 @@ class Timer:
         numerator, denominator = self._period_ns
         return self._start_ns + (2 * tick * numerator + denominator) // (2 * denominator)
 
+    def _on_jump(self, by: Duration) -> None:
+        """Time was set back: beyond the last tick the grid starts anew, else the next tick keeps its stamp."""
+        if self._handle is None or self._clock is None:
+            return
+        back_ns = -by.nanoseconds
+        if back_ns > self._clock.monotonic_ns() - self._called_ns:
+            self.reset()
+        else:
+            self._start_ns, self._called_ns = self._start_ns + back_ns, self._called_ns + back_ns
+            self._handle.cancel()
+            self._handle = self._clock.call_at(self._due_ns(self._tick), self._on_due)
+
     def _on_due(self) -> None:
         clock, dispatcher = cast("Clock", self._clock), cast("Dispatcher", self._dispatcher)
         now = clock.monotonic_ns()
@@ -178,7 +191,7 @@ class Timer:
             self._tick += skipped
             self.missed += skipped
             late = now - self._due_ns(self._tick)
-        self._tick += 1
+        self._tick, self._called_ns = self._tick + 1, now
         self._handle = clock.call_at(self._due_ns(self._tick), self._on_due)
         if self._busy:
             if self.missed_policy is Missed.BURST:
@@ -188,7 +201,7 @@ class Timer:
             return
         self.fired += 1
         self._lateness_ns.append(max(0, late))
-        if iscoroutinefunction(self._handler):
+        if self._is_async:
             self._busy = True
             cast("Spawn", self._spawn)(self._await_handler(), self.name)
         else:

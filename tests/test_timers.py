@@ -27,13 +27,13 @@ SKIPPED = {
     "rcl/until_on_override": "a timer says its period, not how long it still waits",
     "rcl/system_to_sim": "design: a run keeps its clock",
     "rcl/sim_to_system": "design: a run keeps its clock",
-    "rcl/sim_wakes_wait": "following /clock: later",
+    "rcl/sim_wakes_wait": "testing/test_following.py: what waits wakes as the simulator says",
     "rcl/call": "design: calling a timer calls its handler, the grid stays",
     "rcl/on_reset_callback": "nobody waits for a reset",
     "rcl/info_overrun": "lateness is counted in the report, not handed to the handler",
     "rcl/realign/5-5-0": "design: period 0 is off",
-    "jump/": "following /clock: later",
-    "source/": "following /clock: later",
+    "jump/": "testing/test_following.py",
+    "source/": "testing/test_following.py",
     "rate/": "design: `await self.clock.sleep()` and timers; there is no rate object",
 }
 PARTS = {"rcl/reset": "below: calling before the reset moves nothing", "rcl/overrun": "below, on a clock set by hand"}

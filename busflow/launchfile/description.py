@@ -27,6 +27,7 @@ class ClockMode(StrEnum):
 
     SYSTEM = "system"
     SIM = "sim"
+    FOLLOW = "follow"  # the topic /clock
 
 
 @dataclass(frozen=True, slots=True)

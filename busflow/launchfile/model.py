@@ -119,7 +119,9 @@ def _include_list(data: object) -> object:
 class ClockKeys(Section):
     """The time the run lives in."""
 
-    mode: ClockMode = Field(default=ClockMode.SYSTEM, description="The system's clock, or a simulated one.")
+    mode: ClockMode = Field(
+        default=ClockMode.SYSTEM, description="The system's clock, a simulated one, or that of the topic /clock."
+    )
     start: float | None = Field(default=None, ge=0, description="Where a simulated clock starts, in seconds.")
     seed: int | None = Field(default=None, ge=0, description="The same as `seed` at the top level.")
     rate: float | None = Field(
@@ -128,7 +130,7 @@ class ClockKeys(Section):
 
     @model_validator(mode="after")
     def _only_simulated(self) -> Self:
-        if self.mode is ClockMode.SYSTEM and not (self.start is None and self.rate is None):
+        if self.mode is not ClockMode.SIM and not (self.start is None and self.rate is None):
             raise ValueError("start and rate are for a simulated clock; write mode: sim")
         return self
 

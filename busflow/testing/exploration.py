@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, overload
 
 from busflow.errors import InvalidDeclaration
 from busflow.testing.harnesses import given_seed
-from busflow.testing.loop import HORIZON_S, run_virtual
+from busflow.testing.loop import HORIZON_S, VirtualLoop, run_virtual
 from busflow.testing.schedule import Place, Schedule
 
 P = ParamSpec("P")
@@ -51,7 +51,8 @@ def explore(
         @functools.wraps(test)
         def run(*args: P.args, **kwargs: P.kwargs) -> None:
             def once(schedule: Schedule) -> None:
-                run_virtual(test(*args, **kwargs), name=test.__name__, schedule=schedule, horizon_s=horizon_s)
+                loop = VirtualLoop(schedule=schedule, horizon_s=horizon_s)
+                run_virtual(test(*args, **kwargs), name=test.__name__, loop=loop)
 
             _explore(once, schedules)
 

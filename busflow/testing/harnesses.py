@@ -24,6 +24,7 @@ from busflow.qos import QoS
 from busflow.runner import Graph, What
 from busflow.subscriptions import Subscription
 from busflow.testing.faults import Faults
+from busflow.testing.following import Following
 from busflow.testing.ledger import Ledger
 from busflow.testing.loop import VirtualLoop
 from busflow.testing.waiting import waiting
@@ -67,6 +68,8 @@ class Harness:
         self._expected = expect_failure
         self._faults = Faults(self.graph.bus)
         self.graph.bus.on_attach.append(self._on_attach)
+        if loop.follows:
+            Following(self.graph, self.clock, loop)
 
     async def __aenter__(self) -> Self:
         if self._expected is None:

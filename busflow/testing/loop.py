@@ -49,14 +49,20 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         schedule: The order of ready tasks and timers; None keeps asyncio's.
         horizon_s: Where virtual time ends, with an error that names who still waits.
         rate: Virtual seconds per real one; None is as fast as it goes.
+        follows: Time stands still but for `move_to`: somebody else says how late it is.
     """
 
     _ready: deque[asyncio.Handle]
 
     def __init__(
-        self, *, schedule: Schedule | None = None, horizon_s: float = math.inf, rate: float | None = None
+        self,
+        *,
+        schedule: Schedule | None = None,
+        horizon_s: float = math.inf,
+        rate: float | None = None,
+        follows: bool = False,
     ) -> None:
-        self.schedule = schedule
+        self.schedule, self.follows = schedule, follows
         self._rate, self._began_s = rate, perf_counter()
         self._now_ns, self._now_s = 0, 0.0
         self._horizon_ns = math.inf if math.isinf(horizon_s) else round(horizon_s * NS_PER_S)
@@ -91,6 +97,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self.call_at_ns(self._now_ns + round(seconds * NS_PER_S), lambda: end.done() or end.set_result(None))
         await end
         await self.settle()
+
+    def move_to(self, now_ns: int) -> None:
+        """Let it be later: all that was due by then is due now."""
+        self._now_ns = max(self._now_ns, now_ns)
+        self._now_s = max(self._now_s, self._now_ns / NS_PER_S)
+        self._turns = 0
+        self._release_due()
 
     def call_at(
         self, when: float, callback: Callable[[Unpack[Ts]], object], *args: *Ts, context: Context | None = None
@@ -196,6 +209,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _let_threads_work(self) -> Events:
         """Wait in real time while a worker thread works, and time stands still."""
+        if self.follows and self._settling:
+            return []  # it stands still anyway, and a simulator may be at work for ever
         while self._working() and self._limit_s() > 0:
             if events := self._input.poll(min(_THREAD_POLL_S, self._limit_s())):
                 return events
@@ -218,14 +233,15 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return []
         if self._rate is not None and (early_s := self._early_s(self._rate)) > 0:
             return self._input.poll(early_s)
-        if self._advance():
+        if not self.follows and self._advance():
             return []
         grace_s = _IO_S if self._has_io() else _FOREIGN_S if threading.active_count() > 1 else 0
-        if grace_s > 0 and self._limits:
-            grace_s = max(0, self._limit_s())  # the limit says how long others may take
+        if grace_s > 0 and (self._limits or self.follows):
+            grace_s = max(0, self._limit_s())  # the limit says how long others may take; without one it is for ever
         events = self._input.poll(grace_s)
         if not events and not self._ready and not self._pass_limit():
-            raise self._deadlock("nothing is left to run: no timer, no worker thread, no input")
+            nobody = "nobody says that it is later" if self.follows else "no timer"
+            raise self._deadlock(f"nothing is left to run: {nobody}, no worker thread, no input")
         return events
 
     def _early_s(self, rate: float) -> float:
@@ -288,7 +304,7 @@ class _Selector(selectors.DefaultSelector):
 
     def poll(self, timeout_s: float) -> Events:
         """What has arrived, or arrives within real seconds."""
-        return super().select(timeout_s)
+        return super().select(None if math.isinf(timeout_s) else timeout_s)
 
 
 def _waits_for_the_loop(thread: threading.Thread) -> bool:
@@ -309,17 +325,15 @@ def _to_ns(seconds: float) -> int | None:
     return round(seconds * NS_PER_S)
 
 
-def run_virtual(
-    main: Coroutine[Any, Any, T], *, name: str, schedule: Schedule | None = None, horizon_s: float = HORIZON_S
-) -> T:
-    """Run a coroutine on a virtual loop of its own, in a task of that name."""
+def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -> T:
+    """Run a coroutine on a virtual loop, in a task of that name, and close the loop."""
 
     async def named() -> T:
         if task := asyncio.current_task():
             task.set_name(name)
         return await main
 
-    with asyncio.Runner(loop_factory=lambda: VirtualLoop(schedule=schedule, horizon_s=horizon_s)) as runner:
+    with asyncio.Runner(loop_factory=lambda: loop) as runner:
         return runner.run(named())
 
 
@@ -327,7 +341,7 @@ def run_virtual(
 def virtual_time(test: Callable[P, Coroutine[Any, Any, T]], /) -> Callable[P, T]: ...
 @overload
 def virtual_time(
-    *, seed: int | None = None, horizon_s: float = HORIZON_S
+    *, seed: int | None = None, horizon_s: float = HORIZON_S, follows: bool = False
 ) -> Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]: ...
 def virtual_time(
     test: Callable[P, Coroutine[Any, Any, T]] | None = None,
@@ -335,6 +349,7 @@ def virtual_time(
     *,
     seed: int | None = None,
     horizon_s: float = HORIZON_S,
+    follows: bool = False,
 ) -> Callable[P, T] | Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]:
     """Run an async test on a loop of its own, on virtual time. A plain decorator: no plugin is needed.
 
@@ -349,13 +364,14 @@ def virtual_time(
         test: The test; it keeps its name and its parameters, which pytest reads as fixtures.
         seed: One order of events, the same every time; None is first in, first out.
         horizon_s: Where virtual time ends, with an error that names who still waits.
+        follows: Time stands still but for what is published on `/clock`.
     """
 
     def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
         @functools.wraps(test)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            schedule = None if seed is None else Schedule(seed)
-            return run_virtual(test(*args, **kwargs), name=test.__name__, schedule=schedule, horizon_s=horizon_s)
+            loop = VirtualLoop(schedule=None if seed is None else Schedule(seed), horizon_s=horizon_s, follows=follows)
+            return run_virtual(test(*args, **kwargs), name=test.__name__, loop=loop)
 
         return run
 

@@ -7,8 +7,9 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from busflow.clock import SimClock
-from busflow.launchfile.description import LaunchDescription
+from busflow.launchfile.description import ClockMode, LaunchDescription
 from busflow.runner import Graph, LoopFactory, What
+from busflow.testing.following import Following
 from busflow.testing.loop import VirtualLoop
 
 
@@ -20,6 +21,12 @@ def simulated_graph(what: Sequence[What], **options: Any) -> Generator[tuple[Gra
         what: As `Graph` takes it; a launch file's `clock` says how fast time goes.
         options: As `Graph` takes them.
     """
-    rates = [each.clock.rate for each in what if isinstance(each, LaunchDescription)]
-    with closing(VirtualLoop(rate=next((rate for rate in rates if rate is not None), None))) as loop:
-        yield Graph(what, clock=SimClock(loop=loop), **options), lambda: loop
+    clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
+    rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
+    follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
+    with closing(VirtualLoop(rate=rate, follows=follows)) as loop:
+        clock = SimClock(loop=loop)
+        graph = Graph(what, clock=clock, **options)
+        if follows:
+            Following(graph, clock, loop)
+        yield graph, lambda: loop
