@@ -1,0 +1,349 @@
+"""Type descriptions: a message type as plain data in ROS 2's own form, and the RIHS01 hash that names it.
+
+A description has the shape of `type_description_interfaces/msg/TypeDescription`: the type and every type inside it, so
+that who holds one can read messages without any class. It is dictionaries, lists, text and numbers, ready to be JSON;
+besides what ROS 2 says it may hold `constants`. Nothing heavy is imported here: the command line reads descriptions.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple, NotRequired, TypedDict, cast
+
+from busflow.errors import KeyPath, MalformedMessage
+
+DUMMY = "structure_needs_at_least_one_member"
+"""The one `uint8` of a type without fields, which C++ would not let be empty."""
+
+SERVICE_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
+"""The type that the event of every service holds."""
+
+DEPTH = 16
+"""How many types may lie within each other; ROS 2's deepest have seven."""
+
+
+class Primitive(NamedTuple):
+    """How a value that is no message is numbered by ROS 2, packed by `struct`, and how many bytes it takes."""
+
+    type_id: int
+    code: str = ""
+    size: int = 0
+    """0 for text."""
+
+
+PRIMITIVES: Mapping[str, Primitive] = {
+    "int8": Primitive(2, "b", 1),
+    "uint8": Primitive(3, "B", 1),
+    "int16": Primitive(4, "h", 2),
+    "uint16": Primitive(5, "H", 2),
+    "int32": Primitive(6, "i", 4),
+    "uint32": Primitive(7, "I", 4),
+    "int64": Primitive(8, "q", 8),
+    "uint64": Primitive(9, "Q", 8),
+    "float32": Primitive(10, "f", 4),
+    "float64": Primitive(11, "d", 8),
+    "char": Primitive(13, "B", 1),
+    "bool": Primitive(15, "?", 1),
+    "byte": Primitive(16, "B", 1),
+    "string": Primitive(17),
+    "wstring": Primitive(18),
+}
+"""ROS 2's types of one value. What cannot be packed (long double, a wide character) is not known here."""
+
+_NESTED = 1
+_BOUNDED_TEXT = {"string": 21, "wstring": 22}
+_BASES = {
+    **{primitive.type_id: name for name, primitive in PRIMITIVES.items()},
+    **{type_id: name for name, type_id in _BOUNDED_TEXT.items()},
+}
+_NUMBERS = ("type_id", "capacity", "string_capacity")
+_TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*)+", re.ASCII)
+_FIELD_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_HASH = re.compile(r"RIHS01_[0-9a-f]{64}")
+
+
+class FieldTypeDescription(TypedDict):
+    """The type of a field."""
+
+    type_id: int
+    capacity: int
+    string_capacity: int
+    nested_type_name: str
+
+
+class FieldDescription(TypedDict):
+    """A field; its default is written as in a `.msg` file, empty where there is none."""
+
+    name: str
+    type: FieldTypeDescription
+    default_value: NotRequired[str]
+
+
+class ConstantDescription(TypedDict):
+    """A constant; its value is written as in a `.msg` file."""
+
+    name: str
+    type: str
+    value: str
+
+
+class IndividualDescription(TypedDict):
+    """One type, those within it only by name."""
+
+    type_name: str
+    fields: list[FieldDescription]
+    constants: NotRequired[list[ConstantDescription]]
+
+
+class TypeDescription(TypedDict):
+    """A type and, sorted by name, all types within it."""
+
+    type_description: IndividualDescription
+    referenced_type_descriptions: list[IndividualDescription]
+
+
+class Count(IntEnum):
+    """How many values a field holds, as what ROS 2 adds to the number of its type."""
+
+    ONE = 0
+    FIXED = 48
+    BOUNDED = 96
+    UNBOUNDED = 144
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field as codecs want it."""
+
+    name: str
+    base: str
+    """A primitive's name, or the name of a type if `nested`."""
+    nested: bool = False
+    count: Count = Count.ONE
+    size: int = 0
+    """The length of a fixed array, the most of a bounded one."""
+    string_bound: int = 0
+    """How many bytes of UTF-8, or units of UTF-16, text may have; 0 is no bound."""
+    default: str = ""
+
+    def describe(self) -> FieldDescription:
+        """The field in ROS 2's form."""
+        bounded = _BOUNDED_TEXT if self.string_bound else {}
+        # A `.msg` file's char is an IDL uint8, and that is what ROS 2 hashes.
+        base = "uint8" if self.base == "char" else self.base
+        type_id = _NESTED if self.nested else bounded.get(base) or PRIMITIVES[base].type_id
+        return {
+            "name": self.name,
+            "type": {
+                "type_id": type_id + self.count,
+                "capacity": self.size,
+                "string_capacity": self.string_bound,
+                "nested_type_name": self.base if self.nested else "",
+            },
+            "default_value": self.default,
+        }
+
+
+def fields_of(individual: IndividualDescription) -> tuple[Field, ...]:
+    """The fields of a type, the dummy of an empty one among them."""
+    return tuple(_field(each) for each in individual["fields"])
+
+
+def is_empty(individual: IndividualDescription) -> bool:
+    """Whether the type has no field but the dummy."""
+    return [field["name"] for field in individual["fields"]] == [DUMMY]
+
+
+def individual(
+    name: str, fields: list[FieldDescription], constants: list[ConstantDescription] | None = None
+) -> IndividualDescription:
+    """One type; without a field it gets the dummy."""
+    described: IndividualDescription = {
+        "type_name": name,
+        "fields": fields or [Field(DUMMY, "uint8").describe()],
+    }
+    return {**described, "constants": constants} if constants else described
+
+
+def assemble(name: str, types: Mapping[str, IndividualDescription]) -> TypeDescription:
+    """The description of one of `types`, with those of the others that it needs.
+
+    Raises:
+        MalformedMessage: One of them is missing, a type holds itself, or they lie too deep within each other.
+    """
+    heights: dict[str, int] = {}
+    _height(name, types, heights, ())
+    return {
+        "type_description": types[name],
+        "referenced_type_descriptions": [types[each] for each in sorted(heights.keys() - {name})],
+    }
+
+
+def service_types(name: str) -> list[IndividualDescription]:
+    """What a service is besides its request and its response: itself, and what is told about a call of it."""
+    request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
+    told = [
+        Field("info", SERVICE_EVENT_INFO, nested=True),
+        Field("request", request, nested=True, count=Count.BOUNDED, size=1),
+        Field("response", response, nested=True, count=Count.BOUNDED, size=1),
+    ]
+    parts = [
+        Field("request_message", request, nested=True),
+        Field("response_message", response, nested=True),
+        Field("event_message", event, nested=True),
+    ]
+    return [
+        individual(event, [field.describe() for field in told]),
+        individual(name, [field.describe() for field in parts]),
+    ]
+
+
+def types_in(description: TypeDescription) -> dict[str, IndividualDescription]:
+    """All types of a description by name, the described one first."""
+    types = [description["type_description"], *description["referenced_type_descriptions"]]
+    return {each["type_name"]: each for each in types}
+
+
+def rihs01(description: TypeDescription) -> str:
+    """The type's hash as ROS 2 computes it: of its fields and those of all types within it, and of nothing else."""
+    plain = {
+        "type_description": _hashed(description["type_description"]),
+        "referenced_type_descriptions": [_hashed(each) for each in description["referenced_type_descriptions"]],
+    }
+    return "RIHS01_" + hashlib.sha256(json.dumps(plain).encode()).hexdigest()
+
+
+def is_rihs01(text: str) -> bool:
+    """Whether `text` is written as a RIHS01 hash is."""
+    return _HASH.fullmatch(text) is not None
+
+
+def check(value: object) -> TypeDescription:
+    """The value as a description that can be relied on: parsed JSON that somebody else sent.
+
+    Raises:
+        MalformedMessage: It is none.
+    """
+    given = _mapping(value, ())
+    main = _individual(given.get("type_description"), ("type_description",))
+    where = "referenced_type_descriptions"
+    others = [_individual(each, (where, i)) for i, each in enumerate(_list(given.get(where), (where,)))]
+    types = {each["type_name"]: each for each in (main, *others)}
+    if len(types) != 1 + len(others):
+        raise _refused("a type is described twice", (where,))
+    return assemble(main["type_name"], types)
+
+
+def _hashed(individual: IndividualDescription) -> dict[str, object]:
+    """What of a type counts, in the order in which it counts."""
+    fields = [{"name": each["name"], "type": each["type"]} for each in individual["fields"]]
+    return {"type_name": individual["type_name"], "fields": fields}
+
+
+def _field(field: FieldDescription) -> Field:
+    kind = field["type"]
+    count = Count(kind["type_id"] // 48 * 48)
+    base = kind["type_id"] - count
+    nested = base == _NESTED
+    bound = kind["string_capacity"] if base in _BOUNDED_TEXT.values() else 0
+    name = kind["nested_type_name"] if nested else _BASES[base]
+    size = kind["capacity"] if count in (Count.FIXED, Count.BOUNDED) else 0
+    return Field(field["name"], name, nested, count, size, bound, field.get("default_value", ""))
+
+
+def _height(
+    name: str, types: Mapping[str, IndividualDescription], heights: dict[str, int], around: tuple[str, ...]
+) -> int:
+    """How many types lie within each other from this one on."""
+    if name in around:
+        raise _refused(f"{name} holds itself", ())
+    if name not in types:
+        raise _refused(f"{name}, which {around[-1] if around else 'it'} needs, is not described", ())
+    if name not in heights:
+        if len(around) >= DEPTH:
+            raise _refused(f"types lie more than {DEPTH} deep within each other", ())
+        inner = [field["type"]["nested_type_name"] for field in types[name]["fields"]]
+        heights[name] = 1 + max((_height(each, types, heights, (*around, name)) for each in inner if each), default=0)
+    if len(around) + heights[name] > DEPTH:
+        raise _refused(f"types lie more than {DEPTH} deep within each other", ())
+    return heights[name]
+
+
+def _individual(value: object, path: KeyPath) -> IndividualDescription:
+    given = _mapping(value, path)
+    fields = [_checked_field(each, (*path, "fields", i)) for i, each in enumerate(_list(given.get("fields"), path))]
+    if not fields:
+        raise _refused("a type has one field at least", path)
+    if len({field["name"] for field in fields}) != len(fields):
+        raise _refused("two fields have one name", path)
+    constants = [
+        ConstantDescription(name=name, type=kind, value=text)
+        for name, kind, text in _constants(given.get("constants", []), (*path, "constants"))
+    ]
+    return individual(_word(given.get("type_name"), _TYPE_NAME, (*path, "type_name")), fields, constants)
+
+
+def _constants(value: object, path: KeyPath) -> Iterator[tuple[str, str, str]]:
+    for index, each in enumerate(_list(value, path)):
+        given = _mapping(each, (*path, index))
+        name = _word(given.get("name"), _FIELD_NAME, (*path, index, "name"))
+        kind, text = given.get("type", ""), given.get("value")
+        if not isinstance(kind, str) or kind not in PRIMITIVES or not isinstance(text, str):
+            raise _refused("a constant has a primitive type and a value in text", (*path, index))
+        yield name, kind, text
+
+
+def _checked_field(value: object, path: KeyPath) -> FieldDescription:
+    given = _mapping(value, path)
+    kind, within = _mapping(given.get("type"), (*path, "type")), (*path, "type")
+    type_id, capacity, bound = (_number(kind.get(key, 0), (*within, key)) for key in _NUMBERS)
+    nested, default = kind.get("nested_type_name", ""), given.get("default_value", "")
+    base = type_id % 48
+    if type_id >= 192 or (base != _NESTED and base not in _BASES):
+        raise _refused(f"ROS 2's type {type_id} cannot be read", within)
+    if Count(type_id - base) in (Count.FIXED, Count.BOUNDED) and capacity == 0:
+        raise _refused("an array has one item at least", within)
+    if base == _NESTED or nested != "":
+        nested = _word(nested, _TYPE_NAME, (*within, "nested_type_name"))
+    if base != _NESTED and nested:
+        raise _refused(f"a field of type {type_id} holds no {nested}", within)
+    if not isinstance(default, str):
+        raise _refused("a default is given in text", (*path, "default_value"))
+    return {
+        "name": _word(given.get("name"), _FIELD_NAME, (*path, "name")),
+        "type": {"type_id": type_id, "capacity": capacity, "string_capacity": bound, "nested_type_name": nested},
+        "default_value": default,
+    }
+
+
+def _number(value: object, path: KeyPath) -> int:
+    if type(value) is not int or not 0 <= value < 1 << 32:
+        raise _refused(f"{value!r:.60} is no number of 32 bits", path)
+    return value
+
+
+def _mapping(value: object, path: KeyPath) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise _refused(f"{value!r:.60} is no mapping", path)
+    return cast("Mapping[str, Any]", value)
+
+
+def _list(value: object, path: KeyPath) -> list[object]:
+    if not isinstance(value, list):
+        raise _refused(f"{value!r:.60} is no list", path)
+    return cast("list[object]", value)
+
+
+def _word(value: object, pattern: re.Pattern[str], path: KeyPath) -> str:
+    if not isinstance(value, str) or not pattern.fullmatch(value):
+        raise _refused(f"{value!r:.60} is no name", path)
+    return value
+
+
+def _refused(reason: str, path: KeyPath) -> MalformedMessage:
+    return MalformedMessage(reason, type_name="type description", path=path)
