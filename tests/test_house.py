@@ -38,7 +38,9 @@ READS_TIME = re.compile(
 UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 UNSAFE_CALLS = {"eval", "exec", "compile", "__import__", "yaml.load", "yaml.unsafe_load", "yaml.full_load", "os.system"}
 
-EXCEPTIONS: dict[tuple[str, str], str] = {}
+EXCEPTIONS: dict[tuple[str, str], str] = {
+    ("busflow/wire/source.py", "exec"): "writes a codec per message class, of checked words: twice as fast as tables",
+}
 """Who may do what nobody else may, and why."""
 
 IGNORE = re.compile(
