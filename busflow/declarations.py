@@ -103,9 +103,18 @@ class PullDeclaration(_Endpoint[Subscription[M]]):
 class Handler(Declaration, Generic[P, R]):
     """A method with `@subscription` or `@on_event` above it; on an instance it is the method."""
 
-    def __init__(self, function: Callable[Concatenate[Any, P], R], roles: tuple[Role, ...]) -> None:
+    def __init__(
+        self,
+        function: Callable[Concatenate[Any, P], R],
+        roles: tuple[Role, ...],
+        above: Handler[..., Any] | None = None,
+    ) -> None:
+        """The handler that a decorator makes of a method, or that overrides the one `above` without a decorator."""
+        if isinstance(function, Declaration):
+            raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
         self.function = function
         self.roles = roles
+        self._above = above
         self._surroundings: Mapping[str, Any] = {}
 
     @overload
@@ -129,7 +138,7 @@ class Handler(Declaration, Generic[P, R]):
         Raises:
             InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no message.
         """
-        return _checked_type(self._annotated("message: Imu"), self.origin)
+        return _checked_type(self.annotated("message: Imu"), self.origin)
 
     def event_type(self) -> type[Event]:
         """The kind of event that the handler's annotation states.
@@ -137,14 +146,18 @@ class Handler(Declaration, Generic[P, R]):
         Raises:
             InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no event.
         """
-        found = self._annotated("event: DeadlineMissed")
+        found = self.annotated("event: DeadlineMissed")
         if not (isinstance(found, type) and issubclass(found, Event)):
-            kinds = ", ".join(kind.__name__ for kind in Event.__subclasses__())
+            # Once each: a dataclass with slots is made anew, and the class it was made of may still be there.
+            kinds = ", ".join(dict.fromkeys(kind.__name__ for kind in Event.__subclasses__()))
             raise InvalidDeclaration(f"{self.origin} must annotate the event it hears of, one of {kinds}")
         return found
 
-    def _annotated(self, example: str) -> Any:
+    def annotated(self, example: str) -> Any:
+        """What the handler's annotation names, or that of the method it overrides."""
         annotation = _message_annotation(self.function)
+        if annotation is None and self._above is not None:
+            return self._above.annotated(example)
         if annotation is None:
             raise InvalidDeclaration(
                 f"{self.origin} must annotate what it takes: def {self.name}(self, {example}) -> None"
@@ -165,6 +178,8 @@ class TimerDeclaration(_Endpoint[Timer]):
         hz: float | str | None,
         missed: Missed,
     ) -> None:
+        if isinstance(function, Declaration):
+            raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
         self.function = function
         self.missed = missed
         self._period_s = period_s
@@ -241,6 +256,8 @@ def subscription(
     is pulled from: `async for`, `.latest`.
     """
     if isinstance(message_type, str):
+        if topic is not None:
+            raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
         return _HandlerDecorator(SubscriptionRole(message_type, qos))
     if topic is None:
         raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
@@ -266,10 +283,14 @@ def timer(
     if (period_s is None) == (hz is None):
         raise InvalidDeclaration("@timer takes either the period in seconds or hz=, and a number or a parameter's name")
     given = hz if period_s is None else period_s
-    if not isinstance(given, str) and not 0 <= cast("float", given) < float("inf"):
-        raise InvalidDeclaration(f"@timer needs 0 (off) or a positive number, got {given!r}")
+    if not isinstance(given, str) and not _is_period(given):
+        raise InvalidDeclaration(f"@timer(…) needs 0 (off), a positive number or a parameter's name, got {given!r}")
     policy = Missed(missed)
     return lambda function: TimerDeclaration(function, period_s, hz, policy)
+
+
+def _is_period(given: object) -> bool:
+    return isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given < float("inf")
 
 
 def on_event(topic: str) -> _HandlerDecorator:
@@ -310,24 +331,21 @@ def declarations_of(node_class: type) -> dict[str, Declaration]:
 
 def inherit(node_class: type, frame: FrameType) -> None:
     """Settle a new class's declarations: a method that overrides a handler without a decorator stays one."""
-    for name, value in list(vars(node_class).items()):
+    for name in {name for base in node_class.__mro__ for name in vars(base)}:
+        # The one who overrides may also be a mixin that knows nothing of nodes.
+        value, above, *_ = [vars(base)[name] for base in node_class.__mro__ if name in vars(base)] + [None]
+        renewed = _renewed(above, value) if isinstance(value, FunctionType) else None
+        if renewed is not None:
+            renewed.__set_name__(node_class, name)
+            setattr(node_class, name, renewed)
+    for value in vars(node_class).values():
         if isinstance(value, Handler):
             value.remember(frame)
-        if isinstance(value, FunctionType):
-            above = next((vars(base)[name] for base in node_class.__mro__[1:] if name in vars(base)), None)
-            renewed = _renewed(above, value)
-            if renewed is not None:
-                renewed.__set_name__(node_class, name)
-                setattr(node_class, name, renewed)
 
 
 def _renewed(above: object, function: FunctionType) -> Declaration | None:
     if isinstance(above, Handler):
-        renewed = Handler(function, above.roles)
-        if _message_annotation(function) is None:
-            message_type = above.message_type()
-            renewed.message_type = lambda: message_type  # an override may leave out what the base has stated
-        return renewed
+        return Handler(function, above.roles, cast("Handler[..., Any]", above))
     if isinstance(above, TimerDeclaration):
         return above.with_function(function)
     return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
-from inspect import iscoroutine
+from inspect import isasyncgen, iscoroutine, isgenerator
 from typing import cast
 
 from busflow.blame import blame
@@ -70,8 +70,10 @@ def refuse_coroutine(result: object, origin: str) -> None:
     """Refuse what a plain handler returned if it is a coroutine: nobody awaits it, so nothing would ever happen.
 
     Raises:
-        InvalidDeclaration: it is a coroutine.
+        InvalidDeclaration: it is a coroutine or a generator.
     """
     if iscoroutine(result):
         result.close()
         raise InvalidDeclaration(f"{origin} returned a coroutine, which nobody awaits; make it an async def handler")
+    if isgenerator(result) or isasyncgen(result):
+        raise InvalidDeclaration(f"{origin} returned a generator, of which nothing has run; a handler has no yield")

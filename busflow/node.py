@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Coroutine
+from inspect import iscoroutinefunction, isfunction
 from typing import Any, TypeVar, TypeVarTuple, Unpack
 
 import anyio.to_thread
@@ -71,6 +72,10 @@ class Node:
                 cls.parameters = declared
                 continue
             raise InvalidDeclaration(f"{cls.__name__}.{name} hides Node.{name}; choose another name")
+        for name in _HOOKS & vars(cls).keys():
+            kind = "def" if name == "declare" else "async def"
+            if isfunction(vars(cls)[name]) and iscoroutinefunction(vars(cls)[name]) == (name == "declare"):
+                raise InvalidDeclaration(f"{cls.__name__}.{name} must be written as {kind} {name}(self)")
         inherit(cls, frame)
 
     # What there is around a node.
@@ -178,5 +183,13 @@ def parameters_class(node_class: type[Node]) -> type[Parameters]:
 
 
 def runtime_of(node: Node) -> NodeRuntime:
-    """What is behind a node's private name, for those who carry nodes through a run."""
-    return node._runtime  # noqa: SLF001  # this is the one place that opens the door
+    """What is behind a node's private name, for those who carry nodes through a run.
+
+    Raises:
+        InvalidDeclaration: the node's class has an `__init__` that leaves Node's own out.
+    """
+    runtime = vars(node).get("_runtime")
+    if runtime is None:
+        kind = type(node).__name__
+        raise InvalidDeclaration(f"{kind}.__init__ must call super().__init__(…); state belongs in start()")
+    return runtime

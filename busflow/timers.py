@@ -37,6 +37,10 @@ class Missed(StrEnum):
     SKIP = "skip"
     BURST = "burst"
 
+    @classmethod
+    def _missing_(cls, value: object) -> None:
+        raise InvalidDeclaration(f"missed= is one of {', '.join(cls)}, got {value!r}")
+
 
 @dataclass(frozen=True, slots=True)
 class TimerStatistics:
