@@ -173,7 +173,6 @@ class Bus:
         """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
             yield from (subscription.statistics() for subscription in topic.subscriptions)
-        for topic in self.topics.values():
             yield from topic.gone
 
     def _tell(self, attached: Attached) -> None:

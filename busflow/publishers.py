@@ -170,12 +170,10 @@ class Publisher(Generic[M]):
 
     def adjust(self) -> None:
         """Learn whether the short path is open; called by the topic when its ends change."""
-        plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
         topic = self._topic
-        if not plain or topic is None or topic.blocking or topic.waiting:
-            self._pushes = None
-        else:
-            self._pushes = topic.pushes
+        plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
+        plain = plain and topic is not None and not topic.blocking and not topic.waiting
+        self._pushes = topic.pushes if topic and plain else None
 
     @property
     def perishable(self) -> bool:

@@ -28,19 +28,9 @@ class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
     __slots__ = (
-        "_retired",
-        "blocking",
-        "clock",
-        "gone",
-        "name",
-        "perishable",
-        "publishers",
-        "pushes",
-        "subscriptions",
-        "taps",
-        "type",
-        "waiting",
-    )
+        "_retired", "blocking", "clock", "gone", "name", "perishable", "publishers", "pushes", "subscriptions", "taps",
+        "type", "waiting",
+    )  # fmt: skip
 
     def __init__(self, name: str, message_type: type[M], clock: Clock) -> None:
         self.name = name
