@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
@@ -66,7 +67,8 @@ class Log:
         self.counts[level] = self.counts.get(level, 0) + 1
         record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
         for sink in self.sinks:
-            sink(record)
+            with suppress(OSError, ValueError):  # a stream that was closed is no fault of the node that writes
+                sink(record)
         raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
 
 
@@ -104,13 +106,12 @@ def json_sink(stream: TextIO) -> Sink:
     """One JSON object a line: `stamp_ns`, `level`, `node`, `event`, and the values under their own names."""
 
     def write(record: LogRecord) -> None:
-        line = {
-            "stamp_ns": record.stamp_ns,
-            "level": record.level,
-            "node": record.node,
-            "event": record.event,
-        }
-        stream.write(json.dumps({**record.values, **line}, default=str) + "\n")
+        line = {"stamp_ns": record.stamp_ns, "level": record.level, "node": record.node, "event": record.event}
+        try:
+            text = json.dumps({**record.values, **line}, default=str)
+        except (TypeError, ValueError):  # a key, or a circle, that JSON has no form for
+            text = json.dumps({**{name: str(value) for name, value in record.values.items()}, **line})
+        stream.write(text + "\n")
         stream.flush()
 
     return write

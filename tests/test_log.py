@@ -98,3 +98,28 @@ def test_json_is_one_object_a_line_whose_own_keys_win():
     line = json.loads(stream.getvalue())
     assert (line["level"], line["node"], line["event"], line["rate"]) == ("info", "/talker", "hello", 10)
     assert line["stamp_ns"] == 1_767_225_661_002_003_004
+
+
+def test_json_has_a_line_also_for_what_json_has_no_form_for():
+    stream, circle = io.StringIO(), []
+    circle.append(circle)
+    json_sink(stream)(record(table={(1, 2): 3}, circle=circle, rate=10))
+    line = json.loads(stream.getvalue())
+    assert (line["table"], line["circle"], line["event"]) == ("{(1, 2): 3}", "[[...]]", "hello")
+
+
+class Gone(io.StringIO):
+    def write(self, text: str) -> int:
+        raise BrokenPipeError(text)
+
+
+@pytest.mark.parametrize(
+    "sink", [lambda stream: console_sink(stream, colour=False), json_sink], ids=["console", "json"]
+)
+def test_a_stream_that_nobody_reads_any_more_is_no_fault_of_the_node_that_writes(sink):
+    closed = io.StringIO()
+    closed.close()
+    log, records = logged()
+    log.sinks[:0] = [sink(Gone()), sink(closed)]
+    log.bind("/n").error("on fire")
+    assert [each.event for each in records] == ["on fire"]
