@@ -53,7 +53,12 @@ def test_what_is_not_set_keeps_its_origin(folder):
         ("nodes.tlker.restart=always", 1, "there is no node tlker", "did you mean 'talker'?"),
         ("nodes.camera.restart=always", 1, "there is no node camera", "did you mean 'left/camera'?"),
         ("nodes.talker.restrt=always", 1, "unknown key nodes.talker.restrt", "did you mean 'restart'?"),
-        ("clock.mode=sym", 12, "clock.mode must be one of system, sim, follow, got text 'sym'", "did you mean 'system'?"),
+        (
+            "clock.mode=sym",
+            12,
+            "clock.mode must be one of system, sim, follow, got text 'sym'",
+            "did you mean 'system'?",
+        ),
         ("qos.fast.depth.x=1", 1, "qos.fast.depth is 1; it has no x", "set qos.fast.depth itself"),
         ("topics.imu.qos.depth=1", 1, "topics./imu.qos is text 'fast'; it has no depth", "set topics./imu.qos itself"),
         ("qos.fast.depth=0", 16, "depth must be at least 1, got 0", "allowed: at least 1"),
