@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from typing import NoReturn
 
 from busflow.errors import InvalidName
@@ -127,6 +128,7 @@ def absolute_namespace(namespace: str) -> str:
     return namespace if namespace.startswith("/") else f"/{namespace}"
 
 
+@lru_cache(maxsize=1024)  # every line of a ledger and every failure asks for it
 def fully_qualified(node: str, namespace: str) -> str:
     """A node's one name in the graph.
 

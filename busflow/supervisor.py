@@ -57,7 +57,8 @@ class Unit:
                     self.runtime.adopt_tasks(tasks)
                     if await self._start():
                         self.runtime.open()
-                        self.runtime.spawn(self._guard(self.node.run, "run"), "run")
+                        if type(self.node).run is not Node.run:  # most have none, and a task is dear
+                            self.runtime.spawn(self._guard(self.node.run, "run"), "run")
                     self.started.set()
                     await self._stop_asked.wait()
                     self.runtime.close()
@@ -85,9 +86,11 @@ class Unit:
 
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
-        with self._starting, self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
-            await self._guard(self.node.start, "start")
-        if patience.cancelled_caught:
+        patience: anyio.CancelScope | None = None
+        if type(self.node).start is not Node.start:
+            with self._starting, self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
+                await self._guard(self.node.start, "start")
+        if patience is not None and patience.cancelled_caught:
             late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
             self.runtime.fail(f"{type(self.node).__name__}.start", late)
         if self._stop_asked.is_set():
