@@ -10,7 +10,7 @@ from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import total_ordering
+from functools import cache, total_ordering
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, cast, overload
 
 from busflow.errors import NotRunning
@@ -186,14 +186,21 @@ class Time(_Nanoseconds):
 
     def to_msg(self) -> TimeMsg:
         """The time as a ROS message, for a header's stamp."""
-        from busflow.msgs.builtin_interfaces import Time as TimeMsg
-
-        return TimeMsg(sec=self.sec, nanosec=self.nanosec)
+        sec, nanosec = divmod(self.nanoseconds, NS_PER_S)
+        return _time_message()(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: TimeMsg, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
         """The time that a ROS message carries."""
         return cls(msg.sec * NS_PER_S + msg.nanosec, clock_type=clock_type)
+
+
+@cache
+def _time_message() -> type[TimeMsg]:
+    """The message, imported when the first stamp is taken: it is built on pydantic, which starts slowly."""
+    from busflow.msgs.builtin_interfaces import Time as TimeMsg
+
+    return TimeMsg
 
 
 class Clock(ABC):
