@@ -103,7 +103,7 @@ class SensorPublisher(Node):
         self.images.publish(image)
 
     def noise(self, limit: float) -> float:
-        return self.rng.uniform(-limit, limit)
+        return self.rng.uniform(-limit, limit) if limit else 0.0
 
 
 def gradient(width: int, height: int) -> NDArray[np.uint8]:
