@@ -182,26 +182,49 @@ async def test_a_node_hears_of_the_events_that_its_annotations_ask_for():
         assert source.told == 2
         late = graph.advertise(Number, "numbers", qos=LIMITED)
         late.close()
-        await asyncio.sleep(0)
+        await asyncio.sleep(0.2)
         assert watcher.events[2:] == [LivelinessChanged("/numbers", 2, 0), LivelinessChanged("/numbers", 1, 0)]
         assert len(watcher.waited) == 2
 
 
 @virtual_time
-async def test_what_an_event_s_handler_publishes_is_delivered_at_once():
+async def test_what_an_event_s_handler_publishes_is_delivered_before_the_loop_turns():
     class Telling(Watcher):
         alarms = publisher(Number, "alarms")
 
         @on_event("numbers")
-        def on_any(self, event: Event) -> None:
+        def on_any(self, event: DeadlineMissed) -> None:
+            asyncio.get_running_loop().call_soon(lambda: self.events.append("next"))
             self.alarms.publish(Number(data=event.count))
+
+        @subscription("alarms")
+        def hear(self, alarm: Number) -> None:
+            self.events.append(alarm.data)
 
     graph = graph_of(Source, Telling)
     async with graph:
-        alarms = graph.subscribe(Number, "alarms")
         graph.node(Source).numbers.publish(Number())
         await asyncio.sleep(1.05)
-        assert alarms.latest == Number(data=1)
+        assert graph.node(Telling).events == [1, "next"]
+
+
+@virtual_time
+async def test_a_node_that_has_failed_on_an_event_is_told_of_no_other():
+    class Fragile(Watcher):
+        @on_event("numbers")
+        def on_any(self, event: Event) -> None:
+            raise ValueError(event)
+
+        @on_event("numbers")
+        def on_silence(self, event: DeadlineMissed) -> None:
+            self.events.append(event)
+
+    graph = graph_of(Source, Fragile)
+    await graph.start()
+    graph.node(Source).numbers.publish(Number())
+    with pytest.raises(NodeFailed):
+        await graph.wait()
+    assert graph.node(Fragile).events == []
 
 
 class Failing(Node):
