@@ -186,6 +186,27 @@ async def test_a_node_whose_init_leaves_out_node_s_is_told_what_to_write():
 
 
 @virtual_time
+async def test_a_declare_that_raises_or_exits_is_a_problem_told_before_the_start():
+    class Raising(Node):
+        def declare(self):
+            raise ZeroDivisionError("by nothing")
+
+    class Exiting(Node):
+        def declare(self):
+            raise SystemExit(3)
+
+    with pytest.raises(LaunchError) as caught:
+        await graph_of(Raising, Exiting).start()
+    assert [problem.code for problem in caught.value.problems] == ["declaration"] * 2
+    for word in (
+        "raising cannot declare its endpoints: ZeroDivisionError: by nothing",
+        "SystemExit: 3",
+        "test_node.py:",
+    ):
+        assert word in str(caught.value)
+
+
+@virtual_time
 async def test_a_node_belongs_to_one_graph():
     node = Rated()
     async with graph_of(node):

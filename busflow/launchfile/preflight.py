@@ -150,7 +150,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
         return build()
     except BusflowError as error:
         plan.problems.append(_problem("declaration", f"{what}: {error}", spec.origin if spec else None))
-    except Exception as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
         text = f"{what}: {type(error).__name__}: {error}"
         plan.problems.append(Problem("declaration", text, f"mend {type(error).__name__} there", blame(error)))
     return None
