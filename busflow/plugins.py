@@ -204,11 +204,13 @@ class _Reuse:
 
 def _loaded(path: Path) -> ModuleType | None:
     """The module that was imported from this very file, if any."""
+    files = [(file, module) for module in list(sys.modules.values()) if (file := _file_of(module))]
+    if (same := next((module for file, module in files if file == str(path)), None)) is not None:
+        return same  # a run under a thousand seeds asks a thousand times
     wanted = path.stat()
-    for module in list(sys.modules.values()):
-        file = _file_of(module)
+    for file, module in files:
         with suppress(OSError, ValueError):
-            if not file or not os.path.samestat(Path(file).stat(), wanted):
+            if not os.path.samestat(os.stat(file), wanted):  # noqa: PTH116  # of hundreds of files
                 continue
             # The inode is the quick answer; hard links, as installers make them, are two files all the same.
             if Path(file).resolve() == path.resolve():

@@ -1,0 +1,19 @@
+"""A thousand seeds of the lab: what it expects holds under each of them."""
+
+from pathlib import Path
+
+import pytest
+
+from busflow.launchfile.load import load
+from busflow.testing.trials import Trials
+
+LAB = Path(__file__).parents[2] / "configs/lab1.yaml"
+BLOCK = 100
+
+
+@pytest.mark.parametrize("first", range(0, 1000, BLOCK))
+def test_what_the_lab_expects_holds_under_a_thousand_seeds(first):
+    trials = Trials(load(LAB), 2.0)
+    trials.run(range(first, first + BLOCK))
+    assert trials.problems() == []
+    assert len(trials.seeds) == BLOCK
