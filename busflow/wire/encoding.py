@@ -25,7 +25,8 @@ SMALL = 1024
 """Arrays of up to so many bytes are copied where that makes the code simpler."""
 
 _SIZE = Struct("<I")
-_GAPS = (b"", bytes(3), bytes(2), bytes(1))
+_ENDS = (bytes(1), bytes(4), bytes(3), bytes(2))
+"""What follows a text before another one, by the size of the text: its NUL and the gap."""
 
 FAULTS = (StructError, ArithmeticError, AssertionError, LookupError, TypeError, ValueError, AttributeError)
 """What a value that does not fit raises."""
@@ -226,10 +227,11 @@ def _texts(texts: Sequence[str]) -> bytes:
     """Texts one after the other, each filled up to where the next begins."""
     parts: list[bytes] = []
     for text in texts:
-        data = text.encode() + b"\0"
-        size = len(data)
-        parts += (_SIZE.pack(size), data, _GAPS[size & 3])
-    return b"".join(parts[:-1])
+        data = text.encode()
+        size = len(data) + 1
+        parts += (_SIZE.pack(size), data, _ENDS[size & 3])
+    parts[-1:] = [b"\0"] if parts else []
+    return b"".join(parts)
 
 
 class TooLong(ValueError):

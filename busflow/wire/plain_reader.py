@@ -65,15 +65,16 @@ class _Cursor:
         self.offset = end
         return start
 
-    def length(self, least: int, most: int) -> int:
+    def length(self, least: int, most: int, what: str = "items") -> int:
         """The announced number of items, of which each takes `least` bytes and of which there may be `most`."""
         start = self.claim(1, 4)
         count = int.from_bytes(self.data[start : start + 4], "little" if self.little else "big")
         left = len(self.data) - self.offset
         if most and count > most:
-            raise _Unreadable(f"{count} items are announced where {most} are allowed", start)
+            raise _Unreadable(f"{count} {what} are announced where {most} are allowed", start)
         if count * least > left:
-            raise _Unreadable(f"{count} items need {count * least} bytes at least, and {left} are left", start)
+            needed = f" that take {count * least} bytes at least" if least > 1 else ""
+            raise _Unreadable(f"{count} {what}{needed} are announced and {left} bytes are left", start)
         return count
 
 
@@ -231,7 +232,7 @@ def _numbers(code: str, size: int, exactly: int | None, most: int) -> Reader:
 
 def _text(bound: int) -> Reader:
     def read(cursor: _Cursor) -> str:
-        length = cursor.length(1, bound and bound + 1)
+        length = cursor.length(1, bound and bound + 1, "bytes of text")
         start = cursor.claim(length, 1)
         if length and cursor.data[cursor.offset - 1]:
             raise _Unreadable("the text does not end with a NUL", cursor.offset - 1)
@@ -245,7 +246,7 @@ def _text(bound: int) -> Reader:
 
 def _wide_text(bound: int) -> Reader:
     def read(cursor: _Cursor) -> str:
-        start = cursor.claim(cursor.length(_WIDE, bound), _WIDE)
+        start = cursor.claim(cursor.length(_WIDE, bound, "units of text"), _WIDE)
         try:
             return wide_text(cursor.data[start : cursor.offset], little=cursor.little)
         except (OverflowError, UnicodeDecodeError):

@@ -6,6 +6,7 @@ import math
 import pkgutil
 import struct
 import tracemalloc
+import types
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -51,7 +52,9 @@ from busflow.msgs.sensor_msgs import Image, Imu, PointCloud2
 from busflow.msgs.std_msgs import Bool, Empty, Float64MultiArray, Header, Int32, String, UInt8MultiArray
 from busflow.wire.cdr import Codec
 from busflow.wire.definition import parse, ros2msg
+from busflow.wire.description import DEPTH
 from busflow.wire.plain_reader import decoder_from_description
+from busflow.wire.plain_writer import encoder_from_description
 from busflow.wire.typesupport import TypeSupport, describe
 
 FOLDER = Path(__file__).parents[1] / "cases"
@@ -189,7 +192,7 @@ def test_hostile_bytes_are_read_as_stated_or_refused_without_memory(case):
 @pytest.mark.parametrize(
     ("cls", "data", "said"),
     [
-        (String, "0001000064000000 61626300", "data at byte 4: 100 items need 100 bytes at least, and 4 are left"),
+        (String, "0001000064000000 61626300", "data at byte 4: 100 bytes of text are announced and 4 bytes are left"),
         (String, "0001000002000000 6161", "data at byte 9: the text does not end with a NUL"),
         (String, "0001000003000000 61ff00", "data at byte 9: the text is no UTF-8: invalid start byte"),
         (String, "0001000004000000 eda08000", "data at byte 8: the text is no UTF-8: invalid continuation byte"),
@@ -201,7 +204,7 @@ def test_hostile_bytes_are_read_as_stated_or_refused_without_memory(case):
         (
             Polygon,
             "00010000 02000000 0000000000000000 00000000 0000000000000000 000000",
-            "points at byte 4: 2 items need 24 bytes at least, and 23 are left",
+            "points at byte 4: 2 items that take 24 bytes at least are announced and 23 bytes are left",
         ),
         (
             find_type("diagnostic_msgs/DiagnosticStatus"),
@@ -441,6 +444,7 @@ class Everything(Message, package="test"):
     wides: Sequence[wstring] = ()
     shorts: Annotated[Sequence[Annotated[string, Length(max=4)]], Length(max=2)] = ()
     bounded: Annotated[Float32Array, Length(max=3)] = ()
+    g: int8 = 7
     several: Annotated[UInt16Array, Length(600)] = np.zeros(600, np.uint16)
     f: int64 = 6
     inner: Sequence[Wide] = ()
@@ -478,6 +482,39 @@ def test_each_kind_of_field_is_refused_alike_wherever_it_is_broken(data):
     with contextlib.suppress(MalformedMessage):
         other = decoder_from_description(describe(Everything))(bytes(payload))
     assert json.dumps(plain(outcome)) == json.dumps(plain(other))
+
+
+class Bounded(Message, package="test"):
+    few: Annotated[Float32Array, Length(max=2)] = ()
+    points: Annotated[Sequence[Point32], Length(max=1)] = ()
+    words: Annotated[Sequence[string], Length(max=1)] = ()
+    short: Annotated[string, Length(max=2)] = ""
+    wide: Annotated[wstring, Length(max=2)] = ""
+
+
+UNBOUNDED = "float32[] few\ngeometry_msgs/Point32[] points\nstring[] words\nstring short\nwstring wide"
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"few": [1.0] * 3}, "few at byte 4: 3 items are announced where 2 are allowed"),
+        ({"points": [{}] * 2}, "points at byte 8: 2 items are announced where 1 are allowed"),
+        ({"words": ["", ""]}, "words at byte 12: 2 items are announced where 1 are allowed"),
+        ({"short": "abc"}, "short at byte 16: 4 bytes of text are announced where 3 are allowed"),
+        ({"wide": "abc"}, "wide at byte 24: 3 units of text are announced where 2 are allowed"),
+        ({"few": [1.0] * 2, "points": [{}], "words": ["abc"], "short": "ab", "wide": "ab"}, None),
+    ],
+)
+def test_what_exceeds_a_bound_is_refused(values, said):
+    points = "=" * 80 + "\nMSG: geometry_msgs/Point32\nfloat32 x\nfloat32 y\nfloat32 z"
+    data = encoder_from_description(parse("test/msg/Bounded", f"{UNBOUNDED}\n{points}"))(values)
+    if said is None:
+        assert codec(Bounded).decode(data).wide == "ab"
+        return
+    with pytest.raises(MalformedMessage) as caught:
+        codec(Bounded).decode(data)
+    assert str(caught.value) == f"test/msg/Bounded: {said}"
 
 
 class Said(Message, package="test"):
@@ -559,6 +596,17 @@ class Derived(Point, package="test"):
 def test_an_instance_of_a_subclass_travels_as_what_the_field_says():
     data = codec(Wide).encode(Wide(items=[Derived(x=1.0, label="far")]))
     assert codec(Wide).decode(data) == Wide(items=[Point(x=1.0)])
+
+
+def test_messages_lie_within_each_other_up_to_the_limit():
+    cls, message = Int32, Int32(data=7)
+    for number in range(1, DEPTH):
+        body = {"__module__": __name__, "__annotations__": {"inner": Sequence[cls]}, "inner": ()}
+        cls = types.new_class(
+            f"Level{number}", (Message,), {"package": "test"}, lambda names, body=body: names.update(body)
+        )
+        message = cls(inner=[message])
+    assert codec(cls).decode(codec(cls).encode(message)) == message
 
 
 def test_strided_arrays_are_written_in_order():
