@@ -88,9 +88,8 @@ def row(title: str, message: Message, store: Any) -> str:
 def main() -> None:
     """Prints the table."""
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg())
-    print(
-        f"Python {platform.python_version()}, numpy {np.__version__}, {os.cpu_count()} cores, load {load}; µs per message"
-    )
+    versions = f"Python {platform.python_version()}, numpy {np.__version__}"
+    print(f"{versions}, {os.cpu_count()} cores, load {load}; µs per message")
     print(f"{'':27}{'encode':>10}{'rosbags':>10}{'':8}{'decode':>10}{'rosbags':>10}{'':8}{'both':>9}{'plain':>10}")
     store = get_typestore(Stores.LATEST)
     for title, message in MESSAGES.items():
