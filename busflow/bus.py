@@ -90,12 +90,17 @@ class Inbox:
             waiting = tuple(self._items)
             self._items.clear()
             self._armed = False
-        for publish in waiting:
-            self.taken += 1
-            try:
-                publish()
-            except (WouldBlock, NotRunning):  # the thread has long gone on: the count is how it is told
-                self.refused += 1
+        done = 0
+        try:
+            for publish in waiting:
+                done += 1
+                self.taken += 1
+                try:
+                    publish()
+                except (WouldBlock, NotRunning):  # the thread has long gone on: the count is how it is told
+                    self.refused += 1
+        finally:
+            self.dropped += len(waiting) - done
 
 
 class Bus:

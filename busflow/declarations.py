@@ -79,6 +79,8 @@ class _Endpoint(Declaration, Generic[R]):
     def __get__(self, instance: object | None, owner: type) -> Self | R:
         if instance is None:
             return self
+        if self.name in vars(instance):  # only super() asks here then, and it means the timer's method
+            return vars(self)["function"].__get__(instance, owner)
         raise AttributeError(NOT_ATTACHED.format(owner=owner.__name__, name=self.name))
 
 

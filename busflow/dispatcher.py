@@ -105,16 +105,18 @@ class Dispatcher:
         loop = self._loop
         if loop is None:
             return
-        if self._explore is not None:
-            self._serve_as_chosen(self._explore)
-        elif self._virtual:
-            self._serve_by_count()
-        else:
-            self._serve_by_time()
-        if self.ready and self._loop is not None:
-            self._loop.call_soon(self._dispatch)
-        else:
-            self._awake = False
+        try:
+            if self._explore is not None:
+                self._serve_as_chosen(self._explore)
+            elif self._virtual:
+                self._serve_by_count()
+            else:
+                self._serve_by_time()
+        finally:  # whatever one turn may raise, the others get theirs
+            if self.ready and self._loop is not None:
+                self._loop.call_soon(self._dispatch)
+            else:
+                self._awake = False
 
     def _serve_by_time(self) -> None:
         ready = self.ready

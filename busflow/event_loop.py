@@ -16,9 +16,17 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     CPython's epoll selector rounds every timeout up to a millisecond, which makes each tick of a timer that late. The
     epoll object is itself a file that `select()` can wait for, to the microsecond.
     """
-    if not hasattr(selectors, "EpollSelector"):
-        return asyncio.new_event_loop()
-    return asyncio.SelectorEventLoop(_PreciseSelector())
+    precise = hasattr(selectors, "EpollSelector")
+    return _Loop(_PreciseSelector() if precise else selectors.DefaultSelector())
+
+
+class _Loop(asyncio.SelectorEventLoop):
+    """Ends without waiting for blocking calls that a node left in `asyncio.to_thread`."""
+
+    async def shutdown_default_executor(self, *_args: float | None) -> None:
+        executor = getattr(self, "_default_executor", None)
+        if executor is not None:
+            executor.shutdown(wait=False, cancel_futures=True)
 
 
 class _PreciseSelector(selectors.EpollSelector):

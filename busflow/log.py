@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 import structlog
@@ -53,14 +54,13 @@ class Log:
 
     def bind(self, node: str) -> FilteringBoundLogger:
         """The logger of one node."""
-        logger = structlog.wrap_logger(
-            None, processors=[self._write], wrapper_class=self._wrapper, context_class=dict, node=node
-        )
+        write = partial(self._write, node)
+        logger = structlog.wrap_logger(None, processors=[write], wrapper_class=self._wrapper, context_class=dict)
         return cast("FilteringBoundLogger", logger.bind())
 
-    def _write(self, _logger: object, level: str, event: EventDict) -> EventDict:
+    def _write(self, node: str, _logger: object, level: str, event: EventDict) -> EventDict:
         values = dict(event)
-        node, text = str(values.pop("node", "")), str(values.pop("event", ""))
+        text = str(values.pop("event", ""))
         if level == "exception":
             level = "error"
         values |= _raised(values.pop("exc_info", None))
@@ -108,8 +108,8 @@ def json_sink(stream: TextIO) -> Sink:
     def write(record: LogRecord) -> None:
         line = {"stamp_ns": record.stamp_ns, "level": record.level, "node": record.node, "event": record.event}
         try:
-            text = json.dumps({**record.values, **line}, default=str)
-        except (TypeError, ValueError):  # a key, or a circle, that JSON has no form for
+            text = json.dumps({**record.values, **line}, default=str, allow_nan=False)
+        except (TypeError, ValueError):  # a key, a circle or a NaN, that JSON has no form for
             text = json.dumps({**{name: str(value) for name, value in record.values.items()}, **line})
         stream.write(text + "\n")
         stream.flush()

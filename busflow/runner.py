@@ -83,6 +83,7 @@ class Graph:
         self.exit_code = ExitCode.OK
         self._nodes = [_instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
+        self._plan: Plan | None = None
         self._outside: NodeRuntime | None = None
         self._publishers: dict[str, Publisher[Any]] = {}
         self._main: asyncio.Task[None] | None = None
@@ -97,9 +98,11 @@ class Graph:
     # Life.
 
     def plan(self) -> Plan:
-        """Build and check the nodes, without starting them."""
-        preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self._strict)
-        return preflight.plan(self.descriptions, self._nodes)
+        """Build and check the nodes, once, without starting them."""
+        if self._plan is None:
+            preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self._strict)
+            self._plan = preflight.plan(self.descriptions, self._nodes)
+        return self._plan
 
     async def start(self) -> None:
         """Check the graph and start its nodes; returns when every `start` has returned.
@@ -151,8 +154,8 @@ class Graph:
 
     async def stop(self) -> None:
         """Stop the nodes in reverse order and wait until they have ended; a failure was told by then."""
-        self.ask_to_stop()
         if self._main is not None:
+            self.ask_to_stop()
             with anyio.CancelScope(shield=True):  # a scope around us would cancel every await until it is left
                 await asyncio.shield(self._main)
 
@@ -235,11 +238,11 @@ class Graph:
 
     def _on_failure(self, failure: Failure) -> None:
         self.failures.append(failure)
-        self.log.bind(failure.node).error(failure.summary)
         self.exit_code = ExitCode.FAILED
         self._ending.set()
         if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
+        self.log.bind(failure.node).error(failure.summary)
 
     # What the program around the graph does.
 

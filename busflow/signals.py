@@ -37,6 +37,7 @@ class SignalGuard:
         self._grace_s = grace_s
         self._before: dict[signal.Signals, Any] = {}
         self._before_fd = -1
+        self._code = ExitCode.FAILED
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
@@ -44,7 +45,7 @@ class SignalGuard:
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
         for number in _CODES:
-            self._before[number] = signal.signal(number, _leave_it_to_the_guard)
+            self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
         return self
@@ -63,31 +64,38 @@ class SignalGuard:
     def count_down(self, code: ExitCode) -> None:
         """The run has ended: give the rest of the program the grace to do so too."""
         if self._before:
-            self._writer.send(bytes([_ENDED, code]))
+            self._code = code
+            self._writer.send(bytes([_ENDED]))
+
+    def _pass_on(self, number: int, _frame: FrameType | None) -> None:
+        """Python's own handler: raises no KeyboardInterrupt, and sees that the guard's thread has the signal.
+
+        An event loop that was given a signal handler of its own has the wake-up descriptor now, and not the guard.
+        """
+        current = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        if current != self._writer.fileno():
+            signal.set_wakeup_fd(current, warn_on_full_buffer=False)
+            self._writer.send(bytes([number]))
 
     def _watch(self) -> None:
-        code: ExitCode | None = None
+        asked = False
         with self._reader:
             while True:
                 try:
-                    received = self._reader.recv(2)
+                    received = self._reader.recv(1)
                 except TimeoutError:
-                    _end_process(code or ExitCode.FAILED, f"the run did not end within {self._grace_s:g} s")
+                    _end_process(self._code, f"the run did not end within {self._grace_s:g} s")
                     return
                 if not received:
                     return
-                self._reader.settimeout(self._grace_s)
                 if received[0] == _ENDED:
-                    code = ExitCode(received[-1])
-                elif code is not None:
-                    _end_process(code, "ended at once, at a second signal")
-                elif received[0] in _CODES:
-                    code = _CODES[signal.Signals(received[0])]
-                    self._ask_to_stop(code)
-
-
-def _leave_it_to_the_guard(_number: int, _frame: FrameType | None) -> None:
-    """Installed so that Python raises no KeyboardInterrupt: the guard's thread has the signal already."""
+                    self._reader.settimeout(self._grace_s)
+                elif received[0] in _CODES:  # a signal that is somebody else's wakes us too
+                    self._reader.settimeout(self._grace_s)
+                    if asked:
+                        _end_process(self._code, "ended at once, at a second signal")
+                    asked, self._code = True, _CODES[signal.Signals(received[0])]
+                    self._ask_to_stop(self._code)
 
 
 def _end_process(code: ExitCode, why: str) -> None:
@@ -101,5 +109,8 @@ def _end_process(code: ExitCode, why: str) -> None:
         if not entry.filename.startswith((*_LIBRARIES, "<")):
             where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
             break
-    os.write(2, f"busflow: {why}{where}\n".encode())
-    os._exit(code)
+    try:
+        os.set_blocking(2, False)  # whoever reads our standard error may be gone, or stand still
+        os.write(2, f"busflow: {why}{where}\n".encode())
+    finally:
+        os._exit(code)

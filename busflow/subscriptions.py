@@ -274,6 +274,7 @@ class Subscription(Generic[M]):
         if self.link is not None:
             self.link.target = self
         predecessor._topic = None
+        predecessor.queue = create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth)
         predecessor.close()
         self._listen()
         if self._topic is not None:

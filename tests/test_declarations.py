@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import pytest
 
-from busflow import Message, Node, Parameters, QoS, publisher, subscription, timer
+from busflow import Graph, Message, Node, Parameters, QoS, publisher, subscription, timer
+from busflow.clock import SimClock
 from busflow.declarations import (
     Handler,
     PublisherDeclaration,
@@ -19,6 +21,7 @@ from busflow.declarations import (
 from busflow.errors import InvalidDeclaration
 from busflow.events import DeadlineMissed
 from busflow.msgs.std_msgs import Bool, Int64, String
+from busflow.testing import virtual_time
 
 if TYPE_CHECKING:
     from busflow.msgs.std_msgs import Float64
@@ -359,3 +362,23 @@ def test_a_method_is_a_timer_or_a_handler_but_not_both():
     ):
         with pytest.raises(InvalidDeclaration, match="methods of their own"):
             twice()
+
+
+@virtual_time
+async def test_an_overridden_timer_can_call_the_method_of_its_base():
+    class Base(Node):
+        ticks = 0
+
+        @timer(0.1)
+        def tick(self) -> None:
+            self.ticks += 1
+
+    class Derived(Base):
+        def tick(self) -> None:
+            super().tick()
+            self.ticks += 10
+
+    graph = Graph([Derived], clock=SimClock())
+    async with graph:
+        await asyncio.sleep(0.15)
+    assert graph.node(Derived).ticks == 11

@@ -669,3 +669,33 @@ def test_launch_logs_to_standard_error(monkeypatch):
 
     asyncio.run(main())
     assert "which nobody publishes" in stream.getvalue()
+
+
+@virtual_time
+async def test_a_plan_that_was_looked_at_is_the_one_that_starts():
+    graph, _ = graph_of(Talker, Listener)
+    assert graph.plan().errors == []
+    async with graph:
+        await asyncio.sleep(0.15)
+    assert graph.node(Listener).heard == [1]
+
+
+@virtual_time
+async def test_a_sink_that_fails_keeps_no_failure_from_ending_the_run():
+    def broken(_record: LogRecord) -> None:
+        raise KeyError("sink")
+
+    graph = Graph([Talker, Failing, Listener], clock=SimClock(), sinks=(broken,))
+    asyncio.get_running_loop().set_exception_handler(lambda *_: None)
+    with pytest.raises(NodeFailed):
+        async with graph:
+            await asyncio.sleep(5)
+    assert graph.exit_code is ExitCode.FAILED
+
+
+@virtual_time
+async def test_stop_before_start_stops_nothing():
+    graph, _ = graph_of(Talker)
+    await graph.stop()
+    async with graph:
+        assert graph.report().nodes[0].state == "running"

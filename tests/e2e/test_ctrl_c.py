@@ -51,6 +51,19 @@ NODES = {
             self.log.info("ticking")
             await self.run_sync(time.sleep, 3600)
     """,
+    "own_signal": """
+        async def start(self) -> None:
+            asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, self.heard)
+            self.log.info("ticking")
+
+        def heard(self) -> None:
+            self.log.info("heard the signal")
+    """,
+    "pool": """
+        async def run(self) -> None:
+            self.log.info("ticking")
+            await asyncio.to_thread(time.sleep, 3600)
+    """,
     "starting": """
         async def start(self) -> None:
             self.log.info("ticking")
@@ -107,7 +120,8 @@ def take_terminal() -> None:
 def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
     name = request.param
     (tmp_path / "plugins").mkdir()
-    code = f"import asyncio\nimport time\nfrom busflow import Node, timer\n\nclass Plugin(Node):\n{NODES[name]}"
+    imports = "import asyncio\nimport signal\nimport time\nfrom busflow import Node, timer\n"
+    code = f"{imports}\nclass Plugin(Node):\n{NODES[name]}"
     (tmp_path / "plugins" / f"{name}.py").write_text(code.replace("\n    ", "\n"))
     (tmp_path / "launch.yaml").write_text(f"plugins: [plugins]\nnodes:\n  {name}:\n    plugin: {name}\n")
     opened = Terminal(tmp_path)
@@ -142,6 +156,7 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
         ("asleep", "plugins/asleep.py:"),
         ("slow_to_stop", "given up: /slow_to_stop"),
         ("thread", "exit code 130"),
+        ("pool", "exit code 130"),
         ("starting", "exit code 130"),
     ],
     indirect=["terminal"],
@@ -163,3 +178,13 @@ def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
     assert terminal.end() == 130
     assert "a second signal" in terminal.shown or "given up" in terminal.shown
     assert "Traceback" not in terminal.shown
+
+
+@pytest.mark.parametrize("terminal", ["own_signal"], indirect=True)
+def test_a_node_s_own_signal_neither_ends_the_run_nor_keeps_ctrl_c_from_it(terminal: Terminal):
+    terminal.read_until("ticking")
+    terminal.process.send_signal(signal.SIGUSR1)
+    terminal.read_until("heard the signal")
+    terminal.press_ctrl_c()
+    assert terminal.end() == 130
+    assert "exit code 130" in terminal.shown
