@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections import defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Mapping
 from contextlib import suppress
 from types import TracebackType
@@ -16,6 +16,7 @@ from typing import Any, Self, TypeVar, cast, overload
 
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
+from busflow.launchfile.description import ClockMode
 from busflow.log import LogRecord
 from busflow.message import Message, type_name
 from busflow.node import Node, runtime_of
@@ -44,6 +45,7 @@ class Harness:
         args: Mapping[str, object] | None = None,
         seed: int | None = None,
         expect_failure: type[Node] | str | None = None,
+        keep: int | None = None,
         log_level: str = "info",
     ) -> None:
         loop = asyncio.get_running_loop()
@@ -55,21 +57,23 @@ class Harness:
         self.graph = Graph(
             what,
             args=args,
-            seed=given_seed() if seed is None else seed,
+            seed=given_seed() if seed is None and loop.schedule is None else seed,
             clock=self.clock,
             log_level=log_level,
             sinks=(self.log.append,),
             explore=loop.schedule,
         )
         self._loop = loop
-        self._received: dict[str, list[Message]] = defaultdict(list)
-        self._seen: dict[str, int] = defaultdict(int)
+        self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=keep))
+        self._unseen: Counter[str] = Counter()
         self._arrived: dict[str, asyncio.Event] = defaultdict(asyncio.Event)
         self._expected = expect_failure
         self._faults = Faults(self.graph.bus)
         self.graph.bus.on_attach.append(self._on_attach)
         if loop.follows:
             Following(self.graph, self.clock, loop)
+        elif any(each.clock.mode is ClockMode.FOLLOW for each in self.graph.descriptions):
+            raise NotRunning(f"the time of {self.graph.name} follows /clock: write @virtual_time(follows=True)")
 
     async def __aenter__(self) -> Self:
         if self._expected is None:
@@ -111,7 +115,7 @@ class Harness:
     @overload
     def received(self, topic: str, message_type: type[M]) -> list[M]: ...
     def received(self, topic: str, message_type: type[M] | None = None) -> list[M] | list[Any]:
-        """Every message that was published on a topic so far, whether or not a node received it."""
+        """The messages that were published on a topic so far, whether or not a node received them."""
         return list(cast("list[Any]", self._received[self._known(topic, message_type)]))
 
     @overload
@@ -133,13 +137,14 @@ class Harness:
         received, arrived = self._received[name], self._arrived[name]
         try:
             async with asyncio.timeout(timeout):
-                while self._seen[name] >= len(received):
+                while not self._unseen[name]:
                     arrived.clear()
                     await arrived.wait()
         except TimeoutError:
             raise NotSeen(self._why_nothing_came(name, timeout)) from None
-        self._seen[name] += 1
-        return received[self._seen[name] - 1]
+        first = max(0, len(received) - self._unseen[name])
+        self._unseen[name] = len(received) - first - 1
+        return received[first]
 
     @property
     def ledger(self) -> Ledger:
@@ -204,6 +209,7 @@ class Harness:
 
         def hear(message: Message) -> None:
             received.append(message)
+            self._unseen[topic.name] += 1
             arrived.set()
 
         self.graph.bus.tap(topic, hear)
@@ -231,6 +237,7 @@ def harness(
     args: Mapping[str, object] | None = None,
     seed: int | None = None,
     expect_failure: type[Node] | str | None = None,
+    keep: int | None = None,
     log_level: str = "info",
 ) -> Harness:
     """A graph of launch files, node classes and instances, on virtual time.
@@ -240,9 +247,10 @@ def harness(
         args: Values of the launch files' arguments.
         seed: What the nodes' random generators begin with; by default `BUSFLOW_SEED`, then the file's, then 0.
         expect_failure: The node that is to fail. Any other failure, or none, fails the test.
+        keep: How many messages of each topic are kept, the newest; all unless told. A camera's hour fills the memory.
         log_level: From where on `Harness.log` keeps lines.
     """
-    return Harness(*what, args=args, seed=seed, expect_failure=expect_failure, log_level=log_level)
+    return Harness(*what, args=args, seed=seed, expect_failure=expect_failure, keep=keep, log_level=log_level)
 
 
 def given_seed() -> int | None:

@@ -14,6 +14,7 @@ from busflow.errors import BusflowError, InvalidDeclaration, NodeFailed
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import explore, harness, virtual_time
 from busflow.testing.exploration import minimised
+from busflow.testing.loop import VirtualLoop, run_virtual
 from busflow.testing.schedule import Lever, Schedule
 
 
@@ -188,6 +189,51 @@ def test_what_matters_is_told_in_few_words(race):
 
 def notes(race):
     return found(race).__notes__[1:]
+
+
+class OfDeliveries(Schedule):
+    """Varies only what the dispatcher asks."""
+
+    def step(self, _ready):
+        return 0
+
+
+class OfTasks(Schedule):
+    """Varies only what the loop asks."""
+
+    def pick(self, _ready):
+        return 0
+
+    def share(self, most):
+        return most
+
+    def rests(self):
+        return False
+
+
+@pytest.mark.parametrize(
+    ("race", "lever", "other"),
+    [
+        (assumed_order_of_two_topics, OfDeliveries, OfTasks),
+        (one_order_of_five_handlers, OfDeliveries, OfTasks),
+        (lost_update_across_an_await, OfTasks, OfDeliveries),
+        (assumed_order_of_two_timers, OfTasks, OfDeliveries),
+    ],
+)
+def test_each_lever_finds_what_the_other_one_cannot(race, lever, other):
+    def failures(kind):
+        return sum(_fails(race, kind(seed)) for seed in range(1, 101))
+
+    assert failures(lever) > 0
+    assert failures(other) == 0
+
+
+def _fails(race, schedule):
+    try:
+        run_virtual(race(), name="race", loop=VirtualLoop(schedule=schedule))
+    except (AssertionError, NodeFailed):
+        return True
+    return False
 
 
 def test_what_is_right_holds_under_every_order():

@@ -11,7 +11,7 @@ import pytest
 
 from busflow import Duration, Node, publisher, timer
 from busflow.clock import Time
-from busflow.errors import Deadlock, IncompatibleType
+from busflow.errors import Deadlock, IncompatibleType, NotRunning
 from busflow.msgs.builtin_interfaces import Time as TimeMsg
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.msgs.std_msgs import Int64
@@ -219,9 +219,7 @@ def test_a_clock_of_another_type_is_refused():
 
 
 SIMULATOR = '''
-"""A simulator that computes in a thread of its own pace, and says how late it is."""
-
-import time
+"""A simulator that computes in a thread, at its own pace, and says how late it is."""
 
 from busflow import Duration, Node, Time, publisher, timer
 from busflow.msgs.rosgraph_msgs import Clock
@@ -233,7 +231,7 @@ class Simulator(Node):
     async def run(self) -> None:
         now = Time(seconds=5000)
         while True:
-            await self.run_sync(time.sleep, 0.001)
+            await self.run_sync(sum, range(10_000))
             now += Duration(seconds=0.05)
             self.clocks.publish(Clock(clock=now.to_msg()))
 
@@ -255,6 +253,21 @@ def test_a_launch_file_follows_the_simulator_among_its_nodes(tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert [json.loads(line)["second"] for line in done.stderr.splitlines()] == [5001, 5002, 5003]
     assert "of sim time" in done.stdout
+
+
+def test_a_test_of_such_a_file_says_that_its_time_follows(tmp_path):
+    (tmp_path / "simulator.py").write_text(SIMULATOR)
+    path = tmp_path / "follow.yaml"
+    path.write_text("plugins: [.]\nclock:\n  mode: follow\nnodes:\n  follower:\n    plugin: simulator:Follower\n")
+
+    async def main():
+        async with harness(path) as lab:
+            await tell(lab, 7)
+            return lab.clock.now()
+
+    with pytest.raises(NotRunning, match=r"write @virtual_time\(follows=True\)"):
+        virtual_time(main)()
+    assert follows(main)() == Time(seconds=7)
 
 
 @pytest.mark.parametrize("key", ["start: 5", "rate: 2"])

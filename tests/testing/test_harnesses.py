@@ -23,7 +23,7 @@ from busflow.errors import (
 )
 from busflow.events import DeadlineMissed
 from busflow.msgs.std_msgs import Float64, Int64
-from busflow.testing import NotSeen, harness, virtual_time
+from busflow.testing import NotSeen, explore, harness, virtual_time
 from plugins.sensor_processor import SensorProcessor
 from plugins.sensor_publisher import SensorPublisher
 
@@ -271,6 +271,30 @@ def test_the_environment_gives_the_seed_unless_the_test_does(monkeypatch):
     monkeypatch.setenv("BUSFLOW_SEED", "seven")
     with pytest.raises(BusflowError, match="BUSFLOW_SEED must be a whole number from 0, got 'seven'"):
         seed_of()
+
+
+def test_under_another_order_the_seed_of_the_nodes_stays(monkeypatch):
+    """BUSFLOW_SEED is the order then; a run that it replays must not have other random numbers, too."""
+    monkeypatch.setenv("BUSFLOW_SEED", "7")
+    seeds = []
+
+    @explore
+    async def main():
+        async with harness(LAB) as lab:
+            seeds.append(lab.graph.seed)
+
+    main()
+    assert seeds == [0]
+
+
+@virtual_time
+async def test_what_is_kept_can_be_limited_to_the_newest():
+    async with harness(Counter, keep=3) as lab:
+        await lab.advance(0.5)
+        assert data(lab.received("numbers")) == [3, 4, 5]
+        assert (await lab.wait_for("numbers")).data == 3
+        await lab.advance(0.3)
+        assert [(await lab.wait_for("numbers")).data for _ in range(4)] == [6, 7, 8, 9]
 
 
 # Failures
