@@ -96,6 +96,7 @@ def output_of(command, lines_before_ctrl_c):
     """What a command prints, both streams together."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100", "PYTHONUNBUFFERED": "1"}
+    environment.pop("PYTEST_ADDOPTS", None)  # meant for the run that this test is part of
     environment["PYTHONWARNINGS"] = "ignore"  # other plugins of pytest that happen to be installed
     with subprocess.Popen(
         ["bash", "-c", command],
