@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import reprlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -239,6 +240,14 @@ def check(value: object) -> TypeDescription:
     return assemble(main["type_name"], types)
 
 
+def brief(value: object) -> str:
+    """A value as an error shows it, however long or deep it is."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python does not print integers of thousands of digits
+        return "so large a number"
+
+
 def _hashed(individual: IndividualDescription) -> dict[str, object]:
     """What of a type counts, in the order in which it counts."""
     fields = [{"name": each["name"], "type": each["type"]} for each in individual["fields"]]
@@ -323,25 +332,25 @@ def _checked_field(value: object, path: KeyPath) -> FieldDescription:
 
 def _number(value: object, path: KeyPath) -> int:
     if type(value) is not int or not 0 <= value < 1 << 32:
-        raise _refused(f"{value!r:.60} is no number of 32 bits", path)
+        raise _refused(f"{brief(value)} is no number of 32 bits", path)
     return value
 
 
 def _mapping(value: object, path: KeyPath) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        raise _refused(f"{value!r:.60} is no mapping", path)
+        raise _refused(f"{brief(value)} is no mapping", path)
     return cast("Mapping[str, Any]", value)
 
 
 def _list(value: object, path: KeyPath) -> list[object]:
     if not isinstance(value, list):
-        raise _refused(f"{value!r:.60} is no list", path)
+        raise _refused(f"{brief(value)} is no list", path)
     return cast("list[object]", value)
 
 
 def _word(value: object, pattern: re.Pattern[str], path: KeyPath) -> str:
     if not isinstance(value, str) or not pattern.fullmatch(value):
-        raise _refused(f"{value!r:.60} is no name", path)
+        raise _refused(f"{brief(value)} is no name", path)
     return value
 
 

@@ -37,12 +37,6 @@ def encoder(cls: type[Message], explain: Callable[[Any, Exception], Exception]) 
     return _Encoder(cls).function(explain)
 
 
-def dtype_of(base: str) -> np.dtype[Any]:
-    """How an array of a primitive lies in a little-endian message."""
-    primitive = PRIMITIVES[base]
-    return np.dtype(f"<{primitive.code}")
-
-
 class _Encoder:
     """The function in the making: where it is in the message, and what it has not written yet."""
 
@@ -143,7 +137,7 @@ class _Encoder:
         source, base = self._source, cast("str", field.base)
         size = PRIMITIVES[base].size
         if size > 1 and sys.byteorder != "little":
-            source.add(f"{name} = {name}.astype({source.give(dtype_of(base))})")
+            source.add(f"{name} = {name}.astype({source.give(np.dtype(f'<{PRIMITIVES[base].code}'))})")
         if field.array is ArrayKind.FIXED and field.size * size <= SMALL:
             self._run.append(Item(f"{field.size * size}s", size, field.size * size))
             self._values.append(f"{name}.tobytes()")

@@ -20,6 +20,7 @@ from busflow.wire.description import (
     Field,
     IndividualDescription,
     TypeDescription,
+    brief,
     check,
     fields_of,
     is_empty,
@@ -100,11 +101,11 @@ def _message(name: str, fields: dict[str, tuple[Writer, Any]], *, empty: bool) -
 
     def write(data: bytearray, value: Any) -> None:
         if not isinstance(value, Mapping):
-            raise _Unfit(f"{name} takes its fields by name, not {value!r:.60}")
+            raise _Unfit(f"{name} takes its fields by name, not {brief(value)}")
         given = cast("Mapping[str, Any]", value)
         for key in given:
             if key not in known:
-                raise _Unfit(f"{name} has no field {key!r:.60}; {did_you_mean(str(key), known)}")
+                raise _Unfit(f"{name} has no field {str(key)!r:.60}; {did_you_mean(str(key), known)}")
         for key, (writer, default) in fields.items():
             try:
                 writer(data, given.get(key, default))
@@ -120,7 +121,7 @@ def _sized(field: Field, inner: Writer) -> Writer:
 
     def write(data: bytearray, value: Any) -> None:
         if isinstance(value, str | Mapping) or not hasattr(value, "__len__"):
-            raise _Unfit(f"a list is needed, not {value!r:.60}")
+            raise _Unfit(f"a list is needed, not {brief(cast('object', value))}")
         count = len(value)
         if field.count is Count.FIXED and count != field.size:
             raise _Unfit(f"exactly {field.size} items are needed, not {count}")
@@ -174,21 +175,21 @@ def _check(base: str, code: str, value: Any) -> None:
     """Refuses what is no number of this type, which `pack` would not always do."""
     accepted = bool if code == "?" else (float, int) if code in "fd" else int
     if not isinstance(value, accepted) or (isinstance(value, bool) and code != "?"):
-        raise _Unfit(f"{value!r:.60} is no {base}")
+        raise _Unfit(f"{brief(value)} is no {base}")
     try:
         pack(f"<{code}", value)
     except (StructError, OverflowError):
-        raise _Unfit(f"{value!r:.60} is out of the range of {base}") from None
+        raise _Unfit(f"{brief(value)} is out of the range of {base}") from None
 
 
 def _text(bound: int, *, wide: bool) -> Writer:
     def write(data: bytearray, value: Any) -> None:
         if not isinstance(value, str):
-            raise _Unfit(f"{value!r:.60} is no text")
+            raise _Unfit(f"{brief(value)} is no text")
         try:
             units = value.encode("utf-16-le") if wide else value.encode()
         except UnicodeEncodeError as error:
-            raise _Unfit(f"{value!r:.60} is no Unicode: {error.reason}") from None
+            raise _Unfit(f"{brief(value)} is no Unicode: {error.reason}") from None
         size = len(units) // 2 if wide else len(units)
         if bound and size > bound:
             raise _Unfit(f"{size} {'units of UTF-16' if wide else 'bytes of UTF-8'} where ROS allows {bound}")
@@ -211,7 +212,7 @@ def _default(field: Field, around: str) -> Any:
             return _stated(field)
         except ValueError:
             raise MalformedMessage(
-                f"{field.default!r:.60} is no default of {field.base}", type_name=around, path=(field.name,)
+                f"{brief(field.default)} is no default of {field.base}", type_name=around, path=(field.name,)
             ) from None
     if field.count is Count.ONE:
         return zero

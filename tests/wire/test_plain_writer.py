@@ -68,6 +68,7 @@ def test_values_become_what_the_class_writes(message, values):
         (Stated, {"numbers": [1.0]}, "test/msg/Stated: numbers: exactly 2 items are needed, not 1"),
         (Stated, {"numbers": [1.0, None]}, "test/msg/Stated: numbers[1]: None is no float64"),
         (Stated, {"flags": "yes"}, "test/msg/Stated: flags: a list is needed, not 'yes'"),
+        (Stated, {"number": 10**5000}, "test/msg/Stated: number: so large a number is out of the range of uint8"),
         (JointState, {"name": ["a", 1]}, "sensor_msgs/msg/JointState: name[1]: 1 is no text"),
         (
             PoseStamped,
