@@ -20,8 +20,8 @@ async def plain(number: int) -> str:
         assert_type(lab.received("balance_state", Float64), list[Float64])
         assert_type(lab.received("balance_state"), list[Any])
         assert_type(lab.ledger.dropped, int)
-        str(lab.node(SensorProcessor).nothing)  # type: ignore[attr-defined]
-        lab.publish("balance_state", 1.0)  # type: ignore[arg-type]
+        str(lab.node(SensorProcessor).nothing)  # type: ignore[attr-defined]  # the node is typed
+        lab.publish("balance_state", 1.0)  # type: ignore[arg-type]  # a topic carries messages
     return str(number)
 
 
@@ -40,8 +40,9 @@ async def explored_often(number: int) -> None:
     assert number
 
 
-assert_type(plain(1), str)
-assert_type(with_options(1), str)
-assert_type(explored(1), None)
-assert_type(explored_often(1), None)
-plain("1")  # type: ignore[arg-type]
+def called() -> None:
+    assert_type(plain(1), str)
+    assert_type(with_options(1), str)
+    assert_type(explored(1), None)
+    assert_type(explored_often(1), None)
+    plain("1")  # type: ignore[arg-type]  # a decorated test keeps its parameters
