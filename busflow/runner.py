@@ -31,7 +31,7 @@ from busflow.report import Report, node_reports, topic_reports
 from busflow.runtime import NodeRuntime, Surroundings
 from busflow.signals import SignalGuard
 from busflow.subscriptions import Subscription
-from busflow.supervisor import Unit
+from busflow.supervisor import Unit, outlast
 from busflow.text import did_you_mean
 
 N = TypeVar("N", bound=Node)
@@ -137,6 +137,7 @@ class Graph:
             await self.stop()
             raise
         if self.failures:
+            await self.stop()
             await self.wait()
 
     async def wait(self) -> None:
@@ -153,11 +154,10 @@ class Graph:
             raise NodeFailed(first.render()) from first.error
 
     async def stop(self) -> None:
-        """Stop the nodes in reverse order and wait until they have ended; a failure was told by then."""
+        """Stop the nodes in reverse order; returns when all have ended, and not before that when it is cancelled."""
         if self._main is not None:
             self.ask_to_stop()
-            with anyio.CancelScope(shield=True):  # a scope around us would cancel every await until it is left
-                await asyncio.shield(self._main)
+            await outlast(self._main)
 
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
         """Let the graph end, without waiting; `code` says why unless a node has failed."""
@@ -175,15 +175,12 @@ class Graph:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        taken_back = self._take_back_cancellation()
+        host, self._host = self._host, None
+        # A failure has cancelled the block, which is taken back here; somebody else may want the task to end as well.
+        taken_back = host is not None and bool(self.failures) and host.uncancel() <= self._host_cancelling
         await self.stop()
         if self.failures and (error is None or (kind is asyncio.CancelledError and taken_back)):
             await self.wait()
-
-    def _take_back_cancellation(self) -> bool:
-        """Undo how a failure ended the `async with` block; False where somebody else wants the task to end too."""
-        host, self._host = self._host, None
-        return host is not None and bool(self.failures) and host.uncancel() <= self._host_cancelling
 
     def _set_clock(self) -> None:
         """Let a simulated clock start where a launch file says."""

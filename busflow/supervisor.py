@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from enum import StrEnum
 
 import anyio
+import anyio.abc
 
 from busflow.errors import StartTimeout
 from busflow.failure import Failure, is_failure
@@ -53,26 +55,31 @@ class Unit:
         """Start the node, let it run until `ask_to_stop` or a failure, and stop it."""
         try:
             with self._scope:
-                async with anyio.create_task_group() as tasks:
-                    self.runtime.adopt_tasks(tasks)
-                    if await self._start():
-                        self.runtime.open()
-                        if type(self.node).run is not Node.run:  # most have none, and a task is dear
-                            self.runtime.spawn(self._guard(self.node.run, "run"), "run")
-                    self.started.set()
-                    await self._stop_asked.wait()
+                try:
+                    async with anyio.create_task_group() as tasks:
+                        await self._start_and_run(tasks)
+                        tasks.cancel_scope.cancel()
+                finally:  # also when it is given up: what stop() does before it first awaits is done
                     self.runtime.close()
-                    tasks.cancel_scope.cancel()
-                self.runtime.adopt_tasks(None)
-                if not self.failures:
-                    self.state = NodeState.STOPPING
-                await self._guard(self.node.stop, "stop")
+                    self.runtime.adopt_tasks(None)
+                    if not self.failures:
+                        self.state = NodeState.STOPPING
+                    await self._guard(self.node.stop, "stop")
         finally:
-            self.runtime.close()
             self.runtime.disconnect()
             self.state = NodeState.FAILED if self.failures else NodeState.STOPPED
             self.started.set()
             self.ended.set()
+
+    async def _start_and_run(self, tasks: anyio.abc.TaskGroup) -> None:
+        self.runtime.adopt_tasks(tasks)
+        if await self._start():
+            self.runtime.open()
+            if type(self.node).run is not Node.run:  # most have none, and a task is dear
+                self.runtime.spawn(self._guard(self.node.run, "run"), "run")
+        self.started.set()
+        await self._stop_asked.wait()
+        self.runtime.close()
 
     def ask_to_stop(self) -> None:
         """Let the node leave `start` or `run` and go through its `stop`."""
@@ -115,3 +122,17 @@ class Unit:
 
     def __repr__(self) -> str:
         return f"<Unit {self.name} {self.state}>"
+
+
+async def outlast(task: asyncio.Task[None]) -> None:
+    """Wait until a task has ended; a cancellation meanwhile is passed on only then."""
+    cancelled = None
+    with anyio.CancelScope(shield=True):  # a scope of anyio's would cancel every await until it is left
+        while not task.done():
+            try:
+                await asyncio.wait([task])
+            except asyncio.CancelledError as error:
+                cancelled = error
+    if cancelled is not None:
+        raise cancelled
+    task.result()

@@ -1,9 +1,12 @@
 """One node's life: what it may raise in each of its methods, what it may still do there, and how it ends."""
 
 import asyncio
+from contextlib import nullcontext, suppress
 
 import anyio
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from busflow import Graph, Message, Node, NodeFailed, publisher, subscription, timer
 from busflow.clock import SimClock
@@ -274,3 +277,104 @@ async def test_a_stop_that_takes_longer_than_the_grace_is_given_up_and_told():
     assert order == ["b", "a"]
     assert [record.event for record in log] == ["not stopped within 0.05 s, given up: /stuck"]
     assert states(graph)["/a"] == "stopped"
+
+
+# Any life at all.
+
+MOMENTS = st.sampled_from([0, 0.5, 1, 1.5, 2])
+DEEDS = st.tuples(
+    MOMENTS, st.sampled_from(["return", "raise", "exit", "cancelled", "wait", "publish", "spawn", "swallow"])
+)
+LATER = DEEDS.filter(lambda deed: deed[0] > 0)  # a handler that publishes to itself at once would let no time pass
+LIVES = st.fixed_dictionaries({"start": DEEDS, "run": DEEDS, "tick": DEEDS, "hear": LATER, "stop": DEEDS})
+LEAVING = st.sampled_from(["body ends", "body raises", "asked", "cancelled", "timeout of asyncio", "timeout of anyio"])
+
+
+class Scripted(Node):
+    """A node that does in each of its methods what a script says."""
+
+    numbers = publisher(Number, "numbers")
+
+    def scripted(self, script):
+        self.script, self.begun, self.closed = script, False, 0
+        return self
+
+    async def do(self, method):
+        after_s, deed = self.script[method]
+        await asyncio.sleep(after_s)
+        match deed:
+            case "raise":
+                raise ValueError(method)
+            case "exit":
+                raise SystemExit(method)
+            case "cancelled":
+                await foreign_cancellation()
+            case "wait":
+                await asyncio.sleep(1000)
+            case "publish":
+                self.numbers.publish(Number())
+            case "spawn":
+                self.spawn(self.do("tick") if method != "tick" else asyncio.sleep(1), name="more")
+            case "swallow":
+                with suppress(asyncio.CancelledError):
+                    await asyncio.sleep(1000)
+
+    async def start(self):
+        self.begun = True
+        await self.do("start")
+
+    async def run(self):
+        await self.do("run")
+
+    @timer(0.7)
+    async def tick(self):
+        await self.do("tick")
+
+    @subscription("numbers")
+    async def hear(self, _number: Number):
+        await self.do("hear")
+
+    async def stop(self):
+        self.closed += 1
+        await self.do("stop")
+
+
+async def enter_and_leave(graph, leaving):
+    """Enter the block of a graph, and leave it one way or another."""
+    limits = {"timeout of anyio": anyio.fail_after}
+    with limits.get(leaving, lambda _seconds: nullcontext())(1.2):
+        async with asyncio.timeout(1.2 if leaving == "timeout of asyncio" else None), graph:
+            await asyncio.sleep(2)
+            if leaving == "body raises":
+                raise KeyError("mine")
+            if leaving == "asked":
+                graph.ask_to_stop()
+                await graph.wait()
+
+
+@settings(deadline=None, max_examples=60)
+@given(scripts=st.lists(LIVES, min_size=1, max_size=3), leaving=LEAVING, seed=st.one_of(st.none(), st.integers(0, 9)))
+def test_whatever_nodes_do_and_however_the_block_is_left_each_is_stopped_once_and_nothing_goes_on(
+    scripts, leaving, seed
+):
+    @virtual_time(seed=seed)
+    async def main():
+        nodes = [Scripted(name=f"n{index}").scripted(script) for index, script in enumerate(scripts)]
+        graph = graph_of(*nodes)
+        graph.grace_s = 0.01
+        block = asyncio.create_task(enter_and_leave(graph, leaving))
+        if leaving == "cancelled":
+            asyncio.get_running_loop().call_later(2.5, block.cancel)
+        await asyncio.wait([block])
+        assert [node.closed for node in nodes] == [1] * len(nodes)
+        assert set(states(graph).values()) <= {"stopped", "failed"}
+        for line in graph.bus.ledger():
+            assert line.published == line.delivered + line.dropped + line.queued
+        names = [task.get_name() for task in asyncio.all_tasks()]
+        assert [name for name in names if name.startswith(("/", "busflow"))] == []
+        error = None if block.cancelled() else block.exception()
+        assert error is None or isinstance(error, NodeFailed | KeyError | TimeoutError)
+        if leaving in ("body ends", "asked"):
+            assert isinstance(error, NodeFailed) == bool(graph.failures)
+
+    main()

@@ -408,6 +408,16 @@ async def test_a_lost_message_is_a_drop_with_a_reason():
 
 
 @virtual_time
+async def test_losses_are_counted_from_when_they_are_asked_for():
+    async with harness(Counter, Sink) as lab:
+        lab.drop("numbers", every=3)
+        await lab.advance(0.2)
+        lab.drop("numbers", every=3)
+        await lab.advance(0.4)
+        assert lab.node(Sink).got == [1, 2, 3, 4, 6]
+
+
+@virtual_time
 async def test_a_topic_that_is_cut_off_misses_its_deadlines_until_it_is_healed():
     async with harness(PunctualCounter, Supervisor) as lab:
         await lab.advance(0.1)
