@@ -9,9 +9,7 @@ if TYPE_CHECKING:
     from busflow.clock import Clock as Clock
     from busflow.clock import Duration as Duration
     from busflow.clock import Time as Time
-    from busflow.declarations import on_event as on_event
     from busflow.declarations import publisher as publisher
-    from busflow.declarations import subscription as subscription
     from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
     from busflow.errors import LaunchError as LaunchError
@@ -21,6 +19,8 @@ if TYPE_CHECKING:
     from busflow.events import DeadlineMissed as DeadlineMissed
     from busflow.events import LivelinessChanged as LivelinessChanged
     from busflow.events import LivelinessLost as LivelinessLost
+    from busflow.handlers import on_event as on_event
+    from busflow.handlers import subscription as subscription
     from busflow.message import Length as Length
     from busflow.message import Message as Message
     from busflow.message import take as take
@@ -66,10 +66,10 @@ _HOMES = {
     "Timer": "timers",
     "WouldBlock": "errors",
     "launch": "runner",
-    "on_event": "declarations",
+    "on_event": "handlers",
     "publisher": "declarations",
     "run": "runner",
-    "subscription": "declarations",
+    "subscription": "handlers",
     "take": "message",
     "timer": "declarations",
 }

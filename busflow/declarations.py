@@ -6,17 +6,14 @@ is made part of a graph, so that a graph is checked, drawn and documented before
 
 from __future__ import annotations
 
-import re
 import sys
-import typing
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from fractions import Fraction
-from types import FrameType, FunctionType, SimpleNamespace
-from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
+from types import FrameType
+from typing import Any, Generic, Self, TypeVar, cast, overload
 
 from busflow.errors import InvalidDeclaration
-from busflow.events import Event
+from busflow.hints import names_used, resolve
 from busflow.message import Message
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
@@ -26,28 +23,9 @@ from busflow.text import printable
 from busflow.timers import Missed, Timer
 
 M = TypeVar("M", bound=Message)
-P = ParamSpec("P")
-R = TypeVar("R")
+E = TypeVar("E")
 
 NOT_ATTACHED = "{owner}.{name} is an endpoint only of a node that is part of a graph; see busflow.launch or the harness"
-
-
-@dataclass(frozen=True, slots=True)
-class SubscriptionRole:
-    """One `@subscription` of a handler."""
-
-    topic: str
-    qos: QoS | None
-
-
-@dataclass(frozen=True, slots=True)
-class EventRole:
-    """One `@on_event` of a handler."""
-
-    topic: str
-
-
-Role = SubscriptionRole | EventRole
 
 
 class Declaration:
@@ -66,7 +44,7 @@ class Declaration:
         return f"{self.owner}.{self.name}"
 
 
-class _Endpoint(Declaration, Generic[R]):
+class EndpointDeclaration(Declaration, Generic[E]):
     """An attribute that is this declaration on the class and an endpoint on an instance.
 
     The instance's own dictionary holds the endpoint, under the same name, once its node is part of a graph.
@@ -75,8 +53,8 @@ class _Endpoint(Declaration, Generic[R]):
     @overload
     def __get__(self, instance: None, owner: type) -> Self: ...
     @overload
-    def __get__(self, instance: object, owner: type) -> R: ...
-    def __get__(self, instance: object | None, owner: type) -> Self | R:
+    def __get__(self, instance: object, owner: type) -> E: ...
+    def __get__(self, instance: object | None, owner: type) -> Self | E:
         if instance is None:
             return self
         if self.name in vars(instance):  # only super() asks here then, and it means the timer's method
@@ -84,93 +62,25 @@ class _Endpoint(Declaration, Generic[R]):
         raise AttributeError(NOT_ATTACHED.format(owner=owner.__name__, name=self.name))
 
 
-class PublisherDeclaration(_Endpoint[Publisher[M]]):
+class PublisherDeclaration(EndpointDeclaration[Publisher[M]]):
     """A class attribute made by `publisher`."""
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
-        self.type = _checked_type(message_type, "publisher")
+        self.type = checked_type(message_type, "publisher")
         self.topic = topic
         self.qos = qos
 
 
-class PullDeclaration(_Endpoint[Subscription[M]]):
+class PullDeclaration(EndpointDeclaration[Subscription[M]]):
     """A class attribute made by `subscription(Type, topic)`: to pull from."""
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
-        self.type = _checked_type(message_type, "subscription")
+        self.type = checked_type(message_type, "subscription")
         self.topic = topic
         self.qos = qos
 
 
-class Handler(Declaration, Generic[P, R]):
-    """A method with `@subscription` or `@on_event` above it; on an instance it is the method."""
-
-    def __init__(
-        self,
-        function: Callable[Concatenate[Any, P], R],
-        roles: tuple[Role, ...],
-        above: Handler[..., Any] | None = None,
-    ) -> None:
-        """The handler that a decorator makes of a method, or that overrides the one `above` without a decorator."""
-        if isinstance(function, Declaration):
-            raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
-        self.function = function
-        self.roles = roles
-        self._above = above
-        self._surroundings: Mapping[str, Any] = {}
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, instance: object, owner: type) -> Callable[P, R]: ...
-    def __get__(self, instance: object | None, owner: type) -> Self | Callable[P, R]:
-        if instance is None:
-            return self
-        return self.function.__get__(instance, owner)  # type: ignore[attr-defined]  # a function in a class body
-
-    def remember(self, frame: FrameType) -> None:
-        """Keep what the annotation names of the class's surroundings, for when it is resolved."""
-        annotation = _message_annotation(self.function)
-        if isinstance(annotation, str):
-            self._surroundings = names_used(annotation, frame)
-
-    def message_type(self) -> type[Message]:
-        """The type of message that the handler's annotation states, the only place that does.
-
-        Raises:
-            InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no message.
-        """
-        return _checked_type(self.annotated("message: Imu"), self.origin)
-
-    def event_type(self) -> type[Event]:
-        """The kind of event that the handler's annotation states.
-
-        Raises:
-            InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no event.
-        """
-        found = self.annotated("event: DeadlineMissed")
-        if not (isinstance(found, type) and issubclass(found, Event)):
-            # Once each: a dataclass with slots is made anew, and the class it was made of may still be there.
-            kinds = ", ".join(dict.fromkeys(kind.__name__ for kind in Event.__subclasses__()))
-            raise InvalidDeclaration(f"{self.origin} must annotate the event it hears of, one of {kinds}")
-        return found
-
-    def annotated(self, example: str) -> Any:
-        """What the handler's annotation names, or that of the method it overrides."""
-        annotation = _message_annotation(self.function)
-        if annotation is None and self._above is not None:
-            return self._above.annotated(example)
-        if annotation is None:
-            raise InvalidDeclaration(
-                f"{self.origin} must annotate what it takes: def {self.name}(self, {example}) -> None"
-            )
-        if isinstance(annotation, str):
-            names = getattr(self.function, "__globals__", {})
-            annotation = resolve(annotation, names, self._surroundings, self.origin)
-        return annotation
-
-
-class TimerDeclaration(_Endpoint[Timer]):
+class TimerDeclaration(EndpointDeclaration[Timer]):
     """A method with `@timer` above it; on an instance it is the timer's handle, and calling it calls the method."""
 
     def __init__(
@@ -244,28 +154,6 @@ class ParametersDeclaration(Declaration):
         )
 
 
-@overload
-def subscription(topic: str, /, *, qos: QoS | None = None) -> _HandlerDecorator: ...
-@overload
-def subscription(message_type: type[M], topic: str, /, *, qos: QoS | None = None) -> PullDeclaration[M]: ...
-def subscription(
-    message_type: type[M] | str, topic: str | None = None, /, *, qos: QoS | None = None
-) -> _HandlerDecorator | PullDeclaration[M]:
-    """Receive a topic: above a handler, or as an attribute to pull from.
-
-    Write `@subscription("imu/data")` above a method, or `imu = subscription(Imu, "imu/data")`. The handler's annotation
-    states the type of message; a plain `def` is atomic, an `async def` is handed one message at a time. The attribute
-    is pulled from: `async for`, `.latest`.
-    """
-    if isinstance(message_type, str):
-        if topic is not None:
-            raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
-        return _HandlerDecorator(SubscriptionRole(message_type, qos))
-    if topic is None:
-        raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
-    return PullDeclaration(message_type, topic, qos)
-
-
 def publisher(message_type: type[M], topic: str, *, qos: QoS | None = None) -> PublisherDeclaration[M]:
     """Publish a topic.
 
@@ -295,104 +183,14 @@ def _is_period(given: object) -> bool:
     return isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given < float("inf")
 
 
-def on_event(topic: str) -> _HandlerDecorator:
-    """Hear what happens to this node's own ends of a topic, besides messages.
-
-    Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
-    """
-    return _HandlerDecorator(EventRole(topic))
-
-
-class _HandlerDecorator:
-    """What `@subscription(topic)` returns; above another one it adds a second, separate role."""
-
-    def __init__(self, role: Role) -> None:
-        self._role = role
-
-    @overload
-    def __call__(self, function: Handler[P, R]) -> Handler[P, R]: ...
-    @overload
-    def __call__(self, function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]: ...
-    def __call__(self, function: Handler[P, R] | Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
-        if isinstance(function, Handler):
-            return Handler(function.function, (self._role, *function.roles))
-        return Handler(function, (self._role,))
-
-
-def declarations_of(node_class: type) -> dict[str, Declaration]:
-    """The declarations of a class and its bases, by attribute, in the order they were first written."""
-    found: dict[str, Declaration] = {}
-    for owner in reversed(node_class.__mro__):
-        for name, value in vars(owner).items():
-            if isinstance(value, Declaration):
-                found[name] = value
-            else:
-                found.pop(name, None)
-    return found
-
-
-def inherit(node_class: type, frame: FrameType) -> None:
-    """Settle a new class's declarations: a method that overrides a handler without a decorator stays one."""
-    for name in {name for base in node_class.__mro__ for name in vars(base)}:
-        # The one who overrides may also be a mixin that knows nothing of nodes.
-        value, above, *_ = [vars(base)[name] for base in node_class.__mro__ if name in vars(base)] + [None]
-        renewed = _renewed(above, value) if isinstance(value, FunctionType) else None
-        if renewed is not None:
-            renewed.__set_name__(node_class, name)
-            setattr(node_class, name, renewed)
-    for value in vars(node_class).values():
-        if isinstance(value, Handler):
-            value.remember(frame)
-
-
-def _renewed(above: object, function: FunctionType) -> Declaration | None:
-    if isinstance(above, Handler):
-        return Handler(function, above.roles, cast("Handler[..., Any]", above))
-    if isinstance(above, TimerDeclaration):
-        return above.with_function(function)
-    return None
-
-
-def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:
-    """What an annotation's words mean in the function around a class, where there is one."""
-    words = set(re.findall(r"[A-Za-z_]\w*", annotation))
-    return {word: frame.f_locals[word] for word in words if word in frame.f_locals}
-
-
-def resolve(annotation: str, names: dict[str, Any], surroundings: Mapping[str, Any], origin: str) -> Any:
-    """The object that an annotation names.
+def checked_type(message_type: Any, origin: str) -> Any:
+    """The type, if it is one of messages.
 
     Raises:
-        InvalidDeclaration: a name in it is not known when the program runs.
+        InvalidDeclaration: it is anything else.
     """
-    holder = SimpleNamespace(__annotations__={"it": annotation})
-    try:
-        return typing.get_type_hints(holder, names, dict(surroundings))["it"]
-    except NameError as error:
-        raise InvalidDeclaration(
-            f"{origin} is annotated with {annotation!r}, but {error.name!r} is not defined when the program runs; "
-            "import it outside `if TYPE_CHECKING:`"
-        ) from None
-    except (SyntaxError, TypeError, AttributeError) as error:
-        raise InvalidDeclaration(f"{origin} is annotated with {annotation!r}: {error}") from None
-
-
-def _message_annotation(function: Callable[..., Any]) -> Any:
-    """The annotation of the first parameter after `self`, as written, or None."""
-    code = getattr(function, "__code__", None)
-    if code is None or code.co_argcount < 2:
-        return None
-    return getattr(function, "__annotations__", {}).get(code.co_varnames[1])
-
-
-def _checked_type(message_type: Any, origin: str) -> Any:
     if not (isinstance(message_type, type) and issubclass(cast("type[Any]", message_type), Message)):
         raise InvalidDeclaration(
             f"{origin} needs a message type, a class derived from busflow.Message, not {printable(message_type)!r}"
         )
     return message_type
-
-
-def calling_frame() -> FrameType:
-    """The frame in which the class statement stands whose `__init_subclass__` calls this."""
-    return sys._getframe(2)  # noqa: SLF001  # the only way to see a class's surroundings; CPython 3.11–3.13 have it

@@ -11,8 +11,10 @@ import anyio.to_thread
 from structlog.typing import FilteringBoundLogger
 
 from busflow.clock import Clock
-from busflow.declarations import ParametersDeclaration, calling_frame, inherit
+from busflow.declarations import ParametersDeclaration
 from busflow.errors import InvalidDeclaration
+from busflow.hints import calling_frame
+from busflow.inheritance import inherit
 from busflow.message import Message
 from busflow.parameters import Parameters, validate
 from busflow.publishers import Publisher

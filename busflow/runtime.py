@@ -15,19 +15,13 @@ import numpy as np
 from structlog.typing import FilteringBoundLogger
 
 from busflow import names
-from busflow.declarations import (
-    Declaration,
-    Handler,
-    PublisherDeclaration,
-    PullDeclaration,
-    SubscriptionRole,
-    TimerDeclaration,
-    declarations_of,
-)
+from busflow.declarations import Declaration, PublisherDeclaration, PullDeclaration, TimerDeclaration
 from busflow.endpoint import Endpoint
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.events import Event
 from busflow.failure import Failure, is_failure, refuse_coroutine
+from busflow.handlers import Handler, SubscriptionRole
+from busflow.inheritance import declarations_of
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import QoS

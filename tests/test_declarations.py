@@ -10,16 +10,11 @@ import pytest
 
 from busflow import Graph, Message, Node, Parameters, QoS, publisher, subscription, timer
 from busflow.clock import SimClock
-from busflow.declarations import (
-    Handler,
-    PublisherDeclaration,
-    PullDeclaration,
-    TimerDeclaration,
-    declarations_of,
-    on_event,
-)
+from busflow.declarations import PublisherDeclaration, PullDeclaration, TimerDeclaration
 from busflow.errors import InvalidDeclaration
 from busflow.events import DeadlineMissed
+from busflow.handlers import Handler, on_event
+from busflow.inheritance import declarations_of
 from busflow.msgs.std_msgs import Bool, Int64, String
 from busflow.testing import virtual_time
 

@@ -8,9 +8,9 @@ import pytest
 from busflow import Graph, Message, Node, NodeFailed, QoS, publisher, subscription, timer
 from busflow.bus import Bus
 from busflow.clock import SimClock
-from busflow.declarations import on_event
 from busflow.errors import InvalidDeclaration, InvalidName, LaunchError
 from busflow.events import DeadlineMissed, Event, LivelinessChanged
+from busflow.handlers import on_event
 from busflow.log import Log
 from busflow.node import runtime_of
 from busflow.runtime import Rng, Surroundings

@@ -14,8 +14,10 @@ from busflow import names
 from busflow.blame import shown
 from busflow.cli.output import print_columns
 from busflow.clock import SystemClock
-from busflow.declarations import Handler, PublisherDeclaration, PullDeclaration, declarations_of
+from busflow.declarations import PublisherDeclaration, PullDeclaration
 from busflow.errors import InvalidParameter, LaunchError
+from busflow.handlers import Handler
+from busflow.inheritance import declarations_of
 from busflow.launchfile.preflight import Preflight
 from busflow.log import Log
 from busflow.message import Message, type_name

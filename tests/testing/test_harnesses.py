@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from busflow import Node, Parameters, QoS, publisher, subscription, timer
 from busflow.clock import SIM_EPOCH_NS
-from busflow.declarations import on_event
 from busflow.errors import (
     BusflowError,
     Deadlock,
@@ -22,6 +21,7 @@ from busflow.errors import (
     StartTimeout,
 )
 from busflow.events import DeadlineMissed
+from busflow.handlers import on_event
 from busflow.msgs.std_msgs import Float64, Int64
 from busflow.testing import NotSeen, explore, harness, virtual_time
 from plugins.sensor_processor import SensorProcessor

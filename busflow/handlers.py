@@ -1,0 +1,151 @@
+"""Handler: a method of a node class that is called with something, and the decorators that say with what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
+
+from busflow.declarations import Declaration, PullDeclaration, checked_type
+from busflow.errors import InvalidDeclaration
+from busflow.events import Event
+from busflow.hints import message_annotation, names_used, resolve
+from busflow.message import Message
+from busflow.qos import QoS
+
+M = TypeVar("M", bound=Message)
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriptionRole:
+    """One `@subscription` of a handler."""
+
+    topic: str
+    qos: QoS | None
+
+
+@dataclass(frozen=True, slots=True)
+class EventRole:
+    """One `@on_event` of a handler."""
+
+    topic: str
+
+
+Role = SubscriptionRole | EventRole
+
+
+class Handler(Declaration, Generic[P, R]):
+    """A method with `@subscription` or `@on_event` above it; on an instance it is the method."""
+
+    def __init__(
+        self,
+        function: Callable[Concatenate[Any, P], R],
+        roles: tuple[Role, ...],
+        above: Handler[..., Any] | None = None,
+    ) -> None:
+        """The handler that a decorator makes of a method, or that overrides the one `above` without a decorator."""
+        if isinstance(function, Declaration):
+            raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
+        self.function = function
+        self.roles = roles
+        self._above = above
+        self._surroundings: Mapping[str, Any] = {}
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Callable[P, R]: ...
+    def __get__(self, instance: object | None, owner: type) -> Self | Callable[P, R]:
+        if instance is None:
+            return self
+        return self.function.__get__(instance, owner)  # type: ignore[attr-defined]  # a function in a class body
+
+    def remember(self, frame: FrameType) -> None:
+        """Keep what the annotation names of the class's surroundings, for when it is resolved."""
+        annotation = message_annotation(self.function)
+        if isinstance(annotation, str):
+            self._surroundings = names_used(annotation, frame)
+
+    def message_type(self) -> type[Message]:
+        """The type of message that the handler's annotation states, the only place that does.
+
+        Raises:
+            InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no message.
+        """
+        return checked_type(self.annotated("message: Imu"), self.origin)
+
+    def event_type(self) -> type[Event]:
+        """The kind of event that the handler's annotation states.
+
+        Raises:
+            InvalidDeclaration: there is no annotation, it cannot be resolved, or it is no event.
+        """
+        found = self.annotated("event: DeadlineMissed")
+        if not (isinstance(found, type) and issubclass(found, Event)):
+            # Once each: a dataclass with slots is made anew, and the class it was made of may still be there.
+            kinds = ", ".join(dict.fromkeys(kind.__name__ for kind in Event.__subclasses__()))
+            raise InvalidDeclaration(f"{self.origin} must annotate the event it hears of, one of {kinds}")
+        return found
+
+    def annotated(self, example: str) -> Any:
+        """What the handler's annotation names, or that of the method it overrides."""
+        annotation = message_annotation(self.function)
+        if annotation is None and self._above is not None:
+            return self._above.annotated(example)
+        if annotation is None:
+            raise InvalidDeclaration(
+                f"{self.origin} must annotate what it takes: def {self.name}(self, {example}) -> None"
+            )
+        if isinstance(annotation, str):
+            names = getattr(self.function, "__globals__", {})
+            annotation = resolve(annotation, names, self._surroundings, self.origin)
+        return annotation
+
+
+@overload
+def subscription(topic: str, /, *, qos: QoS | None = None) -> _HandlerDecorator: ...
+@overload
+def subscription(message_type: type[M], topic: str, /, *, qos: QoS | None = None) -> PullDeclaration[M]: ...
+def subscription(
+    message_type: type[M] | str, topic: str | None = None, /, *, qos: QoS | None = None
+) -> _HandlerDecorator | PullDeclaration[M]:
+    """Receive a topic: above a handler, or as an attribute to pull from.
+
+    Write `@subscription("imu/data")` above a method, or `imu = subscription(Imu, "imu/data")`. The handler's annotation
+    states the type of message; a plain `def` is atomic, an `async def` is handed one message at a time. The attribute
+    is pulled from: `async for`, `.latest`.
+    """
+    if isinstance(message_type, str):
+        if topic is not None:
+            raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
+        return _HandlerDecorator(SubscriptionRole(message_type, qos))
+    if topic is None:
+        raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
+    return PullDeclaration(message_type, topic, qos)
+
+
+def on_event(topic: str) -> _HandlerDecorator:
+    """Hear what happens to this node's own ends of a topic, besides messages.
+
+    Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
+    """
+    return _HandlerDecorator(EventRole(topic))
+
+
+class _HandlerDecorator:
+    """What `@subscription(topic)` returns; above another one it adds a second, separate role."""
+
+    def __init__(self, role: Role) -> None:
+        self._role = role
+
+    @overload
+    def __call__(self, function: Handler[P, R]) -> Handler[P, R]: ...
+    @overload
+    def __call__(self, function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]: ...
+    def __call__(self, function: Handler[P, R] | Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
+        if isinstance(function, Handler):
+            return Handler(function.function, (self._role, *function.roles))
+        return Handler(function, (self._role,))

@@ -1,0 +1,49 @@
+"""How an annotation in a node's class is read: as it was written, with what its words mean around the class."""
+
+from __future__ import annotations
+
+import re
+import sys
+import typing
+from collections.abc import Callable, Mapping
+from types import FrameType, SimpleNamespace
+from typing import Any
+
+from busflow.errors import InvalidDeclaration
+
+
+def message_annotation(function: Callable[..., Any]) -> Any:
+    """The annotation of the first parameter after `self`, as written, or None."""
+    code = getattr(function, "__code__", None)
+    if code is None or code.co_argcount < 2:
+        return None
+    return getattr(function, "__annotations__", {}).get(code.co_varnames[1])
+
+
+def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:
+    """What an annotation's words mean in the function around a class, where there is one."""
+    words = set(re.findall(r"[A-Za-z_]\w*", annotation))
+    return {word: frame.f_locals[word] for word in words if word in frame.f_locals}
+
+
+def resolve(annotation: str, names: dict[str, Any], surroundings: Mapping[str, Any], origin: str) -> Any:
+    """The object that an annotation names.
+
+    Raises:
+        InvalidDeclaration: a name in it is not known when the program runs.
+    """
+    holder = SimpleNamespace(__annotations__={"it": annotation})
+    try:
+        return typing.get_type_hints(holder, names, dict(surroundings))["it"]
+    except NameError as error:
+        raise InvalidDeclaration(
+            f"{origin} is annotated with {annotation!r}, but {error.name!r} is not defined when the program runs; "
+            "import it outside `if TYPE_CHECKING:`"
+        ) from None
+    except (SyntaxError, TypeError, AttributeError) as error:
+        raise InvalidDeclaration(f"{origin} is annotated with {annotation!r}: {error}") from None
+
+
+def calling_frame() -> FrameType:
+    """The frame in which the class statement stands whose `__init_subclass__` calls this."""
+    return sys._getframe(2)  # noqa: SLF001  # the only way to see a class's surroundings; CPython 3.11–3.13 have it
