@@ -23,6 +23,7 @@ from busflow.failure import Failure, is_failure, refuse_coroutine
 from busflow.handlers import Handler, SubscriptionRole
 from busflow.inheritance import declarations_of
 from busflow.message import Message
+from busflow.parameter_store import ParameterStore, ValueSource
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.subscriptions import MessageHandler, Subscription
@@ -75,6 +76,8 @@ class Surroundings:
     publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
     """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
     subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
+    """By dotted name, where the launch file or the command line states a parameter of this node."""
 
 
 class NodeRuntime:
@@ -87,6 +90,7 @@ class NodeRuntime:
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Subscription[Any]] = []
         self.timers: list[Timer] = []
+        self.parameters = ParameterStore(node)
         self.used_remaps: set[str] = set()
         self.on_failure: Callable[[Failure], None] | None = None
         self._surroundings: Surroundings | None = None
@@ -124,6 +128,7 @@ class NodeRuntime:
         if self._surroundings is not None:
             raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
         self._surroundings = surroundings
+        self.parameters.stated = surroundings.parameter_source
         for attribute, declaration in declarations_of(type(self.node)).items():
             endpoint = self._create(declaration)
             if endpoint is not None:

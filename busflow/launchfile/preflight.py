@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow import plugins
@@ -17,9 +18,11 @@ from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
 from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, Restart, TopicSpec
 from busflow.launchfile.faults import parameter_problems
+from busflow.launchfile.value import Source
 from busflow.message import type_name
 from busflow.names import resolve
 from busflow.node import Node, parameters_class, runtime_of
+from busflow.parameter_store import ValueSource
 from busflow.parameters import validate
 from busflow.qos import QoS
 from busflow.runtime import NodeRuntime, Surroundings
@@ -138,6 +141,7 @@ class Preflight:
                 remaps={rule.match: rule.replacement for rule in spec.remap},
                 publisher_qos=_layers(topics, spec.publishers, spec.name, spec.namespace),
                 subscription_qos=_layers(topics, spec.subscriptions, spec.name, spec.namespace),
+                parameter_source=partial(_source, spec),
             )
         what = f"{runtime.name} cannot declare its endpoints"
         if _guarded(plan, spec, what, lambda: (runtime.declare(around), member)) is not None:
@@ -166,6 +170,15 @@ def _layers(
         return (*(each.qos for each in topics if each.topic == topic), *own)
 
     return stated
+
+
+def _source(spec: NodeSpec, name: str) -> ValueSource | None:
+    """Where the launch file, or what overrides it, states a parameter of a node."""
+    found = spec.parameters.find(tuple(name.split(".")))
+    if found is None:
+        return None
+    origin = found.origin
+    return ValueSource(str(origin), origin.place if origin.source is Source.FILE else None)
 
 
 def _not_yet(spec: NodeSpec) -> Iterator[Problem]:
