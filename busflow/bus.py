@@ -117,6 +117,8 @@ class Bus:
         self.topics: dict[str, Topic[Any]] = {}
         self.on_attach: list[Callable[[Attached], None]] = []
         """Who hears of every publisher, subscription and timer that comes, before its first message or tick."""
+        self.on_detach: list[Callable[[Publisher[Any] | Subscription[Any]], None]] = []
+        """Who hears of every publisher and subscription that leaves."""
         self.clock: Clock = clock or SystemClock()
         self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
@@ -170,6 +172,11 @@ class Bus:
         topic.taps.append(tap)
         topic.rebuild()
 
+    def untap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
+        """Hear no more."""
+        topic.taps.remove(tap)
+        topic.rebuild()
+
     def detach_subscription(self, subscription: Subscription[Any]) -> None:
         """Disconnect a subscription; its line stays in the ledger."""
         subscription.close()
@@ -187,7 +194,8 @@ class Bus:
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)
         if topic is None:
-            topic = self.topics[endpoint.topic] = Topic(endpoint.topic, message_type, self.clock)
+            topic = Topic(endpoint.topic, message_type, self.clock, self.on_detach)
+            self.topics[endpoint.topic] = topic
         elif topic.type is not message_type:
             raise IncompatibleType(
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(message_type)}, "

@@ -96,6 +96,22 @@ class MalformedMessage(BusflowError, ValueError):
         super().__init__(printable(": ".join(part for part in (type_name, where, reason) if part)))
 
 
+class InspectionUnavailable(BusflowError, RuntimeError):
+    """A run cannot be looked into: no safe directory, no Zenoh, or nobody answers."""
+
+
+class NoSuchRun(BusflowError, LookupError):
+    """No run of this name lives on this machine, or it has to be said which."""
+
+    exit_code = ExitCode.NOT_FOUND
+
+
+class NoSuchTarget(BusflowError, LookupError):
+    """The run has no node, topic, service or parameter of this name."""
+
+    exit_code = ExitCode.NOT_FOUND
+
+
 class NotRunning(BusflowError, RuntimeError):
     """A node, endpoint or graph was used before it was started or after it stopped."""
 

@@ -30,8 +30,8 @@ class Publisher(Generic[M]):
     """The sending end of a topic."""
 
     __slots__ = (
-        "_deadline", "_hand_over", "_history", "_lease", "_lifespan_ns", "_pushes", "_thread", "_topic", "alive",
-        "deadlines_missed", "endpoint", "liveliness_lost", "on_event", "published", "type",
+        "_deadline", "_hand_over", "_history", "_lease", "_lifespan_ns", "_outlet", "_pushes", "_thread", "_topic",
+        "alive", "deadlines_missed", "endpoint", "liveliness_lost", "on_event", "published", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
@@ -44,6 +44,7 @@ class Publisher(Generic[M]):
         self.alive = True
         self.on_event: Callable[[Event], None] | None = None
         self._topic: Topic[M] | None = None
+        self._outlet: Callable[[M], None] | None = None
         # The topic's pushes while a publish needs nothing but to call them; None sends it the long way.
         self._pushes: tuple[Callable[[M], None], ...] | None = None
         self._thread = 0
@@ -137,6 +138,8 @@ class Publisher(Generic[M]):
             self._history.append((topic.published, item))
         for push in topic.pushes:
             push(item)
+        if self._outlet is not None:
+            self._outlet(message)
 
     def _attached(self, message: M) -> Topic[M]:
         if type(message) is not self.type:
@@ -168,12 +171,20 @@ class Publisher(Generic[M]):
             topic, self._topic, self._pushes = self._topic, None, None
             topic.forget_publisher(self)
 
+    def send_through(self, outlet: Callable[[M], None] | None) -> None:
+        """Have every message leave the process too, after those here have it; None while nobody there listens."""
+        self._outlet = outlet
+        self.adjust()
+
     def adjust(self) -> None:
         """Learn whether the short path is open; called by the topic when its ends change."""
         topic = self._topic
         plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
         plain = plain and topic is not None and not topic.blocking and not topic.waiting
-        self._pushes = topic.pushes if topic and plain else None
+        if topic is None or not plain:
+            self._pushes = None
+        else:
+            self._pushes = topic.pushes if self._outlet is None else (*topic.pushes, self._outlet)
 
     @property
     def perishable(self) -> bool:

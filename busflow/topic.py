@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.errors import SendTimeout
@@ -28,11 +28,18 @@ class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
     __slots__ = (
-        "_retired", "blocking", "clock", "gone", "name", "perishable", "publishers", "pushes", "subscriptions", "taps",
-        "type", "waiting",
+        "_on_leave", "_retired", "blocking", "clock", "gone", "name", "perishable", "publishers", "pushes",
+        "subscriptions", "taps", "type", "waiting",
     )  # fmt: skip
 
-    def __init__(self, name: str, message_type: type[M], clock: Clock) -> None:
+    def __init__(
+        self,
+        name: str,
+        message_type: type[M],
+        clock: Clock,
+        on_leave: Sequence[Callable[[Publisher[Any] | Subscription[Any]], None]] = (),
+    ) -> None:
+        """A topic on which nobody is yet; `on_leave` hear of each end that leaves it."""
         self.name = name
         self.clock = clock
         self.perishable = False
@@ -46,6 +53,7 @@ class Topic(Generic[M]):
         self.gone: list[SubscriptionStatistics] = []
         """The last account of each subscription that has left."""
         self._retired = 0
+        self._on_leave = on_leave
 
     @property
     def published(self) -> int:
@@ -127,12 +135,16 @@ class Topic(Generic[M]):
         self.publishers.remove(publisher)
         self._retired += publisher.published
         self.rebuild()
+        for hear in self._on_leave:
+            hear(publisher)
 
     def forget_subscription(self, subscription: Subscription[M]) -> None:
         """A subscription leaves; its account stays."""
         self.subscriptions.remove(subscription)
         self.gone.append(subscription.statistics())
         self.rebuild()
+        for hear in self._on_leave:
+            hear(subscription)
 
     def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:
         """A subscription takes over another one's place."""
