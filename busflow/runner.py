@@ -79,6 +79,8 @@ class Graph:
         self.log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus = Bus(self.clock, explore=explore)
         self.units: list[Unit] = []
+        self.on_start: list[Callable[[], None]] = []
+        """Who hears, on the event loop, that the nodes are built and about to be connected."""
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
         self._nodes = [_instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
@@ -125,6 +127,8 @@ class Graph:
         for member in plan.members:
             self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
+        for hear in self.on_start:
+            hear()
         for unit in self.units:
             unit.runtime.connect(self.bus)
         self._loop = asyncio.get_running_loop()

@@ -31,6 +31,8 @@ Examples:
 @click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for all that happens.")
 @click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
+@click.option("--run", "name", metavar="NAME", help="What other terminals call the run; else its name in FILE.")
+@click.option("--no-inspect", is_flag=True, help="Cannot be looked into from other terminals.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
 @click.pass_context
@@ -46,6 +48,8 @@ def run(
     trace: Path | None,
     log_format: str,
     strict: bool,
+    name: str | None,
+    no_inspect: bool,
     verbose: bool,
     show_help: bool,
 ) -> int:
@@ -60,7 +64,16 @@ def run(
     from busflow.cli.running import Run
 
     described = Given(file, assignments, sets).description()
-    run = Run(described, sim=sim, seed=seed, strict=strict, verbose=verbose, log_format=log_format)
+    run = Run(
+        described,
+        sim=sim,
+        seed=seed,
+        strict=strict,
+        verbose=verbose,
+        log_format=log_format,
+        inspect=not no_inspect,
+        name=name,
+    )
     return run.go(for_s, report, trace)
 
 

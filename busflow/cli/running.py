@@ -34,6 +34,8 @@ class Run:
         strict: bool,
         verbose: bool,
         log_format: str,
+        inspect: bool = True,
+        name: str | None = None,
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -44,6 +46,9 @@ class Run:
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._description = description
         self._simulated = sim or is_simulated(description)
+        # On simulated time a run is over before anybody could look, and has to be the same every time.
+        self._inspect = inspect and not self._simulated
+        self._name = name or description.name
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
         """Run it to its end, tell what it came to, and return the exit code.
@@ -53,7 +58,7 @@ class Run:
         """
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
-            with self._graph() as (graph, loop_factory), _traced(graph, trace):
+            with self._graph() as (graph, loop_factory), _traced(graph, trace), self._inspected(graph):
                 code = _run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:
@@ -71,6 +76,14 @@ class Run:
         from busflow.testing.simulation import simulated_graph
 
         return simulated_graph([self._description], **self._options)
+
+    def _inspected(self, graph: Graph) -> AbstractContextManager[None]:
+        if not self._inspect:
+            return nullcontext()
+        from busflow.wire.inspection import inspected
+
+        history = {topic.topic: topic.history for topic in self._description.topics if topic.history is not None}
+        return inspected(graph, name=self._name, file=str(self._description.files[0].absolute()), history=history)
 
 
 def _run(graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:

@@ -110,7 +110,7 @@ class Builder:
             entry = value.members.get("qos")
             qos = self._qos(entry) if entry is not None and entry.content is not None else QoS()
             if self._named(names.full_topic_name_fault, "topic name", name, value) and qos is not None:
-                found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type))
+                found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type, stated.history))
         return found
 
     def _endpoints(self, section: Mapping[str, Value]) -> list[EndpointSpec]:

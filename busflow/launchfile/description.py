@@ -68,6 +68,7 @@ class TopicSpec(EndpointSpec):
     """The contract of a topic, by its final name."""
 
     type: str | None = None  # "sensor_msgs/msg/Imu"
+    history: int | None = None  # how many messages are kept for those who look later
 
 
 @dataclass(frozen=True, slots=True)

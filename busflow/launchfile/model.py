@@ -65,6 +65,9 @@ class TopicKeys(Section):
 
     type: str | None = Field(default=None, description="The message type: sensor_msgs/msg/Imu.")
     qos: Qos | None = Field(default=None, description="A profile's name, or fields of one.")
+    history: int | None = Field(
+        default=None, ge=0, le=100_000, description="How many messages are kept for `topic echo --last`; 1 unless said."
+    )
 
 
 class NodeKeys(Section):

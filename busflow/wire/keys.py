@@ -164,3 +164,13 @@ def _mangled(name: str) -> str:
 
 def _plain(field: str) -> str:
     return f"/{field.replace('%', '/').strip('/')}"
+
+
+def split_name(full_name: str) -> tuple[str, str]:
+    """A node's full name as namespace and name.
+
+    >>> split_name("/left/arm"), split_name("/imu")
+    (('/left', 'arm'), ('/', 'imu'))
+    """
+    namespace, _, node = full_name.rpartition("/")
+    return namespace or "/", node

@@ -1,0 +1,121 @@
+"""Meter: counts a topic's messages where they are published, exact at any rate, while somebody asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import BusflowError
+
+if TYPE_CHECKING:
+    from busflow.bus import Bus
+    from busflow.clock import Clock
+    from busflow.message import Message
+    from busflow.topic import Topic
+
+_NS_PER_S = 1_000_000_000
+_PATIENCE_S = 5.0
+"""A meter nobody has read for this long is taken off again: who asked may have been killed."""
+
+
+@dataclass(slots=True)
+class Spread:
+    """Count, sum, sum of squares and extremes: enough for mean and deviation, and two of them add up."""
+
+    count: int = 0
+    total: float = 0.0
+    squares: float = 0.0
+    low: float | None = None
+    high: float | None = None
+
+    def add(self, value: float) -> None:
+        """One more value."""
+        self.count += 1
+        self.total += value
+        self.squares += value * value
+        self.low = min(inf if self.low is None else self.low, value)
+        self.high = max(-inf if self.high is None else self.high, value)
+
+
+class Meter:
+    """What went over a topic since it was last read: periods in seconds, sizes in bytes, ages in seconds."""
+
+    def __init__(self, topic: Topic[Any], clock: Clock, size: Callable[[Message], int] | None) -> None:
+        """A meter that is yet to be put on its topic; `size` only where bytes are asked for, as it costs most."""
+        self.topic = topic
+        self._clock = clock
+        self._size = size
+        self._last_ns: int | None = None
+        self._restart()
+
+    def hear(self, message: Message) -> None:
+        """Count a message, as it is published."""
+        now_ns = self._clock.monotonic_ns()
+        self._count += 1
+        if self._last_ns is not None:
+            self._periods.add((now_ns - self._last_ns) / _NS_PER_S)
+        self._last_ns = now_ns
+        if self._size is not None:
+            self._sizes.add(self._size(message))
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        if stamp is not None:
+            self._ages.add((self._clock.now().nanoseconds - stamp.sec * _NS_PER_S - stamp.nanosec) / _NS_PER_S)
+
+    def read(self) -> dict[str, Any]:
+        """What it counted since it was last read, or put on: and it begins anew."""
+        now_ns = self._clock.monotonic_ns()
+        found = {
+            "topic": self.topic.name,
+            "duration_s": (now_ns - self._since_ns) / _NS_PER_S,
+            "count": self._count,
+            "periods_s": asdict(self._periods),
+            "sizes": asdict(self._sizes),
+            "ages_s": asdict(self._ages),
+        }
+        self._restart()
+        return found
+
+    def _restart(self) -> None:
+        self._since_ns = self._clock.monotonic_ns()
+        self._count = 0
+        self._periods, self._sizes, self._ages = Spread(), Spread(), Spread()
+
+
+class Meters:
+    """The meters that somebody reads now, each for one reader and topic."""
+
+    def __init__(self, bus: Bus, size_of: Callable[[Topic[Any]], Callable[[Message], int]]) -> None:
+        self._bus, self._size_of = bus, size_of
+        self._meters: dict[tuple[str, str], Meter] = {}
+        self._read_at: dict[tuple[str, str], int] = {}
+
+    def read(self, reader: str, topic: Topic[Any], *, sizes: bool) -> dict[str, Any]:
+        """What went over a topic since this reader last asked; the first time puts the meter on.
+
+        Raises:
+            BusflowError: too many are read at once.
+        """
+        key = (reader, topic.name)
+        meter = self._meters.get(key)
+        if meter is None:
+            if len(self._meters) >= 1000:
+                raise BusflowError("a thousand meters are read already; end some of the commands that do")
+            meter = self._meters[key] = Meter(topic, self._bus.clock, self._size_of(topic) if sizes else None)
+            self._bus.tap(topic, meter.hear)
+            self._expire_later(key)
+        self._read_at[key] = self._bus.clock.monotonic_ns()
+        return meter.read()
+
+    def _expire_later(self, key: tuple[str, str]) -> None:
+        after_ns = round(_PATIENCE_S * _NS_PER_S)
+        self._bus.clock.call_at(self._bus.clock.monotonic_ns() + after_ns, lambda: self._expire(key))
+
+    def _expire(self, key: tuple[str, str]) -> None:
+        if self._bus.clock.monotonic_ns() - self._read_at[key] < _PATIENCE_S * _NS_PER_S:
+            self._expire_later(key)
+            return
+        del self._read_at[key]
+        meter = self._meters.pop(key)
+        self._bus.untap(meter.topic, meter.hear)

@@ -1,0 +1,129 @@
+"""Outlet: one publisher's way out of the process. Nothing is encoded until somebody out there listens."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+import zenoh.ext
+
+from busflow.clock import Clock
+from busflow.errors import MalformedMessage
+from busflow.message import Message
+from busflow.publishers import Publisher
+from busflow.qos import Durability, Reliability
+from busflow.wire.keys import Attachment, Token, topic_key
+from busflow.wire.sender import LARGE
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.wire.sender import Sender
+    from busflow.wire.typesupport import TypeSupport
+
+_HEARTBEAT_S = 0.5
+
+
+class Outlet:
+    """Encodes and sends what a publisher publishes, while it is wanted.
+
+    A transient_local publisher is always wanted: Zenoh keeps its last messages for late joiners, as bytes.
+    """
+
+    def __init__(
+        self,
+        publisher: Publisher[Any],
+        support: TypeSupport,
+        token: Token,
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        clock: Clock,
+        log: FilteringBoundLogger,
+        on_loop: Callable[..., None],
+    ) -> None:
+        """Declare the publisher to the others; `on_loop` runs a function on the event loop, from any thread."""
+        self.sent = 0
+        self.unsent = 0
+        """Messages that could not be put into bytes."""
+        self._publisher, self._support, self._sender = publisher, support, sender
+        self._clock, self._log, self._gid = clock, log, token.gid
+        latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
+        self._way = _latched(session, publisher, support) if latched else _plain(session, publisher, support)
+        self._token = session.liveliness().declare_token(str(token))
+        if latched:
+            publisher.send_through(self._send)
+        else:
+            self._listen(on_loop)
+
+    def close(self) -> None:
+        """Take the publisher back."""
+        self._publisher.send_through(None)
+        self._token.undeclare()
+        self._way.undeclare()
+
+    def _listen(self, on_loop: Callable[..., None]) -> None:
+        def hear(status: Any) -> None:
+            on_loop(self._want, status.matching)
+
+        way: Any = self._way
+        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(hear, indirect=False))
+        self._want(way.matching_status.matching)
+
+    def _want(self, wanted: bool) -> None:
+        self._publisher.send_through(self._send if wanted else None)
+
+    def _send(self, message: Message) -> None:
+        try:
+            payload = self._support.encode(message)
+        except MalformedMessage as error:
+            self.unsent += 1
+            if self.unsent == 1:
+                self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
+            return
+        attachment = Attachment(self._publisher.published, self._clock.now().nanoseconds, self._gid).encode()
+        self.sent += 1
+        if len(payload) < LARGE and not self._sender.busy(self):
+            self._put(payload, attachment)
+        else:
+            self._sender.hand(self, partial(self._put, payload, attachment))
+
+    def _put(self, payload: bytes, attachment: bytes) -> None:
+        try:
+            self._way.put(payload, attachment=attachment)
+        except zenoh.ZError as error:  # the session is closed, at the end of a run
+            self._log.debug(f"not sent on {self._publisher.topic}: {error}")
+
+
+def _plain(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.Publisher:
+    return session.declare_publisher(
+        topic_key(publisher.topic, support.name, support.type_hash),
+        congestion_control=zenoh.CongestionControl.DROP,
+        reliability=_reliability(publisher),
+    )
+
+
+def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.ext.AdvancedPublisher:
+    """As `rmw_zenoh` declares a transient_local publisher."""
+    reliable = publisher.endpoint.qos.reliability is Reliability.RELIABLE
+    return zenoh.ext.declare_advanced_publisher(
+        session,
+        topic_key(publisher.topic, support.name, support.type_hash),
+        cache=zenoh.ext.CacheConfig(max_samples=publisher.endpoint.qos.depth),
+        publisher_detection=True,
+        sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S)
+        if reliable
+        else None,
+        congestion_control=zenoh.CongestionControl.DROP,
+        reliability=_reliability(publisher),
+    )
+
+
+def _reliability(publisher: Publisher[Any]) -> zenoh.Reliability:
+    best_effort = publisher.endpoint.qos.reliability is Reliability.BEST_EFFORT
+    return zenoh.Reliability.BEST_EFFORT if best_effort else zenoh.Reliability.RELIABLE

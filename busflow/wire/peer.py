@@ -1,0 +1,289 @@
+"""Peer: a process that joins a run to look, act and leave again. It imports none of the run's code.
+
+It opens no socket of its own, and reads messages by the descriptions that the run offers.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import threading
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow import errors
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget
+from busflow.wire.answers import PREFIX
+from busflow.wire.foreign import ForeignType
+from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
+from busflow.wire.run_directory import FoundRun, find_run
+from busflow.wire.session import open_session
+from busflow.wire.view import GraphView, TopicView, view
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+
+ANSWER_TIMEOUT_S = 5.0
+_DEFAULT_QOS = "::,10:,:,:,,"
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """One message as it arrived."""
+
+    payload: bytes
+    sequence: int
+    """Counts its publisher's messages from 1; 0 where nobody said."""
+    stamp_ns: int
+    """When it was published, by the publisher's clock; 0 where nobody said."""
+    gid: bytes
+
+
+class Peer:
+    """A member of a run that only looks and acts."""
+
+    def __init__(self, run: FoundRun) -> None:
+        """Join a run; use `join`, which leaves it again.
+
+        Raises:
+            InspectionUnavailable: nobody answers there.
+        """
+        self.run = run
+        self.session = open_session(run.directory)
+        self._zid = str(self.session.info.zid())
+        self._name = f"_busflow_cli_{os.getpid()}"
+        self._ids = 0
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._types: dict[str, ForeignType] = {}
+
+    def close(self) -> None:
+        """Leave the run. Without it the interpreter would wait for ever for Zenoh's threads."""
+        self.session.close()
+
+    # Asking.
+
+    def ask(self, question: str, **arguments: Any) -> list[Any]:
+        """The answer of every process of the run.
+
+        Raises:
+            NoSuchTarget: none of them knows what is asked for.
+            InspectionUnavailable: none answers in time: the run's event loop is blocked, or it has just ended.
+        """
+        return [answer for answer, _ in self.ask_for_messages(question, **arguments)]
+
+    def ask_for_messages(self, question: str, **arguments: Any) -> list[tuple[Any, list[Received]]]:
+        """As `ask`; with each answer the messages that came before it."""
+        replies = self.session.get(
+            f"{PREFIX}/*/{question}",
+            payload=json.dumps(arguments),
+            congestion_control=zenoh.CongestionControl.DROP,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=ANSWER_TIMEOUT_S,
+        )
+        messages: dict[str, list[Received]] = {}
+        found: list[tuple[Any, list[Received]]] = []
+        refusals: list[BusflowError] = []
+        for reply in replies:
+            if reply.ok is None:
+                continue
+            who = str(reply.ok.key_expr)
+            if reply.ok.attachment is not None:
+                messages.setdefault(who, []).append(_received(reply.ok))
+                continue
+            told = json.loads(reply.ok.payload.to_bytes())
+            if "error" in told:
+                refusals.append(_refusal(told))
+            else:
+                found.append((told["answer"], messages.pop(who, [])))
+        if not found:
+            raise (
+                refusals[0]
+                if refusals
+                else InspectionUnavailable(
+                    f"{self.run.name} does not answer: it has just ended, or a handler blocks its event loop"
+                )
+            )
+        return found
+
+    def tokens(self) -> list[Token]:
+        """Every node and endpoint of the run, this peer's own left out."""
+        found: list[Token] = []
+        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=ANSWER_TIMEOUT_S):
+            with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
+                if reply.ok is not None:
+                    found.append(Token.parse(str(reply.ok.key_expr)))
+        return [token for token in found if token.session != self._zid]
+
+    def graph(self) -> GraphView:
+        """The run's nodes and topics as they are now."""
+        return view(self.tokens(), self.ask("graph"))
+
+    def type(self, name: str) -> ForeignType:
+        """A message type that the run uses, ready to read and write its messages.
+
+        Raises:
+            NoSuchTarget: no topic of the run has this type.
+            MalformedMessage: the description that is offered is not the one its hash stands for.
+        """
+        if name not in self._types:
+            for answer in self.ask("types", names=[name]):
+                for told in answer.values():
+                    self._types[name] = ForeignType(name, told["hash"], told["description"])
+        if name not in self._types:
+            raise NoSuchTarget(f"the run does not say what {name} is")
+        return self._types[name]
+
+    # Listening and publishing.
+
+    @contextmanager
+    def listen(self, topic: TopicView, *, depth: int = 1000) -> Generator[Listener]:
+        """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost."""
+        type_ = self.type(topic.types[0])
+        with self._present(Kind.SUBSCRIPTION, topic.name, type_, _DEFAULT_QOS):
+            listener = Listener(depth)
+            key = topic_key(topic.name, type_.name, type_.type_hash)
+            callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
+            way = self.session.declare_subscriber(key, callback)
+            try:
+                yield listener
+            finally:
+                way.undeclare()
+
+    @contextmanager
+    def advertise(self, topic: str, type_: ForeignType, *, qos: str = _DEFAULT_QOS) -> Generator[Speaker]:
+        """Publish a topic while the block lasts; `qos` in the form of `qos_form.to_text`."""
+        from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
+
+        with self._present(Kind.PUBLISHER, topic, type_, qos) as token:
+            key = topic_key(topic, type_.name, type_.type_hash)
+            way = self.session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+            try:
+                yield Speaker(way, type_, token.gid, SystemClock())
+            finally:
+                way.undeclare()
+
+    @contextmanager
+    def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
+        """Be a node with one end, as the others see it."""
+        self._ids += 1
+        node = Token(self._zid, 0, 0, Kind.NODE, "/", self._name)
+        end = Token(self._zid, 0, self._ids, kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
+        liveliness = self.session.liveliness()
+        with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):
+            yield end
+
+
+class Listener:
+    """Messages of one topic, as they arrive."""
+
+    def __init__(self, depth: int) -> None:
+        self.dropped = 0
+        """Messages that were not read in time."""
+        self.lost = 0
+        """Messages that never arrived: gaps in a publisher's sequence."""
+        self._arrived: queue.Queue[Received] = queue.Queue(depth)
+        self._sequences: dict[bytes, int] = {}
+
+    def put(self, sample: zenoh.Sample) -> None:
+        """Take a message in, in Zenoh's thread."""
+        received = _received(sample)
+        while True:
+            try:
+                self._arrived.put_nowait(received)
+            except queue.Full:
+                with suppress(queue.Empty):
+                    self._arrived.get_nowait()
+                    self.dropped += 1
+            else:
+                return
+
+    def get(self, timeout_s: float | None = None) -> Received | None:
+        """The next message, waited for; None when none came in time."""
+        try:
+            received = self._arrived.get(timeout=timeout_s)
+        except queue.Empty:
+            return None
+        last = self._sequences.get(received.gid)
+        if received.sequence:
+            if last is not None and received.sequence > last + 1:
+                self.lost += received.sequence - last - 1
+            self._sequences[received.gid] = received.sequence
+        return received
+
+
+class Speaker:
+    """What this process publishes on one topic."""
+
+    def __init__(self, way: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
+        self.published = 0
+        self._way, self._type, self._gid, self._clock = way, type_, gid, clock
+        self._heard = threading.Event()
+        callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
+        self._matching = way.declare_matching_listener(callback)
+        if matches(way):
+            self._heard.set()
+
+    def wait_for_listener(self, timeout_s: float | None) -> bool:
+        """Wait until somebody receives the topic; False when nobody did in time."""
+        return self._heard.wait(timeout_s)
+
+    def publish(self, values: Mapping[str, Any]) -> None:
+        """Publish one message, given as plain values; what is not given has its default.
+
+        Raises:
+            MalformedMessage: a value does not fit.
+        """
+        payload = self._type.encode(values)
+        self.published += 1
+        self._way.put(payload, attachment=Attachment(self.published, self._clock.now().nanoseconds, self._gid).encode())
+
+    def _on_match(self, status: Any) -> None:
+        if status.matching:
+            self._heard.set()
+        else:
+            self._heard.clear()
+
+
+@contextmanager
+def join(name: str | None = None) -> Generator[Peer]:
+    """Be a member of a run while the block lasts; without a name, of the only one there is.
+
+    Raises:
+        NoSuchRun: there is none, or it has to be said which.
+        InspectionUnavailable: it does not answer.
+    """
+    peer = Peer(find_run(name))
+    try:
+        yield peer
+    finally:
+        peer.close()
+
+
+def matches(way: Any) -> bool:
+    """Whether anybody receives what is published this way."""
+    return bool(way.matching_status.matching)
+
+
+def _received(sample: zenoh.Sample) -> Received:
+    attachment = sample.attachment
+    try:
+        told = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
+    except MalformedMessage:  # whoever signs in another way is still heard
+        told = Attachment(0, 0, b"")
+    return Received(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
+
+
+def _refusal(told: Mapping[str, str]) -> BusflowError:
+    """The error that the run answered with."""
+    kind = getattr(errors, told["kind"], None)
+    if isinstance(kind, type) and issubclass(kind, NoSuchTarget):
+        return kind(told["error"])
+    return BusflowError(told["error"])

@@ -1,0 +1,213 @@
+"""Questions: what a run knows about itself, as plain data. Each answers one question of another process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.errors import NoSuchTarget
+from busflow.message import type_name
+from busflow.publishers import Publisher
+from busflow.subscriptions import Subscription
+from busflow.text import did_you_mean
+from busflow.wire.answers import Question, WithMessages
+from busflow.wire.history import History
+from busflow.wire.keys import Attachment
+from busflow.wire.meter import Meters
+
+if TYPE_CHECKING:
+    from busflow.bus import Bus
+    from busflow.clock import Clock
+    from busflow.endpoint import Endpoint
+    from busflow.log import Log
+    from busflow.parameter_store import LiveParameter
+    from busflow.report import Report
+    from busflow.supervisor import Unit
+    from busflow.topic import Topic
+    from busflow.wire.run_directory import RunCard
+    from busflow.wire.typesupport import TypeSupport
+
+_NO_GID = bytes(16)
+
+
+class Inspected(Protocol):
+    """What is needed of a graph."""
+
+    name: str
+    seed: int
+    clock: Clock
+    bus: Bus
+    log: Log
+    units: list[Unit]
+
+    def report(self) -> Report:
+        """What the run has come to so far."""
+        ...
+
+
+class Supports(Protocol):
+    """How each message class travels."""
+
+    def __call__(self, cls: type[Any]) -> TypeSupport:
+        """How this one does."""
+        ...
+
+
+class Questions:
+    """The answers of one process; every method takes a question's arguments."""
+
+    def __init__(self, graph: Inspected, card: RunCard, process: str, supports: Supports, history: History) -> None:
+        self._graph, self._card, self._process = graph, card, process
+        self._supports, self._history = supports, history
+        self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
+
+    def all(self) -> Mapping[str, Question]:
+        """Each question's name, and who answers it."""
+        return {
+            "run": self.run,
+            "report": self.report,
+            "graph": self.graph,
+            "types": self.types,
+            "history": self.history,
+            "measure": self.measure,
+            "parameters": self.parameters,
+        }
+
+    def run(self, _arguments: Mapping[str, Any]) -> object:
+        """What runs: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes}`."""
+        graph = self._graph
+        return asdict(self._card) | {
+            "process": self._process,
+            "pid": os.getpid(),
+            "seed": graph.seed,
+            "clock": graph.clock.kind,
+            "elapsed_s": graph.clock.seconds(),
+            "nodes": len(graph.units),
+        }
+
+    def report(self, _arguments: Mapping[str, Any]) -> object:
+        """The report as `--report` writes it, as it stands now."""
+        return self._graph.report().as_json()
+
+    def graph(self, _arguments: Mapping[str, Any]) -> object:
+        """Every node and topic of this process: `{process, pid, nodes: […], topics: […], timers: […]}`."""
+        topics = self._graph.bus.topics.values()
+        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.timers]
+        return {
+            "process": self._process,
+            "pid": os.getpid(),
+            "elapsed_s": self._graph.clock.seconds(),
+            "nodes": [_node(unit) for unit in self._graph.units],
+            "topics": [self._topic(topic) for topic in topics],
+            "timers": timers,
+        }
+
+    def types(self, arguments: Mapping[str, Any]) -> object:
+        """By type name, what a peer needs to read messages: `{hash, encoding, description}`; `names` limits them."""
+        wanted = arguments.get("names")
+        found: dict[str, Any] = {}
+        for topic in self._graph.bus.topics.values():
+            support = self._supports(topic.type)
+            if wanted is None or support.name in wanted:
+                found[support.name] = _described(support)
+        return found
+
+    def history(self, arguments: Mapping[str, Any]) -> object:
+        """The last `count` messages of `topic`, oldest first; the answer says how many are kept, and of which type."""
+        topic = self._named(arguments["topic"])
+        support = self._supports(topic.type)
+        messages = self._history.last(topic.name, int(arguments.get("count", 1)))
+        first = topic.published - len(messages) + 1
+        replies = [
+            (support.encode(message), Attachment(first + place, 0, _NO_GID).encode())
+            for place, message in enumerate(messages)
+        ]
+        told = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
+        return WithMessages(told | {"count": len(replies)} | _described(support), replies)
+
+    def measure(self, arguments: Mapping[str, Any]) -> object:
+        """What went over `topic` since this `reader` last asked, with `sizes` or without, and the ledger there."""
+        topic = self._named(arguments["topic"])
+        found = self._meters.read(str(arguments["reader"]), topic, sizes=bool(arguments.get("sizes")))
+        return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
+
+    def parameters(self, arguments: Mapping[str, Any]) -> object:
+        """By node, its parameters with value, type, range and source; `node` limits them to one."""
+        wanted = arguments.get("node")
+        return {
+            unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]
+            for unit in self._graph.units
+            if wanted is None or unit.name == wanted
+        }
+
+    def _named(self, name: str) -> Topic[Any]:
+        topics = self._graph.bus.topics
+        found = topics.get(name)
+        if found is None:
+            raise NoSuchTarget(f"there is no topic {name!r}; {did_you_mean(name, topics)}")
+        return found
+
+    def _topic(self, topic: Topic[Any]) -> dict[str, Any]:
+        support = self._supports(topic.type)
+        return {
+            "name": topic.name,
+            "type": support.name,
+            "hash": support.type_hash,
+            "encoding": support.encoding,
+            "published": topic.published,
+            "kept": self._history.depth(topic.name),
+            "publishers": [_publisher(each) for each in topic.publishers],
+            "subscriptions": [_subscription(each) for each in topic.subscriptions],
+            "gone": [asdict(each) for each in topic.gone],
+        }
+
+
+def _described(support: TypeSupport) -> dict[str, Any]:
+    return {
+        "hash": support.type_hash,
+        "encoding": support.encoding,
+        "description": support.description,
+    }
+
+
+def _node(unit: Unit) -> dict[str, Any]:
+    return {
+        "name": unit.name,
+        "plugin": unit.plugin,
+        "state": unit.state.value,
+        "failures": [failure.summary for failure in unit.failures],
+        "publishers": _names(unit.runtime.publishers),
+        "subscriptions": _names(unit.runtime.subscriptions),
+    }
+
+
+def _names(ends: Sequence[Publisher[Any] | Subscription[Any]]) -> list[dict[str, str]]:
+    return [{"topic": end.topic, "type": type_name(end.type)} for end in ends]
+
+
+def _publisher(publisher: Publisher[Any]) -> dict[str, Any]:
+    return _endpoint(publisher.endpoint) | {"published": publisher.published}
+
+
+def _subscription(subscription: Subscription[Any]) -> dict[str, Any]:
+    return _endpoint(subscription.endpoint) | asdict(subscription.statistics())
+
+
+def _endpoint(endpoint: Endpoint) -> dict[str, Any]:
+    return {
+        "node": endpoint.node,
+        "qos": endpoint.qos.model_dump(mode="json"),
+        "origin": endpoint.origin,
+        "written": endpoint.written,
+    }
+
+
+def _parameter(parameter: LiveParameter) -> dict[str, Any]:
+    place = parameter.source.place
+    return asdict(parameter.info) | {
+        "value": parameter.value,
+        "source": parameter.source.text,
+        "at": None if place is None else str(place),
+    }
