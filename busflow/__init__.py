@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from busflow.events import LivelinessChanged as LivelinessChanged
     from busflow.events import LivelinessLost as LivelinessLost
     from busflow.handlers import on_event as on_event
+    from busflow.handlers import on_parameters as on_parameters
     from busflow.handlers import subscription as subscription
     from busflow.message import Length as Length
     from busflow.message import Message as Message
     from busflow.message import take as take
     from busflow.node import Node as Node
     from busflow.parameters import Parameters as Parameters
+    from busflow.parameters import ReadOnly as ReadOnly
     from busflow.publishers import Publisher as Publisher
     from busflow.qos import DEFAULT as DEFAULT
     from busflow.qos import SENSOR_DATA as SENSOR_DATA
@@ -58,6 +60,7 @@ _HOMES = {
     "Parameters": "parameters",
     "Publisher": "publishers",
     "QoS": "qos",
+    "ReadOnly": "parameters",
     "Reliability": "qos",
     "SENSOR_DATA": "qos",
     "SendTimeout": "errors",
@@ -67,6 +70,7 @@ _HOMES = {
     "WouldBlock": "errors",
     "launch": "runner",
     "on_event": "handlers",
+    "on_parameters": "handlers",
     "publisher": "declarations",
     "run": "runner",
     "subscription": "handlers",
@@ -94,6 +98,7 @@ __all__ = [
     "Parameters",
     "Publisher",
     "QoS",
+    "ReadOnly",
     "Reliability",
     "SendTimeout",
     "Subscription",
@@ -102,6 +107,7 @@ __all__ = [
     "WouldBlock",
     "launch",
     "on_event",
+    "on_parameters",
     "publisher",
     "run",
     "subscription",

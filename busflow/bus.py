@@ -9,8 +9,9 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from threading import Lock, get_ident
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from busflow.clock import Clock, SystemClock
 from busflow.compatibility import Verdict, compatibility
@@ -24,9 +25,16 @@ from busflow.timers import Spawn, Timer
 from busflow.topic import Topic
 
 M = TypeVar("M", bound=Message)
+R = TypeVar("R")
 
-Attached = Publisher[Any] | Subscription[Any] | Timer
+if TYPE_CHECKING:
+    from busflow.parameter_store import ParameterStore
+
+Attached: TypeAlias = "Publisher[Any] | Subscription[Any] | Timer | ParameterStore"
 """What can be part of a run."""
+
+CALL_TIMEOUT_S = 5.0
+"""How long a thread waits for the loop to do what it asks, in wall time."""
 
 INBOX_DEPTH = 4096
 """Messages from other threads that may wait for the loop."""
@@ -82,6 +90,33 @@ class Inbox:
             loop = self._loop
         loop.call_soon_threadsafe(self._drain)
 
+    def call(self, function: Callable[[], R]) -> R:
+        """Call a function on the loop, from another thread, and wait for what it returns or raises.
+
+        Raises:
+            NotRunning: there is no loop, or it does not come round to it in time; then it is not called later either.
+        """
+        future: Future[R] = Future()
+
+        def answer() -> None:
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(function())
+                except BaseException as error:  # noqa: BLE001  # it is raised where it was called
+                    future.set_exception(error)
+
+        with self._lock:
+            loop = self._loop
+        if loop is None:
+            raise NotRunning("the graph's event loop is not running")
+        loop.call_soon_threadsafe(answer)
+        try:
+            return future.result(CALL_TIMEOUT_S)
+        except TimeoutError:
+            if not future.cancel():
+                raise
+            raise NotRunning(f"the graph's event loop did nothing else within {CALL_TIMEOUT_S:g} s") from None
+
     def _drain(self) -> None:
         self._dispatcher.run_now(self._publish_waiting)
 
@@ -116,7 +151,7 @@ class Bus:
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.on_attach: list[Callable[[Attached], None]] = []
-        """Who hears of every publisher, subscription and timer that comes, before its first message or tick."""
+        """Who hears of every publisher, subscription, timer and parameter store that comes, before it does anything."""
         self.on_detach: list[Callable[[Publisher[Any] | Subscription[Any]], None]] = []
         """Who hears of every publisher and subscription that leaves."""
         self.clock: Clock = clock or SystemClock()
@@ -166,6 +201,18 @@ class Bus:
         """Give a timer the run's clock and its place in the dispatcher's turns."""
         timer.attach(self.clock, self.dispatcher, spawn, on_failure)
         self._tell(timer)
+
+    def call(self, function: Callable[[], R]) -> R:
+        """Call a function on the graph's own thread, from any thread; from another one, wait for its answer.
+
+        Raises:
+            NotRunning: the graph's event loop does not run, or is too busy to answer.
+        """
+        return function() if get_ident() == self._thread else self.inbox.call(function)
+
+    def attach_parameters(self, parameters: ParameterStore) -> None:
+        """Let those who hear of what comes know of a node's parameters, to hear of their changes."""
+        self._tell(parameters)
 
     def tap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
         """Hear every message of a topic as it is published, before any queue has it."""

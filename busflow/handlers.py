@@ -34,11 +34,16 @@ class EventRole:
     topic: str
 
 
-Role = SubscriptionRole | EventRole
+@dataclass(frozen=True, slots=True)
+class ParametersRole:
+    """The `@on_parameters` of a handler."""
+
+
+Role = SubscriptionRole | EventRole | ParametersRole
 
 
 class Handler(Declaration, Generic[P, R]):
-    """A method with `@subscription` or `@on_event` above it; on an instance it is the method."""
+    """A method with `@subscription`, `@on_event` or `@on_parameters` above it; on an instance it is the method."""
 
     def __init__(
         self,
@@ -49,6 +54,8 @@ class Handler(Declaration, Generic[P, R]):
         """The handler that a decorator makes of a method, or that overrides the one `above` without a decorator."""
         if isinstance(function, Declaration):
             raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
+        if len(roles) > 1 and ParametersRole() in roles:
+            raise InvalidDeclaration("@on_parameters stands alone: a message or an event needs a method of its own")
         self.function = function
         self.roles = roles
         self._above = above
@@ -133,6 +140,21 @@ def on_event(topic: str) -> _HandlerDecorator:
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """
     return _HandlerDecorator(EventRole(topic))
+
+
+def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
+    """Hear that the node's parameters have changed: `@on_parameters` above `def retune(self, old: MyParameters)`.
+
+    It is called after the change, with the parameters before it; `self.parameters` holds the new ones. Refusing
+    belongs in the validators of the `Parameters` class. Of an `async def` one call runs at a time: what changes
+    meanwhile is told in one more call, whose `old` is what the call before saw as new.
+    """
+    if isinstance(function, Handler):
+        raise InvalidDeclaration("@on_parameters stands alone: a message or an event needs a method of its own")
+    code = getattr(function, "__code__", None)
+    if code is not None and code.co_argcount != 2:
+        raise InvalidDeclaration(f"@on_parameters needs a method written as def {code.co_name}(self, old)")
+    return Handler(function, (ParametersRole(),))
 
 
 class _HandlerDecorator:

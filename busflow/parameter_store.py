@@ -1,21 +1,25 @@
-"""ParameterStore: the parameters of one node while it runs: what each is and where its value came from."""
+"""ParameterStore: the parameters of one node while it runs: what each is, where it came from, and setting them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from busflow.errors import Fault, InvalidParameter, Place
+from busflow.errors import Fault, InvalidDeclaration, InvalidParameter, Place
+from busflow.parameter_changes import with_changes
 from busflow.parameters import ParameterInfo, Parameters, describe
 from busflow.text import did_you_mean
-from busflow.validation import plain
+from busflow.timers import Timer, checked_period
+from busflow.validation import plain, shown
 
 if TYPE_CHECKING:
-    from busflow.node import Node
+    from busflow.runtime import NodeRuntime
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,7 @@ class ValueSource:
 DEFAULT = ValueSource("default")
 CODE = ValueSource("code")
 """Python code built the node with it."""
+RUN_TIME = ValueSource("set at run time")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,21 +55,67 @@ class LiveParameter:
         return self.info.name
 
 
-class ParameterStore:
-    """What `node.parameters` holds, parameter by parameter.
+@dataclass(frozen=True, slots=True)
+class ParameterChange:
+    """One parameter that got another value; None is a parameter of an optional group that is not there."""
 
-    The node's own attribute is the truth; whoever builds the node anew builds it from that.
+    name: str
+    old: object
+    new: object
+
+
+@dataclass(frozen=True, slots=True)
+class SetResult:
+    """What came of setting parameters: what changed, or why nothing did."""
+
+    changed: tuple[ParameterChange, ...] = ()
+    """Empty also where every value was the old one."""
+    faults: tuple[Fault, ...] = ()
+    """Why the whole was refused; empty where it was accepted."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why the whole was refused, in one line; None where it was accepted."""
+        return str(InvalidParameter(self.faults)) if self.faults else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Pace:
+    """A timer whose period a parameter decides."""
+
+    parameter: str
+    period: Callable[[object], Fraction]
+    timer: Timer
+
+
+class ParameterStore:
+    """What `node.parameters` holds, parameter by parameter, and the one who may replace it.
+
+    The node's own attribute is the truth; whoever builds the node anew builds it from that. Everything here belongs
+    to the thread of the graph's event loop.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, runtime: NodeRuntime) -> None:
+        self._runtime = runtime
+        self._first: Parameters = runtime.node.parameters  # a set states every field, this one only what was given
         self.stated: Callable[[str], ValueSource | None] = lambda _name: None
         """Who stated a parameter for the run, by its dotted name; the node's surroundings tell."""
+        self.on_change: list[Callable[[Parameters, SetResult], None]] = []
+        """Who hears of a change, just after it, with the parameters before it."""
+        self.times_set = 0
+        """How often something was changed."""
+        self._paces: list[_Pace] = []
+        self._set_at_run_time: set[str] = set()
+
+    @property
+    def node(self) -> str:
+        """The node's full name."""
+        return self._runtime.full_name
 
     @property
     def current(self) -> Parameters:
         """The parameters as the node sees them."""
-        return self._node.parameters
+        return self._runtime.node.parameters
 
     @cached_property
     def infos(self) -> dict[str, ParameterInfo]:
@@ -87,8 +138,76 @@ class ParameterStore:
             raise InvalidParameter([Fault(tuple(name.split(".")), f"unknown parameter {name}", fix, "unknown")])
         return LiveParameter(info, _value(self.current, name), self._source(name))
 
+    def set(self, changes: Mapping[str, object]) -> SetResult:
+        """Set parameters, all of them or none, by dotted or nested names.
+
+        The whole is validated first. Then `node.parameters` is replaced, timers that a parameter paces begin a new
+        grid, and whoever listens is told, all before this returns. Values that are the old ones change nothing.
+        """
+        old = self.current
+        try:
+            new = with_changes(old, changes)
+        except InvalidParameter as refused:
+            return SetResult(faults=refused.faults)
+        changed = tuple(self._changes(old, new))
+        names = {change.name for change in changed}
+        paces = [pace for pace in self._paces if pace.parameter in names]
+        faults = (*self._read_only_faults(changed), *_pace_faults(paces, new))
+        if faults or not changed:
+            return SetResult(faults=faults)
+        self._runtime.node.parameters = new
+        self.times_set += 1
+        self._set_at_run_time |= names
+        for pace in paces:
+            pace.timer.period_s = pace.period(new)
+        result = SetResult(changed)
+        for hear in self.on_change:
+            hear(old, result)
+        return result
+
+    def pace(self, timer: Timer, parameter: str, period: Callable[[object], Fraction]) -> None:
+        """Let a parameter decide a timer's period from now on."""
+        self._paces.append(_Pace(parameter, period, timer))
+
+    def take_over(self, former: ParameterStore) -> None:
+        """Go on counting where the store of the node's former instance ended."""
+        self.times_set = former.times_set
+        self._first = former._first
+        self._set_at_run_time = set(former._set_at_run_time)
+
     def _source(self, name: str) -> ValueSource:
-        return self.stated(name) or (CODE if _is_stated(self.current, name) else DEFAULT)
+        if name in self._set_at_run_time:
+            return RUN_TIME
+        return self.stated(name) or (CODE if _is_stated(self._first, name) else DEFAULT)
+
+    def _changes(self, old: Parameters, new: Parameters) -> Iterator[ParameterChange]:
+        for name in self.infos:
+            before, after = _value(old, name), _value(new, name)
+            if not _same(before, after):
+                yield ParameterChange(name, before, after)
+
+    def _read_only_faults(self, changed: tuple[ParameterChange, ...]) -> Iterator[Fault]:
+        for change in changed:
+            if self.infos[change.name].read_only:
+                text = f"{change.name} is read-only: it stays {shown(change.old)} while the node runs"
+                yield Fault(tuple(change.name.split(".")), text, "change it in the launch file", "read_only")
+
+
+def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:
+    """The timers that could not tick as these parameters say."""
+    for pace in paces:
+        try:
+            checked_period(pace.period(parameters), pace.timer.name)
+        except InvalidDeclaration as error:
+            value = shown(_value(parameters, pace.parameter))
+            yield Fault(tuple(pace.parameter.split(".")), f"{pace.parameter} cannot be {value}: {error}", None, "range")
+
+
+def _same(one: object, other: object) -> bool:
+    """Whether two plain values are the same to whoever reads them; not-a-number is itself."""
+    if isinstance(one, float) and isinstance(other, float):
+        return one == other or (isnan(one) and isnan(other))
+    return type(one) is type(other) and one == other
 
 
 def _value(parameters: BaseModel, name: str) -> Any:

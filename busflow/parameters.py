@@ -63,7 +63,7 @@ def validate(cls: type[P], data: Mapping[str, object]) -> P:
         InvalidParameter: With every fault of `data`, not the first alone.
     """
     try:
-        return cls.model_validate(data)
+        return cls.model_validate(data, by_name=True)
     except ValidationError as error:
         raise InvalidParameter(faults(error, cls, data, noun="parameter")) from None
 

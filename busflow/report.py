@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.message import type_name
@@ -23,6 +23,8 @@ class NodeReport:
     name: str
     plugin: str
     state: str
+    parameters_set: int = 0
+    """How often parameters of it were changed while it ran."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,7 @@ class Report:
             "clock": self.clock,
             "duration_s": self.duration_s,
             "exit_code": int(self.exit_code),
-            "nodes": [{"name": node.name, "plugin": node.plugin, "state": node.state} for node in self.nodes],
+            "nodes": [asdict(node) for node in self.nodes],
             "topics": [_topic_json(topic) for topic in self.topics],
             "timers": [_timer_json(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
@@ -90,7 +92,9 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
 
 def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
     """The run's nodes, in the order of the launch file."""
-    return tuple(NodeReport(unit.name, unit.plugin, unit.state.value) for unit in units)
+    return tuple(
+        NodeReport(unit.name, unit.plugin, unit.state.value, unit.runtime.parameters.times_set) for unit in units
+    )
 
 
 def _topic_json(topic: TopicReport) -> dict[str, Any]:

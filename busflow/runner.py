@@ -10,17 +10,18 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeAlias, TypeVar, overload
+from typing import Any, Self, TypeAlias, TypeVar, cast, overload
 
 import anyio
 
 from busflow.bus import Bus
 from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
 from busflow.dispatcher import Chooser
-from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NodeFailed, NotRunning, Severity
+from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, Severity
 from busflow.event_loop import new_event_loop
 from busflow.failure import Failure
-from busflow.launchfile.description import ClockMode, LaunchDescription
+from busflow.ingredients import What, described, instance, is_simulated
+from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log, Sink, console_sink
 from busflow.message import Message
@@ -36,9 +37,6 @@ from busflow.text import did_you_mean
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
-
-What: TypeAlias = str | Path | LaunchDescription | Node | type[Node]
-"""What a graph is made of: launch files, their descriptions, node classes, instances."""
 
 LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
@@ -69,7 +67,7 @@ class Graph:
         sinks: tuple[Sink, ...] = (),
         explore: Chooser | None = None,
     ) -> None:
-        descriptions = [_described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
+        descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.descriptions = descriptions
         self.name = next((each.name for each in descriptions), "graph")
         self.seed = seed if seed is not None else next((s.seed for s in descriptions if s.seed is not None), 0)
@@ -83,7 +81,7 @@ class Graph:
         """Who hears, on the event loop, that the nodes are built and about to be connected."""
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
-        self._nodes = [_instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+        self._nodes = [instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
         self._outside: NodeRuntime | None = None
@@ -262,6 +260,22 @@ class Graph:
         """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""
         return self._around().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
 
+    def set_parameters(
+        self, which: Node | type[Node] | str, changes: Mapping[str, object] | None = None, /, **values: object
+    ) -> tuple[str, ...]:
+        """Set parameters of a node, all or none, from any thread; returns the names of those that changed.
+
+        Raises:
+            InvalidParameter: with every reason why none was set.
+        """
+        if self._duration_s is not None:
+            raise NotRunning(f"the graph {self.name} has ended; launch another one")
+        node = which if isinstance(which, Node) else self.node(cast("Any", which))
+        result = self.bus.call(lambda: runtime_of(node).parameters.set({**(changes or {}), **values}))
+        if result.faults:
+            raise InvalidParameter(result.faults)
+        return tuple(change.name for change in result.changed)
+
     @overload
     def node(self, which: type[N]) -> N: ...
     @overload
@@ -334,14 +348,14 @@ def launch(
 
 def run(*what: What, args: Mapping[str, object] | None = None, seed: int | None = None) -> ExitCode:
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code."""
-    described = [_described(each, args) if isinstance(each, str | Path) else each for each in what]
-    if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in described):
+    ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
+    if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in ready):
         from busflow.testing.simulation import simulated_graph
 
         sink = console_sink(sys.stderr, colour=False)
-        with simulated_graph(described, seed=seed, sinks=(sink,)) as (graph, loop_factory):
+        with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
             return run_graph(graph, loop_factory=loop_factory)
-    return run_graph(launch(*described, seed=seed))
+    return run_graph(launch(*ready, seed=seed))
 
 
 def run_graph(
@@ -373,26 +387,3 @@ def run_graph(
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
     return graph.exit_code
-
-
-def is_simulated(description: LaunchDescription) -> bool:
-    """Whether a launch file asks for simulated time."""
-    return description.clock.mode is not ClockMode.SYSTEM
-
-
-def _described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
-    return what if isinstance(what, LaunchDescription) else _load(Path(what), args=args or {})
-
-
-def _instance(what: Any) -> Node:
-    if isinstance(what, Node):
-        return what
-    if isinstance(what, type) and issubclass(what, Node):
-        return what()
-    raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
-
-
-def _load(path: Path, args: Mapping[str, object]) -> LaunchDescription:
-    from busflow.launchfile.load import load
-
-    return load(path, args=args)

@@ -20,10 +20,13 @@ from busflow.endpoint import Endpoint
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.events import Event
 from busflow.failure import Failure, is_failure, refuse_coroutine
-from busflow.handlers import Handler, SubscriptionRole
+from busflow.handlers import Handler, ParametersRole, SubscriptionRole
 from busflow.inheritance import declarations_of
 from busflow.message import Message
-from busflow.parameter_store import ParameterStore, ValueSource
+from busflow.parameter_events import ParameterEvents
+from busflow.parameter_handler import ParameterHandler
+from busflow.parameter_store import ParameterStore, SetResult, ValueSource
+from busflow.parameters import Parameters
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.subscriptions import MessageHandler, Subscription
@@ -90,13 +93,15 @@ class NodeRuntime:
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Subscription[Any]] = []
         self.timers: list[Timer] = []
-        self.parameters = ParameterStore(node)
+        self.parameters = ParameterStore(self)
+        self.parameter_events = ParameterEvents(self)
         self.used_remaps: set[str] = set()
         self.on_failure: Callable[[Failure], None] | None = None
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
         self._tasks: anyio.abc.TaskGroup | None = None
         self._listeners: list[Listener] = []
+        self._parameter_handlers: list[ParameterHandler] = []
         self._open = False
         self._ended = False
 
@@ -112,6 +117,11 @@ class NodeRuntime:
         if self._surroundings is None:
             raise NotRunning(f"{self.name} is not part of a graph yet; see busflow.launch, or busflow.testing")
         return self._surroundings
+
+    @property
+    def is_open(self) -> bool:
+        """Whether messages are handed over and timers tick."""
+        return self._open
 
     @cached_property
     def log(self) -> FilteringBoundLogger:
@@ -156,13 +166,18 @@ class NodeRuntime:
             for role in declared.roles:
                 if isinstance(role, SubscriptionRole):
                     self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+                elif isinstance(role, ParametersRole):
+                    self._parameter_handlers.append(ParameterHandler(bound, origin, self))
                 else:
                     topic = self._resolve(role.topic).name
                     self._listeners.append(Listener(topic, declared.event_type(), bound, origin))
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
-            return self.create_timer(period, bound, name=declared.name, missed=declared.missed)
+            timer = self.create_timer(period, bound, name=declared.name, missed=declared.missed)
+            if declared.parameter is not None:
+                self.parameters.pace(timer, declared.parameter, declared.period)
+            return timer
         return None
 
     def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str) -> Publisher[M]:
@@ -235,6 +250,8 @@ class NodeRuntime:
     def connect(self, bus: Bus) -> None:
         """Connect every declared endpoint to the bus; messages wait until `open`."""
         self._bus = bus
+        bus.attach_parameters(self.parameters)
+        self.parameters.on_change.append(self._on_parameters)
         for publisher in self.publishers:
             self._connect_publisher(bus, publisher)
         for subscription in self.subscriptions:
@@ -266,6 +283,9 @@ class NodeRuntime:
             self._open_subscription(subscription)
         for timer in self.timers:
             timer.open()
+        self.parameter_events.tell_all()
+        for handler in self._parameter_handlers:
+            handler.catch_up()
 
     def _open_subscription(self, subscription: Subscription[Any]) -> None:
         pump = subscription.open()
@@ -305,6 +325,17 @@ class NodeRuntime:
             self._bus.dispatcher.run_now(lambda: refuse_coroutine(listener.handler(event), listener.origin))
         except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
             self.fail(f"{listener.origin} (event {event})", error)
+
+    def _on_parameters(self, old: Parameters, result: SetResult) -> None:
+        if self._bus is not None and not self._ended:
+            self.parameter_events.tell(result.changed, self._bus)
+        for handler in self._parameter_handlers:
+            handler.tell(old)
+
+    def run_now(self, callback: Callable[[], None]) -> None:
+        """Call back into the node's code, and deliver what it publishes before returning."""
+        if self._bus is not None:
+            self._bus.dispatcher.run_now(callback)
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         """Run a coroutine in the node's task group; its failure is the node's."""

@@ -59,9 +59,9 @@ class Timer:
     """A periodic call; calling the timer itself calls the handler at once."""
 
     __slots__ = (
-        "_busy", "_called_ns", "_clock", "_dispatcher", "_handle", "_handler", "_is_async", "_lateness_ns",
-        "_on_failure", "_open", "_owed", "_period", "_period_ns", "_spawn", "_start_ns", "_tick", "fired", "missed",
-        "missed_policy", "name", "node",
+        "_busy", "_called_ns", "_cancelled", "_clock", "_dispatcher", "_handle", "_handler", "_is_async",
+        "_lateness_ns", "_on_failure", "_open", "_owed", "_period", "_period_ns", "_spawn", "_start_ns", "_tick",
+        "fired", "missed", "missed_policy", "name", "node",
     )  # fmt: skip
 
     def __init__(
@@ -93,6 +93,7 @@ class Timer:
         self._busy = False
         self._owed = 0
         self._open = False
+        self._cancelled = False
 
     def __call__(self) -> Coroutine[Any, Any, None] | None:
         """Call the handler at once, as if it were the method it was made of."""
@@ -100,18 +101,22 @@ class Timer:
 
     @property
     def period_s(self) -> float:
-        """Seconds between ticks, 0 when off; a new value counts from the moment it is set."""
+        """Seconds between ticks, 0 when off; a new value counts from the moment it is set.
+
+        Then the grid begins anew: the next tick comes one new period later. A cancelled timer stays so until `reset`.
+        """
         return float(self._period)
 
     @period_s.setter
-    def period_s(self, period_s: float) -> None:
+    def period_s(self, period_s: float | Fraction) -> None:
         self._set_period(period_s)
-        if self._open:
+        if self._open and not self._cancelled:
             self.reset()
 
     def reset(self) -> None:
         """Start the grid anew: the next tick comes one period from now, also after `cancel`."""
         self.cancel()
+        self._cancelled = False
         if self._clock is not None and self._open and self._period > 0:
             self._start_ns = self._called_ns = self._clock.monotonic_ns()
             self._tick = 1
@@ -120,6 +125,7 @@ class Timer:
     def cancel(self) -> None:
         """Tick no more, until `reset`; what was to be made up for is forgotten."""
         self._owed = 0
+        self._cancelled = True
         if self._handle is not None:
             self._handle.cancel()
             self._handle = None
@@ -167,7 +173,7 @@ class Timer:
         )
 
     def _set_period(self, period_s: float | Fraction) -> None:
-        self._period = _checked(period_s, self.name)
+        self._period = checked_period(period_s, self.name)
         self._period_ns = (self._period * NANOSECONDS).as_integer_ratio()
 
     def _due_ns(self, tick: int) -> int:
@@ -240,8 +246,12 @@ class Timer:
         return f"<Timer {self.name} of {self.node}: {self.period_s:g} s, {self.fired} fired, {self.missed} missed>"
 
 
-def _checked(period_s: float | Fraction, name: str) -> Fraction:
-    """The period as the decimal number it was written as: 0.1 means a tenth, not the nearest binary fraction."""
+def checked_period(period_s: float | Fraction, name: str) -> Fraction:
+    """The period as the decimal number it was written as: 0.1 means a tenth, not the nearest binary fraction.
+
+    Raises:
+        InvalidDeclaration: no timer can have that period.
+    """
     try:
         period = Fraction(str(period_s))
     except ValueError:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from busflow import SENSOR_DATA, Node, Parameters, publisher, take, timer
+from busflow import SENSOR_DATA, Node, Parameters, ReadOnly, publisher, take, timer
 from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.msgs.std_msgs import Header
@@ -34,9 +34,11 @@ class Noise(Parameters):
 class SensorPublisherParameters(Parameters):
     rate_hz: float = Field(default=10.0, ge=0, le=1000, description="How often the sensors publish; 0 is off.")
     noise: Noise = Field(default=Noise(), description="How far off the readings may be.")
-    camera_hz: float = Field(default=0.0, ge=0, le=200, description="How often the camera publishes; 0 is no camera.")
-    camera_width: int = Field(default=640, ge=1, le=7680, description="Width of a frame, pixels.")
-    camera_height: int = Field(default=480, ge=1, le=4320, description="Height of a frame, pixels.")
+    camera_hz: ReadOnly[float] = Field(
+        default=0.0, ge=0, le=200, description="How often the camera publishes; 0 is no camera."
+    )
+    camera_width: ReadOnly[int] = Field(default=640, ge=1, le=7680, description="Width of a frame, pixels.")
+    camera_height: ReadOnly[int] = Field(default=480, ge=1, le=4320, description="Height of a frame, pixels.")
 
 
 class SensorPublisher(Node):

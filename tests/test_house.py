@@ -24,7 +24,14 @@ WING_LINES = {"engine": 4800, "parameters": 600, "messages": 900, "launch file":
 """Lines of code of each wing of the core, without blank lines, comments and docstrings. A limit is only lowered."""
 WINGS = {
     "messages": {"arrays", "fields", "aliases", "message"},
-    "parameters": {"parameters", "parameter_store"},
+    "parameters": {
+        "parameters",
+        "parameter_changes",
+        "parameter_events",
+        "parameter_handler",
+        "parameter_messages",
+        "parameter_store",
+    },
     "launch file": {"launchfile", "annotation", "validation"},
     "": {"cli", "testing", "msgs", "recording", "wire"},  # not the core
 }

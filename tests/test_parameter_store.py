@@ -1,10 +1,13 @@
 """A node's parameters while it runs: what each is, where its value came from, and how it is set."""
 
+import math
+
 import pytest
 from pydantic import Field
 
-from busflow import Node, Parameters
-from busflow.errors import InvalidParameter
+from busflow import Node, Parameters, on_parameters, timer
+from busflow.errors import InvalidParameter, NotRunning
+from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.node import runtime_of
 from busflow.parameters import ReadOnly
 from busflow.testing import harness, virtual_time
@@ -65,7 +68,8 @@ async def test_a_value_from_a_launch_file_says_where_it_is_stated(tmp_path):
     (tmp_path / "sensor.py").write_text(
         "from busflow import Node, Parameters\n"
         "class Noise(Parameters):\n    imu: float = 0.1\n    joints: float = 0.0\n"
-        "class SensorParameters(Parameters):\n    rate_hz: float = 1.0\n    gain: float = 1.0\n    noise: Noise = Noise()\n"
+        "class SensorParameters(Parameters):\n    rate_hz: float = 1.0\n    gain: float = 1.0\n"
+        "    noise: Noise = Noise()\n"
         "class Sensor(Node):\n    parameters: SensorParameters\n"
     )
     file = tmp_path / "lab.yaml"
@@ -79,3 +83,202 @@ async def test_a_value_from_a_launch_file_says_where_it_is_stated(tmp_path):
     assert str(rows["noise.imu"].source).endswith("lab.yaml:12:14")
     assert str(rows["rate_hz"].source).endswith("lab.yaml:4:14")
     assert [str(rows[name].source) for name in ("gain", "noise.joints")] == ["default", "default"]
+
+
+# Setting.
+
+
+class Recorder(Node):
+    """Ticks at a parameter's rate and remembers what it was told."""
+
+    parameters: SensorParameters
+
+    async def start(self) -> None:
+        self.ticks: list[float] = []
+        self.told: list[tuple[float, float]] = []
+
+    @timer(hz="rate_hz")
+    def tick(self) -> None:
+        self.ticks.append(round(self.clock.seconds(), 3))
+
+    @timer(0.25)
+    def steady(self) -> None: ...
+
+    @on_parameters
+    def retune(self, old: SensorParameters) -> None:
+        self.told.append((old.noise.imu, self.parameters.noise.imu))
+
+
+@virtual_time
+async def test_a_set_replaces_the_parameters_as_a_whole_and_says_what_changed():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        before = node.parameters
+        assert lab.set_parameters(Recorder, {"noise.imu": 0.5, "rate_hz": 20}) == ("rate_hz", "noise.imu")
+        assert node.parameters == SensorParameters(rate_hz=20, noise=Noise(imu=0.5))
+        assert before == SensorParameters()
+        assert node.told == [(0.1, 0.5)]
+
+
+@virtual_time
+async def test_keywords_and_nested_mappings_set_too():
+    async with harness(Recorder) as lab:
+        assert lab.set_parameters("recorder", rate_hz=5, noise={"joints": 1}) == ("rate_hz", "noise.joints")
+        assert lab.graph.set_parameters(lab.node(Recorder), spare={"imu": 2}) == ("spare.imu", "spare.joints")
+
+
+@virtual_time
+async def test_one_wrong_value_refuses_the_whole():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        before = node.parameters
+        with pytest.raises(InvalidParameter) as caught:
+            lab.set_parameters(Recorder, {"rate_hz": 20, "noise.imu": 11, "noise.jonts": 1})
+        assert [fault.path for fault in caught.value.faults] == [("noise", "imu"), ("noise", "jonts")]
+        assert "noise.imu must be at most 10, got 11 (allowed: at least 0, at most 10)" in str(caught.value)
+        assert node.parameters is before
+        assert node.told == []
+        assert lab.graph.report().nodes[0].parameters_set == 0
+
+
+@virtual_time
+async def test_a_read_only_parameter_keeps_its_value_and_may_be_told_it_again():
+    async with harness(Recorder) as lab:
+        said = "frame is read-only: it stays text 'imu_link' while the node runs"
+        with pytest.raises(InvalidParameter, match=said):
+            lab.set_parameters(Recorder, frame="other", rate_hz=20)
+        assert lab.node(Recorder).parameters.rate_hz == 10
+        assert lab.set_parameters(Recorder, frame="imu_link", rate_hz=20) == ("rate_hz",)
+
+
+@virtual_time
+async def test_the_values_there_already_change_nothing_and_nobody_is_told():
+    async with harness(Recorder) as lab:
+        node, events = lab.node(Recorder), lab.subscribe(ParameterEvent, "parameter_events")
+        before = node.parameters
+        assert lab.set_parameters(Recorder, {"rate_hz": 10, "noise": {"imu": 0.1}}) == ()
+        assert lab.set_parameters(Recorder) == ()
+        await lab.settle()
+        assert node.parameters is before
+        assert (node.told, events.latest) == ([], None)
+
+
+@virtual_time
+async def test_not_a_number_is_the_same_as_itself():
+    async with harness(Recorder) as lab:
+        assert lab.set_parameters(Recorder, {"noise.joints": math.nan}) == ("noise.joints",)
+        assert lab.set_parameters(Recorder, {"noise.joints": math.nan}) == ()
+
+
+@virtual_time
+async def test_what_was_set_says_so():
+    async with harness(Recorder) as lab:
+        lab.set_parameters(Recorder, {"noise.imu": 0.5})
+        rows = {row.name: row for row in store_of(lab.node(Recorder)).describe()}
+        assert (rows["noise.imu"].value, str(rows["noise.imu"].source)) == (0.5, "set at run time")
+        assert str(rows["noise.joints"].source) == "default"
+
+
+def test_a_new_instance_of_the_node_goes_on_with_the_sources_and_the_count():
+    former, following = Recorder(), Recorder()
+    assert store_of(former).set({"noise.imu": 0.5}).reason is None
+    following.parameters = former.parameters
+    store_of(following).take_over(store_of(former))
+    assert str(store_of(following).get("noise.imu").source) == "set at run time"
+    assert store_of(following).times_set == 1
+
+
+def test_a_refusal_is_a_result_for_those_who_answer_somebody_else():
+    result = store_of(Recorder()).set({"rate_hz": -1})
+    assert result.changed == ()
+    assert result.reason == "rate_hz must be at least 0, got -1 (allowed: at least 0, at most 1000)"
+
+
+# Timers.
+
+
+@virtual_time
+async def test_a_timer_follows_its_parameter_on_a_new_grid_from_the_change_on():
+    async with harness(Recorder) as lab:
+        await lab.advance(0.25)
+        lab.set_parameters(Recorder, rate_hz=4)
+        await lab.advance(0.5)
+        lab.set_parameters(Recorder, rate_hz=0)
+        await lab.advance(10)
+        lab.set_parameters(Recorder, rate_hz=1)
+        await lab.advance(1)
+        assert lab.node(Recorder).ticks == [0.1, 0.2, 0.5, 0.75, 11.75]
+        steady = next(each for each in lab.graph.report().timers if each.name == "steady")
+        assert (steady.fired, steady.missed) == (47, 0)
+
+
+@virtual_time
+async def test_a_change_of_another_parameter_leaves_a_timers_grid_alone():
+    async with harness(Recorder) as lab:
+        await lab.advance(0.15)
+        lab.set_parameters(Recorder, {"noise.imu": 0.5})
+        await lab.advance(0.05)
+        assert lab.node(Recorder).ticks == [0.1, 0.2]
+
+
+@virtual_time
+async def test_a_cancelled_timer_stays_cancelled_when_its_parameter_changes():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        node.tick.cancel()
+        lab.set_parameters(Recorder, rate_hz=2)
+        await lab.advance(1)
+        assert node.ticks == []
+        node.tick.reset()
+        await lab.advance(1)
+        assert node.ticks == [1.5, 2.0]
+
+
+class Unbounded(Parameters):
+    period_s: float = 1.0
+
+
+class Ticker(Node):
+    parameters: Unbounded
+
+    @timer("period_s")
+    def tick(self) -> None: ...
+
+
+@virtual_time
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, 1e-12])
+async def test_a_period_that_no_timer_can_have_is_refused_also_where_the_range_allows_it(value):
+    async with harness(Ticker) as lab:
+        with pytest.raises(InvalidParameter, match=r"period_s cannot be .*: .*tick"):
+            lab.set_parameters(Ticker, period_s=value)
+        assert lab.node(Ticker).tick.period_s == 1.0
+
+
+# Threads.
+
+
+class Caller(Node):
+    async def run(self) -> None:
+        self.changed = await self.run_sync(self.set_from_a_thread)
+
+    def set_from_a_thread(self) -> tuple[str, ...]:
+        return self.graph.set_parameters(Recorder, rate_hz=20)
+
+
+@virtual_time
+async def test_another_thread_may_set_and_waits_until_it_has_happened():
+    caller = Caller()
+    lab = harness(Recorder, caller)
+    caller.graph = lab.graph
+    async with lab:
+        await lab.settle()
+        assert caller.changed == ("rate_hz",)
+        assert lab.node(Recorder).parameters.rate_hz == 20
+
+
+@virtual_time
+async def test_a_graph_that_has_ended_takes_no_parameters():
+    async with harness(Recorder) as lab:
+        pass
+    with pytest.raises(NotRunning, match="has ended"):
+        lab.set_parameters(Recorder, rate_hz=20)

@@ -16,7 +16,7 @@ from busflow.cli.output import print_columns
 from busflow.clock import SystemClock
 from busflow.declarations import PublisherDeclaration, PullDeclaration
 from busflow.errors import InvalidParameter, LaunchError
-from busflow.handlers import Handler
+from busflow.handlers import Handler, SubscriptionRole
 from busflow.inheritance import declarations_of
 from busflow.launchfile.preflight import Preflight
 from busflow.log import Log
@@ -128,7 +128,8 @@ def _declared(
             yield declared.topic, declared.type, received
         elif isinstance(declared, Handler):
             for role in declared.roles:
-                yield role.topic, declared.message_type(), received
+                if isinstance(role, SubscriptionRole):
+                    yield role.topic, declared.message_type(), received
 
 
 def _parameter_json(parameter: ParameterInfo) -> dict[str, Any]:

@@ -15,8 +15,9 @@ from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
 from busflow.errors import ExitCode, LaunchError, NodeFailed
 from busflow.event_loop import new_event_loop
+from busflow.ingredients import is_simulated
 from busflow.log import console_sink, json_sink
-from busflow.runner import Graph, LoopFactory, is_simulated, run_graph
+from busflow.runner import Graph, LoopFactory, run_graph
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from busflow import plugins
+from busflow import parameter_events, plugins
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
@@ -99,6 +99,7 @@ class Preflight:
                 self._add(plan, spec, topics)
         for node in nodes:
             self._declare(plan, Member(node, type(node).__name__), topics)
+        _announce_parameters(plan.members)
         plan.problems += _duplicate_names(plan.members)
         plan.problems += _type_conflicts(plan.members)
         plan.problems += _qos_conflicts(plan.members)
@@ -179,6 +180,13 @@ def _source(spec: NodeSpec, name: str) -> ValueSource | None:
         return None
     origin = found.origin
     return ValueSource(str(origin), origin.place if origin.source is Source.FILE else None)
+
+
+def _announce_parameters(members: Sequence[Member]) -> None:
+    """Where a node listens to changes of parameters, the others publish them from the start."""
+    if any(endpoint.topic == parameter_events.TOPIC for member in members for endpoint in member.subscriptions):
+        for member in members:
+            member.runtime.parameter_events.declare()
 
 
 def _not_yet(spec: NodeSpec) -> Iterator[Problem]:

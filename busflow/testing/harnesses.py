@@ -16,13 +16,14 @@ from typing import Any, Self, TypeVar, cast, overload
 
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
+from busflow.ingredients import What
 from busflow.launchfile.description import ClockMode
 from busflow.log import LogRecord
 from busflow.message import Message, type_name
 from busflow.node import Node, runtime_of
 from busflow.publishers import Publisher
 from busflow.qos import QoS
-from busflow.runner import Graph, What
+from busflow.runner import Graph
 from busflow.subscriptions import Subscription
 from busflow.testing.faults import Faults
 from busflow.testing.following import Following
@@ -164,6 +165,18 @@ class Harness:
     def publish(self, topic: str, message: Message) -> None:
         """Publish a message from outside."""
         self.graph.publish(topic, message)
+
+    def set_parameters(
+        self, which: type[Node] | str, changes: Mapping[str, object] | None = None, /, **values: object
+    ) -> tuple[str, ...]:
+        """Set parameters of a node: `lab.set_parameters(SensorPublisher, rate_hz=20)`, or a mapping with dotted names.
+
+        Returns the names of those that changed; the change has happened by then.
+
+        Raises:
+            InvalidParameter: With every reason why none was set.
+        """
+        return self.graph.set_parameters(which, changes, **values)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
         """A publisher of the test's own."""

@@ -7,8 +7,9 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from busflow.clock import SimClock
+from busflow.ingredients import What
 from busflow.launchfile.description import ClockMode, LaunchDescription
-from busflow.runner import Graph, LoopFactory, What
+from busflow.runner import Graph, LoopFactory
 from busflow.testing.following import Following
 from busflow.testing.loop import VirtualLoop
 

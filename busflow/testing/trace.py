@@ -1,6 +1,7 @@
 """Trace: a line for everything that happens in a run, by which two runs can be compared byte by byte.
 
     0.100000000 timer /sensor_publisher publish_sensors
+    0.100000000 parameter /sensor_publisher noise.imu 0.5
     0.100000000 publish /imu/data #1 9b4da7f0c1d2a883
     0.100000000 deliver /imu/data /sensor_processor 9b4da7f0c1d2a883
     0.100000000 drop /imu/data /logger overflow
@@ -25,6 +26,7 @@ import numpy as np
 from busflow.clock import NS_PER_S
 from busflow.log import LogRecord
 from busflow.message import Message, type_name
+from busflow.parameter_store import ParameterStore, SetResult
 from busflow.publishers import Publisher
 from busflow.runner import Graph
 from busflow.subscriptions import Subscription
@@ -50,6 +52,8 @@ class Trace:
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):
             attached.observe(lambda: self._tell("timer", attached.node, attached.name))
+        if isinstance(attached, ParameterStore):
+            attached.on_change.append(lambda _old, result: self._on_parameters(attached.node, result))
         if isinstance(attached, Publisher | Subscription):
             self._on_end(cast("Publisher[Any] | Subscription[Any]", attached))
 
@@ -67,6 +71,10 @@ class Trace:
     def _on_publish(self, topic: str, message: Message) -> None:
         self._published[topic] += 1
         self._tell("publish", topic, f"#{self._published[topic]}", self._hash(message))
+
+    def _on_parameters(self, node: str, result: SetResult) -> None:
+        for change in result.changed:
+            self._tell("parameter", node, change.name, json.dumps(change.new))
 
     def _on_log(self, record: LogRecord) -> None:
         values = json.dumps(dict(record.values), default=_plain, sort_keys=True)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow import Node, QoS, publisher, subscription, timer
+from busflow import Node, Parameters, QoS, publisher, subscription, timer
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64, Int64, String
 from busflow.testing import harness, virtual_time
@@ -110,6 +110,31 @@ def test_what_is_pulled_is_a_delivery_too():
         "0.250000000 timer /puller look",
         "0.250000000 drop /numbers /puller superseded",
         f"0.250000000 deliver /numbers /puller {content_hash(Int64(data=2))}",
+    ]
+
+
+def test_a_parameter_that_changes_is_a_line():
+    class Gain(Parameters):
+        gain: float = 1.0
+        name: str = "left"
+
+    class Amplifier(Node):
+        parameters: Gain
+
+    class Setter(Node):
+        @timer(0.2)
+        def set(self) -> None:
+            self.graph.set_parameters(Amplifier, gain=2, name="a\nb")
+
+    def give(lab):
+        setter.graph = lab.graph
+
+    setter = Setter()
+    assert traced(Amplifier, setter, seconds=0.5, also=give).splitlines() == [
+        "0.200000000 timer /setter set",
+        "0.200000000 parameter /amplifier gain 2.0",
+        '0.200000000 parameter /amplifier name "a\\nb"',
+        "0.400000000 timer /setter set",
     ]
 
 

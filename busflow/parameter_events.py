@@ -1,0 +1,62 @@
+"""ParameterEvents: tells of a node's parameters on `/parameter_events`, as ROS 2's nodes do, if somebody listens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from busflow.errors import BusflowError
+from busflow.parameter_store import ParameterChange
+from busflow.qos import PARAMETER_EVENTS
+
+if TYPE_CHECKING:
+    from busflow.bus import Bus
+    from busflow.msgs.rcl_interfaces import ParameterEvent
+    from busflow.publishers import Publisher
+    from busflow.runtime import NodeRuntime
+
+TOPIC = "/parameter_events"
+
+
+class ParameterEvents:
+    """One node's end of the topic. It costs nothing until a parameter is set, and next to nothing if nobody listens."""
+
+    __slots__ = ("_publisher", "_runtime")
+
+    def __init__(self, runtime: NodeRuntime) -> None:
+        self._runtime = runtime
+        self._publisher: Publisher[ParameterEvent] | None = None
+
+    def declare(self) -> None:
+        """Publish from the start, since a node of the graph listens: both ends are checked before anything runs."""
+        if self._runtime.parameters.infos:
+            self._publisher = self._created()
+
+    def tell_all(self) -> None:
+        """Tell of every parameter as a new one, to those who have listened from the start."""
+        if self._publisher is not None:
+            rows = self._runtime.parameters.describe()
+            self._publish(self._publisher, [ParameterChange(row.name, None, row.value) for row in rows])
+
+    def tell(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
+        """Tell of a change. Who listens with a QoS that does not fit hears nothing, and the log says so."""
+        topic = bus.topics.get(TOPIC)
+        if self._publisher is None and (topic is None or not topic.pushes):
+            return
+        try:
+            self._publisher = self._publisher or self._created()
+            self._publish(self._publisher, changes)
+        except BusflowError as error:
+            self._runtime.log.warning("a change of parameters is not announced", topic=TOPIC, reason=str(error))
+
+    def _created(self) -> Publisher[ParameterEvent]:
+        from busflow.msgs.rcl_interfaces import ParameterEvent
+
+        return self._runtime.create_publisher(ParameterEvent, TOPIC, PARAMETER_EVENTS, origin="parameter events")
+
+    def _publish(self, publisher: Publisher[ParameterEvent], changes: Iterable[ParameterChange]) -> None:
+        from busflow.parameter_messages import event_message
+
+        runtime = self._runtime
+        stamp = runtime.surroundings.clock.now()
+        publisher.publish(event_message(stamp, runtime.full_name, changes, runtime.parameters.infos))
