@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from array import array as machine_array
 from collections.abc import Callable, Sequence
+from functools import lru_cache
+from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception, whatever the standard library calls it
-from struct import pack
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -36,6 +37,8 @@ _ACCEPTED: dict[str, tuple[tuple[type, ...], str, str]] = {
     "u": ((int, np.integer), "iu", "integers"),
     "b": ((bool, np.bool_), "b", "booleans"),
 }
+_USUAL: dict[str, type] = {"f": float, "i": int, "u": int, "b": bool}
+"""What a list most often holds, for each kind of array: it needs no further look."""
 
 
 def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
@@ -108,11 +111,13 @@ def checker(
 
     def check(value: Any) -> AnyArray:
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
-        if type(value) is not ndarray or value.dtype is not wanted or value.ndim != 1:
-            checked = frozen(_convert(value, wanted, low, high))
-        else:
+        if type(value) is ndarray and value.dtype is wanted and value.ndim == 1:
             base: Any = value.base
             checked: AnyArray = value if type(base) is bytes else frozen(value)
+        elif type(value) in _LISTS and value:
+            checked = _from_list(cast("Sequence[Any]", value), wanted, low, high)
+        else:
+            checked = frozen(_convert(value, wanted, low, high))
         if exactly is not None and len(checked) != exactly:
             raise _refused(f"takes exactly {exactly} values, not {len(checked)}")
         if at_most is not None and len(checked) > at_most:
@@ -160,17 +165,23 @@ def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
 
 def _from_list(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     classes, _, words = _ACCEPTED[dtype.kind]
-    booleans = dtype.kind == "b"
-    for kind in set(map(type, values)):
-        if not issubclass(kind, classes) or (kind is bool and not booleans):
-            index = next(i for i, each in enumerate(values) if type(each) is kind)
-            raise _refused(f"takes {words}; item {index} is {values[index]!r}")
+    kinds = [*map(type, values)]
+    if kinds.count(_USUAL[dtype.kind]) < len(kinds):
+        for kind in set(kinds):
+            if not issubclass(kind, classes) or (kind is bool and dtype.kind != "b"):
+                index = next(i for i, each in enumerate(values) if type(each) is kind)
+                raise _refused(f"takes {words}; item {index} is {values[index]!r}")
     try:
         # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
-        return np.frombuffer(pack(f"={len(values)}{_CODES[dtype]}", *values), dtype)
+        return np.frombuffer(_packer(len(values), dtype)(*values), dtype)
     except (StructError, OverflowError):
         between = f" from {low} to {high}" if dtype.kind in "iu" else ""
         raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None
+
+
+@lru_cache(256)
+def _packer(count: int, dtype: np.dtype[Any]) -> Callable[..., bytes]:
+    return Struct(f"={count}{_CODES[dtype]}").pack
 
 
 def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:

@@ -67,6 +67,18 @@ class InvalidParameter(BusflowError, ValueError):
         super().__init__("; ".join(_sentence(fault) for fault in self.faults))
 
 
+class InvalidMessage(BusflowError, ValueError):
+    """A message cannot hold what it was given: all its faults at once.
+
+    >>> str(InvalidMessage("Vector3", [Fault(("v",), "unknown field v", "did you mean 'x'?")]))
+    "Vector3: unknown field v (did you mean 'x'?)"
+    """
+
+    def __init__(self, message: str, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__(f"{message}: {'; '.join(_sentence(fault) for fault in self.faults)}")
+
+
 class UnknownType(BusflowError, LookupError):
     """No message or service type has this name."""
 

@@ -65,7 +65,7 @@ def faults(error: ValidationError, model: type[BaseModel], data: object, *, noun
     errors = error.errors(include_url=False)[:MOST_FAULTS]
     found: dict[KeyPath, list[ErrorDetails]] = {}
     for each in errors:
-        path, value = _located(each, errors, model, data)
+        path, value = located(each, errors, model, data)
         found.setdefault(path, []).append({**each, "input": value})
     return tuple(_fault(path, several, model, noun) for path, several in found.items())
 
@@ -121,7 +121,7 @@ def dotted(path: KeyPath) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).removeprefix(".")
 
 
-def _located(
+def located(
     error: ErrorDetails, errors: Sequence[ErrorDetails], model: type[BaseModel], data: object
 ) -> tuple[KeyPath, object]:
     """An error's location without the steps that are pydantic's own, and the value there."""

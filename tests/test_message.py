@@ -18,7 +18,7 @@ from pydantic import Field, ValidationError, field_validator
 
 from busflow.clock import Duration as ClockDuration
 from busflow.clock import Time as ClockTime
-from busflow.errors import InvalidDeclaration, UnknownType
+from busflow.errors import InvalidDeclaration, InvalidMessage, UnknownType
 from busflow.message import (
     Constant,
     Float64Array,
@@ -68,17 +68,17 @@ class Tree(Message, package="tests"):
 
 
 def test_a_misspelt_field_is_an_error():
-    with pytest.raises(ValidationError, match="valeu"):
+    with pytest.raises(InvalidMessage, match="valeu"):
         Vector3(valeu=1.0)
 
 
 def test_a_message_cannot_change():
     message = Sample(gains=[1, 2, 3])
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(InvalidMessage, match="frozen"):
         message.number = 1.0
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(InvalidMessage, match="frozen"):
         del message.number
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(InvalidMessage, match="frozen"):
         message.other = 1
     with pytest.raises(ValueError, match="read-only"):
         message.gains[0] = 1
@@ -91,7 +91,7 @@ def test_replace_makes_a_checked_message():
     second = first.replace(number=2)
     assert (first.number, second.number, second.names) == (1.0, 2.0, ("a",))
     for wrong in ({"number": "2"}, {"numbre": 2}, {"gains": [1]}):
-        with pytest.raises(ValidationError):
+        with pytest.raises(InvalidMessage):
             first.replace(**wrong)
 
 
@@ -100,10 +100,10 @@ def test_pydantic_s_own_copying_checks_too():
     assert first.model_copy() == first
     assert first.model_copy(update={"number": 2}) == Sample(number=2)
     assert first.number == 1.0
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidMessage):
         first.model_copy(update={"number": "2"})
     if sys.version_info >= (3, 13):
-        with pytest.raises(ValidationError):
+        with pytest.raises(InvalidMessage):
             copy.replace(first, number="2")
 
 
@@ -175,7 +175,7 @@ def test_a_deep_copy_shares_nothing_that_can_change():
 
 def test_what_comes_out_of_a_pickle_is_checked():
     restore, (cls, values) = Vector3(x=1.0).__reduce__()
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidMessage):
         restore(cls, values | {"x": "one"})
 
 
@@ -215,8 +215,8 @@ def test_the_constructor_and_validation_accept_the_same(values):
     def outcome(make):
         try:
             return make()
-        except ValidationError as error:
-            return str(error)
+        except ValueError:
+            return "refused"
 
     assert outcome(lambda: Vector3(**values)) == outcome(lambda: Vector3.model_validate(values))
 
@@ -239,7 +239,7 @@ def test_a_mapping_is_taken_for_a_time_stamp():
 
 @pytest.mark.parametrize("wrong", [ClockDuration(1), Duration(sec=1), 1.5, 1, None, "now", {"sec": 2**31}], ids=repr)
 def test_what_is_not_a_time_is_refused(wrong):
-    with pytest.raises(ValidationError, match=r"builtin_interfaces/msg/Time or a clock's Time"):
+    with pytest.raises(InvalidMessage, match=r"builtin_interfaces/msg/Time or a clock's Time"):
         Header(stamp=wrong)
 
 
@@ -297,9 +297,9 @@ def test_validators_of_pydantic_work():
             return value
 
     assert Positive(value=np.float32(1)).value == 1.0
-    with pytest.raises(ValidationError, match="negative"):
+    with pytest.raises(InvalidMessage, match="negative"):
         Positive(value=-1)
-    with pytest.raises(ValidationError, match="float64"):
+    with pytest.raises(InvalidMessage, match="float64"):
         Positive(value="1")
 
 
@@ -311,7 +311,7 @@ def test_a_subclass_has_the_fields_of_its_parent_and_a_name_of_its_own():
     assert type_name(Labelled) == "tests/msg/Labelled"
     assert [field.name for field in fields_of(Labelled)] == [*(field.name for field in fields_of(Imu)), "label"]
     assert message.replace(label="b").label == "b"
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidMessage):
         Imu(label="a")
 
 

@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, cast
 
-from pydantic import ValidationError
-
-from busflow.errors import IncompatibleType, KeyPath, MalformedMessage
+from busflow.errors import IncompatibleType, InvalidMessage, KeyPath, MalformedMessage
 from busflow.fields import ArrayKind
 from busflow.message import Message, fields_of, type_name
 from busflow.wire.decoding import decoder
@@ -60,9 +58,9 @@ class Codec:
             decoder_from_description(self._description)(data)
         except MalformedMessage as found:
             return found
-        if isinstance(error, ValidationError):  # the bytes are a message, and the class has rules against it
-            first = error.errors()[0]
-            return MalformedMessage(first["msg"], type_name=name, path=first["loc"])
+        if isinstance(error, InvalidMessage):  # the bytes are a message, and the class has rules against it
+            first = error.faults[0]
+            return MalformedMessage(first.message, type_name=name, path=first.path)
         return MalformedMessage(f"{type(error).__name__}: {error}", type_name=name)
 
     def _explain_value(self, message: Any, error: Exception) -> Exception:

@@ -23,32 +23,19 @@ from pydantic import BaseModel
 
 from busflow import fields
 from busflow.arrays import AnyArray
+from busflow.constructor import blank, finished, has_rules
 from busflow.fields import ArrayKind, FieldType
 from busflow.message import Message, fields_of
+from busflow.source import Source, word
 from busflow.wire.description import PRIMITIVES
 from busflow.wire.encoding import FAULTS, SMALL
 from busflow.wire.layout import HEADER_SIZE, SPARE, Item, alignment, packed
 from busflow.wire.plain_reader import wide_text
-from busflow.wire.source import Source, word
 
 _ORDERS = {"little": "<", "big": ">"}
 _HEADERS = {"little": 0x0100, "big": 0}
 """What a header of each order is as a number in that order."""
 _TRUTH = (False, True)
-
-
-def _blank() -> type[BaseModel]:
-    """The class of what becomes a message of some class.
-
-    A frozen model refuses to have its attributes set. A blank takes them at the full speed of Python, being plain and
-    having them in one order always, and then changes its class: half the time of filling a message in any other way.
-    """
-
-    class Blank(BaseModel):
-        __setattr__ = object.__setattr__
-        __delattr__ = object.__delattr__  # or else Python would not take the above for plain
-
-    return Blank
 
 
 def decoder(
@@ -269,38 +256,19 @@ class _Decoder:
             return parts
         source, give, cls = self._source, self._source.give, parts.cls
         if cls not in self._made_of:
-            self._made_of[cls] = (_blank(), set(cls.model_fields))
-        blank, given = self._made_of[cls]
+            self._made_of[cls] = (blank(), set(cls.model_fields))
+        empty, given = self._made_of[cls]
         fields = [(name, self._made(value)) for name, value in parts.fields]
         name = source.new("message")
-        if has_rules(cls):
+        if has_rules(cls, Message):
             source.add(f"{name} = {give(cls)}({', '.join(f'{word(field)}={value}' for field, value in fields)})")
             return name
         source.add(
-            f"{name} = {give(object.__new__)}({give(blank)})",
+            f"{name} = {give(object.__new__)}({give(empty)})",
             *(f"{name}.{word(field)} = {value}" for field, value in fields),
-            f"{name}.__pydantic_fields_set__ = {give(given)}",
-            f"{name}.__pydantic_extra__ = None",
-            f"{name}.__class__ = {give(cls)}",
+            *finished(name, give(cls), give(given)),
         )
         return name
-
-
-def has_rules(cls: type[Message]) -> bool:
-    """Whether messages of the class obey more than the types of their fields, so that each has to be checked."""
-    known: Any = cls
-    decorators = known.__pydantic_decorators__
-    return bool(
-        decorators.validators
-        or decorators.field_validators
-        or decorators.root_validators
-        or decorators.model_validators
-        or known.__private_attributes__
-        or cls.model_post_init is not Message.model_post_init
-        or cls.model_config != Message.model_config
-        or cls.__basicsize__ != Message.__basicsize__
-        or any(type(rule) is not FieldType for field in cls.model_fields.values() for rule in field.metadata)
-    )
 
 
 def _least(field: FieldType) -> int:

@@ -17,9 +17,9 @@ import numpy as np
 
 from busflow.fields import ArrayKind, FieldType
 from busflow.message import Message, fields_of
+from busflow.source import Source, word
 from busflow.wire.description import PRIMITIVES
 from busflow.wire.layout import HEADER, HEADER_SIZE, Item, alignment, packed, padding
-from busflow.wire.source import Source, word
 
 SMALL = 1024
 """Arrays of up to so many bytes are copied where that makes the code simpler."""

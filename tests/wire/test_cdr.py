@@ -593,7 +593,7 @@ def test_a_class_with_rules_of_its_own_keeps_them_against_foreign_bytes():
     assert codec(Holder).decode(data) == good
     with pytest.raises(MalformedMessage, match=r"test/msg/Holder: number: .*an even number is needed"):
         codec(Holder).decode(data.replace(struct.pack("<q", 4), struct.pack("<q", 5)))
-    with pytest.raises(MalformedMessage, match=r"share: Input should be less than or equal to 1"):
+    with pytest.raises(MalformedMessage, match=r"share must be less than or equal to 1"):
         codec(Holder).decode(data.replace(struct.pack("<f", 0.5), struct.pack("<f", 1.5)))
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from busflow.errors import InvalidDeclaration
-from busflow.wire.source import Source, word
+from busflow.source import Source, word
 
 
 def test_lines_become_a_function_of_what_they_were_given():

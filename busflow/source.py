@@ -45,7 +45,7 @@ class Source:
     def give(self, value: Any) -> str:
         """A name by which the lines can use `value`."""
         if id(value) not in self._names:
-            self._names[id(value)] = name = self.new("g")
+            self._names[id(value)] = name = self.new("_given")
             self._given[name] = value  # and so it lives as long as its id is remembered
         return self._names[id(value)]
 
