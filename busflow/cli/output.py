@@ -45,7 +45,7 @@ def print_json(data: object) -> None:
 
 def json_text(data: object) -> str:
     """Data as JSON that every reader accepts; ASCII only, so that nothing in it can steer a terminal."""
-    return json.dumps(_finite(data), indent=2, default=str, allow_nan=False)
+    return json.dumps(finite(data), indent=2, default=str, allow_nan=False)
 
 
 def print_columns(rows: Iterable[Sequence[object]], *, indent: str = "") -> None:
@@ -66,14 +66,14 @@ def columns(rows: Iterable[Sequence[object]]) -> Iterator[str]:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
-def _finite(data: Any) -> Any:
+def finite(data: Any) -> Any:
     """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers."""
     match data:
         case float() if not math.isfinite(data):
             return ".nan" if math.isnan(data) else f"{'-' * (data < 0)}.inf"
         case Mapping():
-            return {str(key): _finite(each) for key, each in cast("Mapping[object, object]", data).items()}
+            return {str(key): finite(each) for key, each in cast("Mapping[object, object]", data).items()}
         case list() | tuple():
-            return [_finite(each) for each in cast("Sequence[object]", data)]
+            return [finite(each) for each in cast("Sequence[object]", data)]
         case _:
             return data

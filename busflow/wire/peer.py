@@ -22,7 +22,6 @@ import zenoh
 from busflow import errors
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget
 from busflow.wire.answers import PREFIX
-from busflow.wire.foreign import ForeignType
 from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
 from busflow.wire.run_directory import FoundRun, find_run
 from busflow.wire.session import open_session
@@ -30,6 +29,7 @@ from busflow.wire.view import GraphView, TopicView, view
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
+    from busflow.wire.foreign import ForeignType
 
 ANSWER_TIMEOUT_S = 5.0
 _DEFAULT_QOS = "::,10:,:,:,,"
@@ -113,10 +113,10 @@ class Peer:
             )
         return found
 
-    def tokens(self) -> list[Token]:
+    def tokens(self, *, timeout_s: float = ANSWER_TIMEOUT_S) -> list[Token]:
         """Every node and endpoint of the run, this peer's own left out."""
         found: list[Token] = []
-        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=ANSWER_TIMEOUT_S):
+        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=timeout_s):
             with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
                 if reply.ok is not None:
                     found.append(Token.parse(str(reply.ok.key_expr)))
@@ -133,6 +133,8 @@ class Peer:
             NoSuchTarget: no topic of the run has this type.
             MalformedMessage: the description that is offered is not the one its hash stands for.
         """
+        from busflow.wire.foreign import ForeignType  # whoever reads no message does not pay for the codec
+
         if name not in self._types:
             for answer in self.ask("types", names=[name]):
                 for told in answer.values():

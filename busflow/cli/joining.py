@@ -1,0 +1,97 @@
+"""What every command that looks into a running graph shares: `--run`, `--json` and its version, names to complete.
+
+Zenoh is imported when a run is joined, so that `--help` costs nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from busflow.cli.output import finite, print_json
+
+if TYPE_CHECKING:
+    from busflow.wire.peer import Peer
+    from busflow.wire.view import GraphView
+
+JSON_VERSION = 1
+"""What `version` says in all that is printed with `--json`: it grows when something there is taken away or changes."""
+_COMPLETION_S = 0.5
+"""How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
+
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
+
+def joins(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds `--run` and `--json` to a command, which gets them as `run` and `as_json`."""
+    command = click.option("--json", "as_json", is_flag=True, help="Print JSON.")(command)
+    return click.option(
+        "--run",
+        metavar="NAME",
+        shell_complete=complete_runs,
+        help="The run to look into, where there are several; see busflow ps.",
+    )(command)
+
+
+def joined(run: str | None) -> AbstractContextManager[Peer]:
+    """Be a member of a run while the block lasts; without a name, of the only one there is.
+
+    Raises:
+        NoSuchRun: There is none, or it has to be said which.
+        InspectionUnavailable: It does not answer.
+    """
+    from busflow.wire.peer import join
+
+    return join(run)
+
+
+def print_answer(answer: Mapping[str, Any]) -> None:
+    """Print what a command found out, as one JSON object."""
+    print_json({"version": JSON_VERSION, **answer})
+
+
+def print_line(told: Mapping[str, Any]) -> None:
+    """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
+    click.echo(json.dumps(finite({"version": JSON_VERSION, **told}), default=str, allow_nan=False))
+
+
+# Completion. The shell shows whatever a completer prints, so that it fails in silence.
+
+
+def complete_runs(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The runs of this machine."""
+    from busflow.wire.run_directory import runs
+
+    try:
+        return [CompletionItem(each.name) for each in runs() if each.name.startswith(incomplete)]
+    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
+        return []
+
+
+def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
+    """Completes what is typed to a name of the run that `--run`, or its being the only one, says."""
+
+    def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        try:
+            from busflow.wire.view import view
+
+            with joined(context.params.get("run")) as peer:
+                found = sorted(set(names(view(peer.tokens(timeout_s=_COMPLETION_S), []))))
+        except Exception:  # noqa: BLE001  # as above
+            return []
+        if not incomplete.startswith("/"):
+            found = [name.removeprefix("/") for name in found]
+        return [CompletionItem(name) for name in found if name.startswith(incomplete)]
+
+    return complete
+
+
+complete_topics = _completer(lambda graph: [topic.name for topic in graph.topics.values() if not topic.hidden])
+complete_nodes = _completer(lambda graph: [node.name for node in graph.nodes.values() if not node.hidden])
+complete_services = _completer(lambda graph: graph.services)
+complete_types = _completer(lambda graph: [type_ for topic in graph.topics.values() for type_ in topic.types])
