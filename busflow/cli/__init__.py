@@ -22,6 +22,7 @@ _COMMANDS = {
     "graph": ("busflow.cli.graph:graph", "Draw nodes and topics, without running them."),
     "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
+    "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
 _HELP = """A robot's node graph that you pip install.

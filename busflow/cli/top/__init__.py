@@ -1,0 +1,40 @@
+"""`busflow top`: a running graph live in the terminal: nodes, topics, rates, drops, queues and the log."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+
+import click
+
+_EXAMPLES = """\b
+Examples:
+  busflow top
+  busflow top --run lab1 --interval 0.5"""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.option("--run", "run_name", metavar="NAME", help="Which run, where several are going.")
+@click.option(
+    "--interval",
+    type=click.FloatRange(0.1, 60),
+    default=1.0,
+    show_default=True,
+    help="Seconds between two looks at the run.",
+)
+def top(run_name: str | None, interval: float) -> int:
+    """Watch a running graph: what runs, what is published how often, what is dropped, what is logged.
+
+    Keys: e echoes the chosen topic, p plots a number of it, space pauses, q ends.
+    """
+    if find_spec("textual") is None:
+        raise click.UsageError("busflow top needs one more package: pip install 'busflow[top]'")
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise click.UsageError("busflow top needs a terminal; busflow topic stats --json is for scripts")
+    from busflow.cli.top.screen import Top
+    from busflow.wire.peer import join
+
+    with join(run_name) as peer:
+        screen = Top(peer, interval)
+        screen.run()
+    return screen.return_code or 0

@@ -1,0 +1,147 @@
+"""Picture: what `busflow top` shows of a graph, computed from what two looks at it saw. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from busflow.text import printable
+from busflow.wire.view import GraphView, TopicView
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """The graph as it was at one moment."""
+
+    graph: GraphView
+    at_s: float
+    """When, on any clock that does not jump."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicRow:
+    """One topic: how much goes over it, and what its receivers could not keep up with."""
+
+    name: str
+    type: str
+    published: int
+    rate_hz: float | None
+    """Since an earlier look; None at the first one."""
+    publishers: int
+    subscriptions: int
+    dropped: int
+    queued: int
+    fullest: float
+    """The part of its depth that the fullest queue holds, from 0 to 1."""
+
+    def cells(self) -> tuple[str, ...]:
+        """The row as text."""
+        rate = "" if self.rate_hz is None else f"{self.rate_hz:.1f}"
+        queue = f"{self.queued} ({self.fullest:.0%})" if self.queued else "0"
+        ends = f"{self.publishers} → {self.subscriptions}"
+        return (printable(self.name), printable(self.type), rate, str(self.published), ends, str(self.dropped), queue)
+
+
+_PLOTTABLE = 16
+"""How many numbers of one array can be plotted."""
+TOPIC_COLUMNS = ("topic", "type", "Hz", "published", "ends", "dropped", "queued")
+NODE_COLUMNS = ("node", "state", "plugin", "publishes", "receives", "dropped")
+
+
+@dataclass(frozen=True, slots=True)
+class NodeRow:
+    """One node: its state, and what it could not keep up with."""
+
+    name: str
+    state: str
+    plugin: str
+    publishers: int
+    subscriptions: int
+    dropped: int
+
+    def cells(self) -> tuple[str, ...]:
+        """The row as text."""
+        counts = (str(self.publishers), str(self.subscriptions), str(self.dropped))
+        return (printable(self.name), printable(self.state), printable(self.plugin), *counts)
+
+
+def topic_rows(now: Look, before: Look) -> list[TopicRow]:
+    """The topics by name, what is hidden left out; rates are those since an earlier look."""
+    return [_topic_row(topic, now, before) for topic in now.graph.topics.values() if not topic.hidden]
+
+
+def node_rows(now: Look) -> list[NodeRow]:
+    """The nodes by name, what is hidden left out."""
+    return [
+        NodeRow(
+            name=node.name,
+            state=str(node.details.get("state", "")),
+            plugin=str(node.details.get("plugin", "")),
+            publishers=len(node.publishers),
+            subscriptions=len(node.subscriptions),
+            dropped=sum(int(end.details.get("dropped", 0)) for end in node.subscriptions),
+        )
+        for node in now.graph.nodes.values()
+        if not node.hidden
+    ]
+
+
+def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:
+    published = int(topic.details.get("published", 0))
+    rate_hz = None
+    if now.at_s > before.at_s and topic.name in before.graph.topics:
+        earlier = int(before.graph.topics[topic.name].details.get("published", 0))
+        rate_hz = max(0, published - earlier) / (now.at_s - before.at_s)
+    ledger = [end.details for end in topic.subscriptions if end.details]
+    return TopicRow(
+        name=topic.name,
+        type=topic.type,
+        published=published,
+        rate_hz=rate_hz,
+        publishers=len(topic.publishers),
+        subscriptions=len(topic.subscriptions),
+        dropped=sum(line["dropped"] for line in ledger),
+        queued=sum(line["queued"] for line in ledger),
+        fullest=max((line["queued"] / line["depth"] for line in ledger), default=0.0),
+    )
+
+
+def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """Every number in a message by its path, what can be plotted.
+
+    >>> dict(numbers({"header": {"frame_id": "imu"}, "position": [0.5, 1], "ok": True}))
+    {'position[0]': 0.5, 'position[1]': 1.0}
+    """
+    if isinstance(value, bool):
+        return
+    if isinstance(value, int | float):
+        yield path, float(value)
+    elif isinstance(value, dict):
+        for name, each in cast("dict[str, Any]", value).items():
+            yield from numbers(each, f"{path}.{name}".removeprefix("."))
+    elif isinstance(value, list | memoryview):
+        for index, each in enumerate(cast("list[Any]", value)[:_PLOTTABLE]):
+            yield from numbers(each, f"{path}[{index}]")
+
+
+def lines(value: Mapping[str, Any], indent: str = "", limit: int = 8) -> Iterator[str]:
+    """A message as lines for people, sequences cut after `limit`.
+
+    >>> list(lines({"name": ["a", "b"], "stamp": {"sec": 1}}))
+    ['name: [a, b]', 'stamp:', '  sec: 1']
+    """
+    for name, each in value.items():
+        if isinstance(each, dict):
+            yield f"{indent}{printable(name)}:"
+            yield from lines(cast("dict[str, Any]", each), indent + "  ", limit)
+        else:
+            yield f"{indent}{printable(name)}: {_shown(each, limit)}"
+
+
+def _shown(value: Any, limit: int) -> str:
+    if isinstance(value, str | bytes) or not hasattr(value, "__len__"):
+        return printable(value, limit=200)
+    shown = [printable(each, limit=80) for each in value[:limit]]
+    more = [f"… {len(value) - limit} more"] if len(value) > limit else []
+    return f"[{', '.join(shown + more)}]"

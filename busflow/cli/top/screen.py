@@ -1,0 +1,252 @@
+"""The screen of `busflow top`: what it shows is computed by `picture`; here it is laid out and kept up to date.
+
+The run is looked at in a thread of its own, so that keys are answered while it does not answer.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, ClassVar, cast
+
+from rich.text import Text
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.widgets import DataTable, Footer, Input, RichLog, Sparkline, Static
+from textual.widgets.data_table import RowDoesNotExist
+
+from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
+from busflow.clock import perf_counter
+from busflow.errors import BusflowError, ExitCode
+from busflow.text import printable
+from busflow.wire.peer import Listener, Peer
+from busflow.wire.view import TopicView
+
+_RATED_S = 3.0
+"""Rates are those of this time, or of the last interval where that is longer."""
+_PLOTTED = 200
+_LOGGED = 200
+_ECHO_S = 0.1
+"""The shortest time between two messages that are shown: nobody reads faster."""
+_STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim"}
+
+
+class Top(App[None]):
+    """A running graph, live."""
+
+    TITLE = "busflow top"
+    CSS = """
+    DataTable { height: 1fr; }
+    #nodes { height: 40%; }
+    #detail { width: 40%; border-left: solid $accent; padding: 0 1; }
+    #log { height: 30%; border-top: solid $accent; }
+    #plot { height: 4; }
+    #field { display: none; }
+    #head { height: 1; background: $accent; color: $text; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        ("e", "echo", "Echo"),
+        ("p", "plot", "Plot a number"),
+        ("space", "pause", "Pause"),
+        ("q", "quit", "Quit"),
+        Binding("ctrl+c", "interrupt", "Quit", show=False, priority=True),
+    ]
+
+    def __init__(self, peer: Peer, interval_s: float) -> None:
+        super().__init__()
+        self._peer, self._interval_s = peer, interval_s
+        self._looks: deque[Look] = deque()
+        self._paused = False
+        self._leaving = threading.Event()
+        self._echoed: str | None = None
+        self._field: str | None = None
+        self._numbers: deque[float] = deque(maxlen=_PLOTTED)
+        self._last_log_ns = 0
+
+    def compose(self) -> ComposeResult:
+        """Tables on the left, the chosen topic on the right, the log below."""
+        yield Static("", id="head")
+        with Horizontal():
+            with Vertical():
+                yield DataTable[str](id="topics", cursor_type="row", zebra_stripes=True)
+                yield DataTable[str](id="nodes", cursor_type="row")
+            with Vertical(id="detail"):
+                yield Static("e: echo the chosen topic\np: plot a number of it", id="message")
+                yield Input(placeholder="which number, e.g. linear_acceleration.z", id="field")
+                yield Sparkline([], id="plot")
+        yield RichLog(id="log", max_lines=_LOGGED, wrap=True)
+        yield Footer()
+
+    def on_mount(self) -> None:
+        """Lay out the tables and begin to look."""
+        for name, columns in (("topics", TOPIC_COLUMNS), ("nodes", NODE_COLUMNS)):
+            for column in columns:
+                self._table(name).add_column(column, key=column)
+        self._table("topics").focus()
+        self.run_worker(self._look_again_and_again, thread=True, exit_on_error=True)
+
+    def on_unmount(self) -> None:
+        """Let the threads end."""
+        self._leaving.set()
+
+    # In the thread that looks.
+
+    def _look_again_and_again(self) -> None:
+        while not self._leaving.is_set():
+            if not self._paused:
+                try:
+                    look = Look(self._peer.graph(), perf_counter())
+                    run = self._peer.ask("run")[0]
+                    self._hand(self._show, look, run, self._log_lines())
+                except BusflowError as error:
+                    self._hand(self._tell, f"{self._peer.run.name}: {error}")
+            self._leaving.wait(self._interval_s)
+
+    def _log_lines(self) -> list[dict[str, Any]]:
+        """What was logged since the last look, the oldest first."""
+        try:
+            found = [record for answer in self._peer.ask("log", count=_LOGGED) for record in answer["records"]]
+        except BusflowError:
+            return []
+        found.sort(key=lambda each: each["stamp_ns"])
+        new = [each for each in found if each["stamp_ns"] > self._last_log_ns]
+        if new:
+            self._last_log_ns = new[-1]["stamp_ns"]
+        return new
+
+    def _hand(self, show: Any, *arguments: Any) -> None:
+        if not self._leaving.is_set():
+            self.call_from_thread(show, *arguments)
+
+    # On the screen.
+
+    def _show(self, look: Look, run: dict[str, Any], records: list[dict[str, Any]]) -> None:
+        while len(self._looks) > 1 and look.at_s - self._looks[1].at_s >= _RATED_S:
+            self._looks.popleft()
+        self._looks.append(look)
+        state = "paused" if self._paused else f"every {self._interval_s:g} s"
+        self._tell(f"{run['name']}  {run['file']}  up {run['elapsed_s']:.0f} s  pid {run['pid']}  ({state})")
+        self._fill("topics", [row.cells() for row in topic_rows(look, self._looks[0])])
+        self._fill("nodes", [row.cells() for row in node_rows(look)])
+        log = self.query_one("#log", RichLog)
+        for record in records:
+            style = {"warning": "yellow", "error": "red", "critical": "bold red"}.get(record["level"], "")
+            log.write(Text(printable(f"{record['level']:8} {record['node']}: {record['event']}"), style))
+
+    def _fill(self, name: str, rows: list[tuple[str, ...]]) -> None:
+        """Bring a table up to date row by row, so that the cursor stays where it is."""
+        table = self._table(name)
+        keys = {row[0] for row in rows}
+        for key in [each.value for each in table.rows if each.value not in keys]:
+            table.remove_row(str(key))
+        columns = [str(column.value) for column in table.columns]
+        for row in rows:
+            cells = [Text(cell, _style(name, column, cell)) for column, cell in zip(columns, row, strict=True)]
+            try:
+                table.get_row_index(row[0])
+            except RowDoesNotExist:
+                table.add_row(*cells, key=row[0])
+            else:
+                for column, cell in zip(columns, cells, strict=True):
+                    table.update_cell(row[0], column, cell, update_width=True)
+
+    def _tell(self, text: str) -> None:
+        self.query_one("#head", Static).update(Text(printable(text)))
+
+    def _table(self, name: str) -> DataTable[Any]:
+        return cast("DataTable[Any]", self.query_one(f"#{name}"))
+
+    def _chosen(self) -> TopicView | None:
+        table = self._table("topics")
+        if not self._looks or not table.row_count:
+            return None
+        key = table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value
+        return self._looks[-1].graph.topics.get(str(key))
+
+    # Keys.
+
+    def action_interrupt(self) -> None:
+        """End as Ctrl-C ends every command."""
+        self.exit(return_code=ExitCode.INTERRUPTED)
+
+    def action_pause(self) -> None:
+        """Stop looking, or go on."""
+        self._paused = not self._paused
+        if self._paused:
+            self._tell("paused; space goes on")
+
+    def action_echo(self) -> None:
+        """Show the messages of the chosen topic, or no longer."""
+        topic = self._chosen()
+        if topic is None or self._echoed == topic.name:
+            self._echoed = None
+            return
+        self._echoed, self._field = topic.name, None
+        self._numbers.clear()
+        self.query_one("#plot", Sparkline).data = []
+        self.query_one("#message", Static).update(Text(f"{topic.name}\n\nwaiting for a message"))
+        self.run_worker(partial(self._echo, topic), thread=True, exit_on_error=False)
+
+    def action_plot(self) -> None:
+        """Ask which number of the chosen topic to plot."""
+        topic = self._chosen()
+        if topic is None:
+            return
+        if self._echoed != topic.name:
+            self.action_echo()
+        field = self.query_one("#field", Input)
+        field.display = True
+        field.focus()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Plot what was asked for."""
+        self._field = event.value.strip() or None
+        self._numbers.clear()
+        event.input.display = False
+        self._table("topics").focus()
+
+    # In the thread that listens.
+
+    def _echo(self, topic: TopicView) -> None:
+        try:
+            decode = self._peer.type(topic.types[0]).decode
+            with self._peer.listen(topic, depth=_PLOTTED) as listener:
+                for values in self._messages(topic, listener, decode):
+                    self._hand(self._show_message, topic.name, values)
+        except BusflowError as error:
+            self._hand(self.query_one("#message", Static).update, Text(printable(error)))
+
+    def _messages(self, topic: TopicView, listener: Listener, decode: Any) -> Iterator[list[Any]]:
+        """What arrives while the topic is echoed, as bursts."""
+        while self._echoed == topic.name and not self._leaving.is_set():
+            first = listener.get(self._interval_s)
+            if first is not None:
+                burst = [first]
+                while len(burst) < _PLOTTED and (more := listener.get(0)) is not None:
+                    burst.append(more)
+                yield [decode(each.payload) for each in burst]
+                self._leaving.wait(_ECHO_S)
+
+    def _show_message(self, topic: str, values: list[Any]) -> None:
+        if self._echoed != topic:
+            return
+        found = [dict(numbers(each)) for each in values]
+        if self._field is None and found[-1]:
+            self._field = next(iter(found[-1]))
+        self._numbers.extend(each[self._field] for each in found if self._field in each)
+        plotted = list(self._numbers)
+        told = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"
+        spread = f"   ({min(plotted):g} … {max(plotted):g})" if plotted else ""
+        text = "\n".join([topic, "", *lines(values[-1]), "", told + spread])
+        self.query_one("#message", Static).update(Text(text))
+        self.query_one("#plot", Sparkline).data = plotted
+
+
+def _style(table: str, column: str, cell: str) -> str:
+    """How a cell is marked: what goes wrong stands out."""
+    if column == "dropped" and cell not in ("", "0"):
+        return "bold red"
+    return _STATES.get(cell, "") if table == "nodes" and column == "state" else ""

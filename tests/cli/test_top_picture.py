@@ -1,0 +1,78 @@
+"""What `busflow top` computes from two looks at a graph."""
+
+import pytest
+
+from busflow.cli.top.picture import Look, lines, node_rows, numbers, topic_rows
+from busflow.wire.keys import Kind, Token
+from busflow.wire.view import view
+
+
+def token(kind: Kind, number: int, node: str, topic: str = "", type_: str = "") -> Token:
+    return Token("aa", number, number, kind, "/", node, topic, type_, "", "::,10:,:,:,,")
+
+
+def graph(published: int, *, queued: int = 0, dropped: int = 0, state: str = "running"):
+    """A camera that one node watches, and somebody's command line."""
+    line = {"node": "/watcher", "queued": queued, "depth": 4, "dropped": dropped, "published": published}
+    image = "sensor_msgs/msg/Image"
+    topic = {
+        "name": "/image",
+        "type": image,
+        "published": published,
+        "publishers": [{"node": "/camera", "published": published}],
+        "subscriptions": [line],
+    }
+    nodes = [{"name": "/camera", "plugin": "camera", "state": state}]
+    tokens = [
+        token(Kind.NODE, 1, "camera"),
+        token(Kind.PUBLISHER, 2, "camera", "/image", image),
+        token(Kind.SUBSCRIPTION, 3, "watcher", "/image", image),
+        token(Kind.SUBSCRIPTION, 4, "_busflow_cli_7", "/image", image),
+        token(Kind.PUBLISHER, 5, "camera", "/_hidden", image),
+    ]
+    return view(tokens, [{"process": "main", "pid": 1, "nodes": nodes, "topics": [topic]}])
+
+
+def test_a_rate_is_what_was_published_between_two_looks():
+    before, now = Look(graph(100), 10.0), Look(graph(160), 12.0)
+    (row,) = topic_rows(now, before)
+    assert row.rate_hz == pytest.approx(30.0)
+    assert row.cells() == ("/image", "sensor_msgs/msg/Image", "30.0", "160", "1 → 2", "0", "0")
+
+
+def test_the_first_look_knows_no_rate():
+    look = Look(graph(100), 10.0)
+    assert topic_rows(look, look)[0].rate_hz is None
+    assert topic_rows(look, look)[0].cells()[2] == ""
+
+
+def test_a_run_that_began_anew_has_no_negative_rate():
+    assert topic_rows(Look(graph(3), 12.0), Look(graph(100), 10.0))[0].rate_hz == 0
+
+
+def test_what_receivers_cannot_keep_up_with_is_told():
+    look = Look(graph(100, queued=3, dropped=7), 10.0)
+    (row,) = topic_rows(look, look)
+    assert row.cells()[-2:] == ("7", "3 (75%)")
+    assert [each.dropped for each in node_rows(look)] == [0, 7]
+
+
+def test_what_is_hidden_is_left_out():
+    look = Look(graph(1), 0.0)
+    assert [row.name for row in topic_rows(look, look)] == ["/image"]
+    assert [row.name for row in node_rows(look)] == ["/camera", "/watcher"]
+
+
+def test_what_comes_from_outside_cannot_steer_the_terminal():
+    look = Look(graph(1, state="\x1b[2J"), 0.0)
+    assert node_rows(look)[0].cells()[1] == "\\x1b[2J"
+    assert list(lines({"frame\x07": "\x1b]0;x"})) == ["frame\\x07: \\x1b]0;x"]
+
+
+def test_numbers_are_found_wherever_they_are():
+    message = {"header": {"stamp": {"sec": 3}}, "data": memoryview(bytes([1, 2])), "poses": [{"x": 0.5}], "ok": True}
+    assert dict(numbers(message)) == {"header.stamp.sec": 3, "data[0]": 1, "data[1]": 2, "poses[0].x": 0.5}
+
+
+def test_long_arrays_are_cut():
+    assert list(lines({"data": list(range(10))}, limit=3)) == ["data: [0, 1, 2, … 7 more]"]
