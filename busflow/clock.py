@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import time
 from abc import ABC, abstractmethod
@@ -16,6 +15,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, cast, overload
 from busflow.errors import NotRunning
 
 if TYPE_CHECKING:
+    import asyncio
+
     import anyio
 
     from busflow.msgs.builtin_interfaces import Duration as DurationMsg
@@ -241,6 +242,8 @@ class Clock(ABC):
         """Wait. Zero and less let others run once; infinity waits until cancelled."""
         if math.isnan(seconds):
             raise ValueError("cannot sleep for NaN seconds; check what the number was computed from")
+        import asyncio
+
         await asyncio.sleep(seconds)
 
     async def sleep_until(self, until: Time) -> None:
@@ -276,6 +279,8 @@ class SystemClock(Clock):
 
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
         """Have the running loop call back at the deadline. Its clock is the same monotonic one."""
+        import asyncio  # commands that only ask for the time do without it
+
         return asyncio.get_running_loop().call_at(deadline_ns / NS_PER_S, callback)
 
 
@@ -285,6 +290,8 @@ class SimClock(Clock):
     kind = "sim"
 
     def __init__(self, *, epoch_ns: int = SIM_EPOCH_NS, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        import asyncio
+
         # A loop with exact time: `time_ns()` and `call_at_ns(when_ns, callback)`.
         self._loop: Any = asyncio.get_running_loop() if loop is None else loop
         if not hasattr(self._loop, "call_at_ns"):

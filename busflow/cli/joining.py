@@ -78,10 +78,11 @@ def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
 
     def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         try:
+            from busflow.wire.peer import join
             from busflow.wire.view import view
 
-            with joined(context.params.get("run")) as peer:
-                found = sorted(set(names(view(peer.tokens(timeout_s=_COMPLETION_S), []))))
+            with join(context.params.get("run"), patience_s=_COMPLETION_S) as peer:
+                found = sorted(set(names(view(peer.tokens(), []))))
         except Exception:  # noqa: BLE001  # as above
             return []
         if not incomplete.startswith("/"):

@@ -50,14 +50,19 @@ class Received:
 class Peer:
     """A member of a run that only looks and acts."""
 
-    def __init__(self, run: FoundRun) -> None:
+    def __init__(self, run: FoundRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
         """Join a run; use `join`, which leaves it again.
+
+        Args:
+            run: the run.
+            patience_s: how long to wait for an answer, also for the first one.
 
         Raises:
             InspectionUnavailable: nobody answers there.
         """
         self.run = run
-        self.session = open_session(run.directory)
+        self.session = open_session(run.directory, patience_s=patience_s)
+        self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
         self._name = f"_busflow_cli_{os.getpid()}"
         self._ids = 0
@@ -86,7 +91,7 @@ class Peer:
             payload=json.dumps(arguments),
             congestion_control=zenoh.CongestionControl.DROP,
             consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=ANSWER_TIMEOUT_S,
+            timeout=self._patience_s,
         )
         messages: dict[str, list[Received]] = {}
         found: list[tuple[Any, list[Received]]] = []
@@ -113,10 +118,10 @@ class Peer:
             )
         return found
 
-    def tokens(self, *, timeout_s: float = ANSWER_TIMEOUT_S) -> list[Token]:
+    def tokens(self) -> list[Token]:
         """Every node and endpoint of the run, this peer's own left out."""
         found: list[Token] = []
-        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=timeout_s):
+        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=self._patience_s):
             with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
                 if reply.ok is not None:
                     found.append(Token.parse(str(reply.ok.key_expr)))
@@ -255,14 +260,16 @@ class Speaker:
 
 
 @contextmanager
-def join(name: str | None = None) -> Generator[Peer]:
+def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Generator[Peer]:
     """Be a member of a run while the block lasts; without a name, of the only one there is.
+
+    It waits for `patience_s` at most for each answer.
 
     Raises:
         NoSuchRun: there is none, or it has to be said which.
         InspectionUnavailable: it does not answer.
     """
-    peer = Peer(find_run(name))
+    peer = Peer(find_run(name), patience_s=patience_s)
     try:
         yield peer
     finally:

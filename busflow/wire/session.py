@@ -24,12 +24,13 @@ _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
 
 
-def open_session(directory: Path, *, listen: str | None = None) -> zenoh.Session:
+def open_session(directory: Path, *, listen: str | None = None, patience_s: float = 5.0) -> zenoh.Session:
     """A session among the processes of a run.
 
     Args:
         directory: the run's directory.
         listen: the name of the socket on which others reach this process; None for one that only looks.
+        patience_s: how long a process that is there may take to answer a newcomer.
 
     Raises:
         InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
@@ -48,6 +49,7 @@ def open_session(directory: Path, *, listen: str | None = None) -> zenoh.Session
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+        "transport/unicast/open_timeout": round(patience_s * 1000),
         "transport/link/rx/buffer_size": _RX_BUFFER,
         "transport/link/tx/lease": LEASE_MS,
         "transport/shared_memory/enabled": False,
@@ -60,4 +62,6 @@ def open_session(directory: Path, *, listen: str | None = None) -> zenoh.Session
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
+        if listen is None and "deadline" in str(error):
+            raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
         raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
