@@ -6,24 +6,34 @@ Everything public of the core is here, imported when first used so that the comm
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from busflow.clients import Client as Client
     from busflow.clock import Clock as Clock
     from busflow.clock import Duration as Duration
     from busflow.clock import Time as Time
+    from busflow.declarations import client as client
     from busflow.declarations import publisher as publisher
     from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
+    from busflow.errors import DeadlockError as DeadlockError
     from busflow.errors import LaunchError as LaunchError
     from busflow.errors import NodeFailed as NodeFailed
     from busflow.errors import SendTimeout as SendTimeout
+    from busflow.errors import ServiceError as ServiceError
+    from busflow.errors import ServiceFailed as ServiceFailed
+    from busflow.errors import ServiceGone as ServiceGone
+    from busflow.errors import ServiceTimeout as ServiceTimeout
+    from busflow.errors import ServiceUnavailable as ServiceUnavailable
     from busflow.errors import WouldBlock as WouldBlock
     from busflow.events import DeadlineMissed as DeadlineMissed
     from busflow.events import LivelinessChanged as LivelinessChanged
     from busflow.events import LivelinessLost as LivelinessLost
     from busflow.handlers import on_event as on_event
     from busflow.handlers import on_parameters as on_parameters
+    from busflow.handlers import service as service
     from busflow.handlers import subscription as subscription
     from busflow.message import Length as Length
     from busflow.message import Message as Message
+    from busflow.message import ServiceType as ServiceType
     from busflow.message import take as take
     from busflow.node import Node as Node
     from busflow.parameters import Parameters as Parameters
@@ -38,14 +48,17 @@ if TYPE_CHECKING:
     from busflow.runner import Graph as Graph
     from busflow.runner import launch as launch
     from busflow.runner import run as run
+    from busflow.servers import Server as Server
     from busflow.subscriptions import Subscription as Subscription
     from busflow.timers import Timer as Timer
 
 _HOMES = {
     "BusflowError": "errors",
+    "Client": "clients",
     "Clock": "clock",
     "DEFAULT": "qos",
     "DeadlineMissed": "events",
+    "DeadlockError": "errors",
     "Durability": "qos",
     "Duration": "clock",
     "Graph": "runner",
@@ -64,15 +77,24 @@ _HOMES = {
     "Reliability": "qos",
     "SENSOR_DATA": "qos",
     "SendTimeout": "errors",
+    "Server": "servers",
+    "ServiceError": "errors",
+    "ServiceFailed": "errors",
+    "ServiceGone": "errors",
+    "ServiceTimeout": "errors",
+    "ServiceType": "message",
+    "ServiceUnavailable": "errors",
     "Subscription": "subscriptions",
     "Time": "clock",
     "Timer": "timers",
     "WouldBlock": "errors",
+    "client": "declarations",
     "launch": "runner",
     "on_event": "handlers",
     "on_parameters": "handlers",
     "publisher": "declarations",
     "run": "runner",
+    "service": "handlers",
     "subscription": "handlers",
     "take": "message",
     "timer": "declarations",
@@ -82,8 +104,10 @@ __all__ = [
     "DEFAULT",
     "SENSOR_DATA",
     "BusflowError",
+    "Client",
     "Clock",
     "DeadlineMissed",
+    "DeadlockError",
     "Durability",
     "Duration",
     "Graph",
@@ -101,15 +125,24 @@ __all__ = [
     "ReadOnly",
     "Reliability",
     "SendTimeout",
+    "Server",
+    "ServiceError",
+    "ServiceFailed",
+    "ServiceGone",
+    "ServiceTimeout",
+    "ServiceType",
+    "ServiceUnavailable",
     "Subscription",
     "Time",
     "Timer",
     "WouldBlock",
+    "client",
     "launch",
     "on_event",
     "on_parameters",
     "publisher",
     "run",
+    "service",
     "subscription",
     "take",
     "timer",

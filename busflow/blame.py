@@ -41,6 +41,15 @@ def places(error: BaseException, *, within: Path | None = None) -> list[Place]:
     return found
 
 
+def way(error: BaseException) -> list[str]:
+    """The lines of code on the way to an exception, outermost first, without busflow's own."""
+    return [
+        f"{shown(frame.filename)}:{frame.lineno} in {frame.name}"
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not str(Path(frame.filename).resolve()).startswith(_MACHINERY)
+    ]
+
+
 def reason(error: BaseException) -> str:
     """The exception's kind and text on one line."""
     try:

@@ -1,4 +1,4 @@
-"""Bus: the topics of one run, who is on them, and the ledger that accounts for every message.
+"""Bus: the topics and services of one run, who is on them, and the ledger that accounts for every message.
 
 A bus is an object: two in one process never meet. It checks every endpoint that comes against those already
 there, owns the dispatcher, and owns the inbox through which other threads publish.
@@ -13,13 +13,17 @@ from concurrent.futures import Future
 from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
+from busflow.calls import Activity
+from busflow.clients import Client
 from busflow.clock import Clock, SystemClock
 from busflow.compatibility import Verdict, compatibility
 from busflow.dispatcher import Chooser, Dispatcher
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning, WouldBlock
-from busflow.message import Message, type_name
+from busflow.message import Message, ServiceType, type_name
 from busflow.publishers import Publisher
+from busflow.servers import OnError, Server
+from busflow.services import Service
 from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
 from busflow.timers import Spawn, Timer
 from busflow.topic import Topic
@@ -30,7 +34,9 @@ R = TypeVar("R")
 if TYPE_CHECKING:
     from busflow.parameter_store import ParameterStore
 
-Attached: TypeAlias = "Publisher[Any] | Subscription[Any] | Timer | ParameterStore"
+End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any]
+"""One end of a topic or of a service."""
+Attached: TypeAlias = "End | Timer | ParameterStore"
 """What can be part of a run."""
 
 CALL_TIMEOUT_S = 5.0
@@ -150,10 +156,11 @@ class Bus:
             explore: who decides what the order of deliveries leaves open.
         """
         self.topics: dict[str, Topic[Any]] = {}
+        self.services: dict[str, Service[Any, Any]] = {}
         self.on_attach: list[Callable[[Attached], None]] = []
-        """Who hears of every publisher, subscription, timer and parameter store that comes, before it does anything."""
-        self.on_detach: list[Callable[[Publisher[Any] | Subscription[Any]], None]] = []
-        """Who hears of every publisher and subscription that leaves."""
+        """Who hears of every end of a topic or service, timer and parameter store that comes, before it is used."""
+        self.on_detach: list[Callable[[End], None]] = []
+        """Who hears of every end of a topic or service that leaves."""
         self.clock: Clock = clock or SystemClock()
         self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
@@ -213,6 +220,43 @@ class Bus:
     def attach_parameters(self, parameters: ParameterStore) -> None:
         """Let those who hear of what comes know of a node's parameters, to hear of their changes."""
         self._tell(parameters)
+
+    def attach_server(self, server: Server[Any, Any], starting: Activity, on_error: OnError) -> None:
+        """Let a server answer its service.
+
+        Raises:
+            IncompatibleType: the service is of another type.
+            DuplicateServer: somebody answers it already.
+        """
+        endpoint = server.endpoint
+        service = self.service(endpoint.service, server.type, endpoint.origin)
+        service.refuse_second(endpoint.origin)
+        server.attach(service, self.dispatcher, starting, on_error)
+        self._tell(server)
+
+    def attach_client(self, client: Client[Any, Any]) -> None:
+        """Connect a client to its service, which somebody may answer or not.
+
+        Raises:
+            IncompatibleType: the service is of another type.
+        """
+        client.attach(self.service(client.service, client.type, client.endpoint.origin))
+        self._tell(client)
+
+    def service(self, name: str, service_type: type[ServiceType], origin: str) -> Service[Any, Any]:
+        """The service of a name; `origin` is who wants it, for people.
+
+        Raises:
+            IncompatibleType: it is of another type.
+        """
+        service = self.services.get(name)
+        if service is None:
+            service = self.services[name] = Service(name, service_type, self.clock, self.services, self.on_detach)
+        elif service.type is not service_type:
+            raise IncompatibleType(
+                f"{origin} uses the service {name} as {type_name(service_type)}, but it is a {type_name(service.type)}"
+            )
+        return service
 
     def tap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
         """Hear every message of a topic as it is published, before any queue has it."""

@@ -12,9 +12,11 @@ from fractions import Fraction
 from types import FrameType
 from typing import Any, Generic, Self, TypeVar, cast, overload
 
+from busflow.calls import Pair, Req, Res
+from busflow.clients import Client
 from busflow.errors import InvalidDeclaration
 from busflow.hints import names_used, resolve
-from busflow.message import Message
+from busflow.message import Message, ServiceType
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
 from busflow.qos import QoS
@@ -78,6 +80,14 @@ class PullDeclaration(EndpointDeclaration[Subscription[M]]):
         self.type = checked_type(message_type, "subscription")
         self.topic = topic
         self.qos = qos
+
+
+class ClientDeclaration(EndpointDeclaration[Client[Req, Res]]):
+    """A class attribute made by `client`."""
+
+    def __init__(self, service_type: type[Pair[Req, Res]], service: str) -> None:
+        self.type = checked_service_type(service_type, "client")
+        self.service = service
 
 
 class TimerDeclaration(EndpointDeclaration[Timer]):
@@ -162,6 +172,14 @@ def publisher(message_type: type[M], topic: str, *, qos: QoS | None = None) -> P
     return PublisherDeclaration(message_type, topic, qos)
 
 
+def client(service_type: type[Pair[Req, Res]], service: str) -> ClientDeclaration[Req, Res]:
+    """Ask a service.
+
+    Write `reset = client(Trigger, "sensor_publisher/reset")` in the class, `await self.reset.call()` in its methods.
+    """
+    return ClientDeclaration(service_type, service)
+
+
 def timer(
     period_s: float | str | None = None, *, hz: float | str | None = None, missed: str = Missed.SKIP
 ) -> Callable[[Callable[[Any], Any]], TimerDeclaration]:
@@ -194,3 +212,17 @@ def checked_type(message_type: Any, origin: str) -> Any:
             f"{origin} needs a message type, a class derived from busflow.Message, not {printable(message_type)!r}"
         )
     return message_type
+
+
+def checked_service_type(service_type: Any, origin: str) -> type[ServiceType]:
+    """The type, if it is one of services.
+
+    Raises:
+        InvalidDeclaration: it is anything else.
+    """
+    if isinstance(service_type, type) and issubclass(cast("type[Any]", service_type), ServiceType):
+        return cast("type[ServiceType]", service_type)
+    raise InvalidDeclaration(
+        f"{origin} needs a service type, a class derived from ServiceType such as std_srvs' Trigger, and then the "
+        f"service's name; not {printable(service_type)!r}"
+    )

@@ -1,10 +1,10 @@
-"""Endpoint: what is known of one end of a topic without running it."""
+"""Endpoint: what is known of one end of a topic or a service without running it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from busflow.message import Message
+from busflow.message import Message, ServiceType
 from busflow.qos import QoS
 
 
@@ -22,5 +22,22 @@ class Endpoint:
     """What declares it, for people: `SensorProcessor.on_imu`."""
     written: str
     """The topic's name as the node wrote it, before namespaces and remapping."""
+    remap_rule: str | None = None
+    """The remap rule that applied, if one did."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceEndpoint:
+    """What is known of one end of a service without running it."""
+
+    node: str
+    """The fully qualified name of its node, `/left/arm`."""
+    service: str
+    """The final name of its service, `/left/arm/reset`."""
+    type: type[ServiceType]
+    origin: str
+    """What declares it, for people: `Arm.on_reset`."""
+    written: str
+    """The service's name as the node wrote it, before namespaces and remapping."""
     remap_rule: str | None = None
     """The remap rule that applied, if one did."""

@@ -140,6 +140,37 @@ class Occupied(BusflowError, RuntimeError):
     """A subscription is pulled from while its messages go to somebody else: its handler, or another task."""
 
 
+class ServiceError(BusflowError):
+    """A call of a service got no answer."""
+
+
+class ServiceUnavailable(ServiceError):
+    """Nobody answers the service, or its server has no room for another request."""
+
+
+class ServiceGone(ServiceError):
+    """The server's node ended before it had answered."""
+
+
+class ServiceFailed(ServiceError):
+    """The server's handler raised; the message carries its words, and its own node logs the rest."""
+
+
+class ServiceTimeout(ServiceError, TimeoutError):
+    """There was no answer in time."""
+
+
+class DeadlockError(BusflowError, RuntimeError):
+    """A call would wait for somebody who waits for its caller; the message names the chain.
+
+    It is no `ServiceError`: trying again does not help, the nodes have to be written otherwise.
+    """
+
+
+class DuplicateServer(BusflowError, ValueError):
+    """Two nodes want to answer one service."""
+
+
 class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 

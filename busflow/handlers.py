@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
 
-from busflow.declarations import Declaration, PullDeclaration, checked_type
+from busflow.calls import Pair, Req, Res
+from busflow.declarations import Declaration, PullDeclaration, checked_service_type, checked_type
 from busflow.errors import InvalidDeclaration
 from busflow.events import Event
-from busflow.hints import message_annotation, names_used, resolve
-from busflow.message import Message
+from busflow.hints import message_annotation, names_used, resolve, takes_one
+from busflow.message import Message, ServiceType, type_name
 from busflow.qos import QoS
+from busflow.servers import DEPTH
+from busflow.text import printable
 
 M = TypeVar("M", bound=Message)
 P = ParamSpec("P")
@@ -35,15 +38,28 @@ class EventRole:
 
 
 @dataclass(frozen=True, slots=True)
+class ServiceRole:
+    """One `@service` of a handler."""
+
+    type: type[ServiceType]
+    service: str
+    depth: int
+
+
+NOT_STATED = object()
+"""Instead of an annotation that is not there; None would be one."""
+
+
+@dataclass(frozen=True, slots=True)
 class ParametersRole:
     """The `@on_parameters` of a handler."""
 
 
-Role = SubscriptionRole | EventRole | ParametersRole
+Role = SubscriptionRole | EventRole | ServiceRole | ParametersRole
 
 
 class Handler(Declaration, Generic[P, R]):
-    """A method with `@subscription`, `@on_event` or `@on_parameters` above it; on an instance it is the method."""
+    """A method with `@subscription`, `@service`, `@on_event` or `@on_parameters` above; on an instance the method."""
 
     def __init__(
         self,
@@ -72,9 +88,8 @@ class Handler(Declaration, Generic[P, R]):
 
     def remember(self, frame: FrameType) -> None:
         """Keep what the annotation names of the class's surroundings, for when it is resolved."""
-        annotation = message_annotation(self.function)
-        if isinstance(annotation, str):
-            self._surroundings = names_used(annotation, frame)
+        annotations = (message_annotation(self.function), _return_annotation(self.function))
+        self._surroundings = names_used(" ".join(each for each in annotations if isinstance(each, str)), frame)
 
     def message_type(self) -> type[Message]:
         """The type of message that the handler's annotation states, the only place that does.
@@ -106,9 +121,32 @@ class Handler(Declaration, Generic[P, R]):
             raise InvalidDeclaration(
                 f"{self.origin} must annotate what it takes: def {self.name}(self, {example}) -> None"
             )
+        return self._resolved(annotation)
+
+    def check_service(self, service_type: type[ServiceType]) -> None:
+        """Compare what the handler's annotations state, where there are any, with the service's type.
+
+        Raises:
+            InvalidDeclaration: it takes or returns something else.
+        """
+        kind = service_type.__name__
+        wanted = (
+            f"{self.origin} answers {type_name(service_type)}: write def {self.name}(self, request: {kind}.Request)"
+        )
+        wanted += f" -> {kind}.Response"
+        if not takes_one(self.function):
+            raise InvalidDeclaration(f"{wanted}; it is called with the request, and returns the response it makes")
+        for verb, annotation, expected in (
+            ("takes", message_annotation(self.function) or NOT_STATED, service_type.Request),
+            ("returns", _return_annotation(self.function), service_type.Response),
+        ):
+            if annotation is not NOT_STATED and (found := self._resolved(annotation)) is not expected:
+                raise InvalidDeclaration(f"{wanted}; it {verb} {printable(found, limit=200)}")
+
+    def _resolved(self, annotation: Any) -> Any:
         if isinstance(annotation, str):
             names = getattr(self.function, "__globals__", {})
-            annotation = resolve(annotation, names, self._surroundings, self.origin)
+            return resolve(annotation, names, self._surroundings, self.origin)
         return annotation
 
 
@@ -157,6 +195,39 @@ def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
     return Handler(function, (ParametersRole(),))
 
 
+def service(service_type: type[Pair[Req, Res]], name: str, *, depth: int = DEPTH) -> _ServiceDecorator[Req, Res]:
+    """Answer a service.
+
+    Write `@service(Trigger, "~/reset")` above a method that takes a `Trigger.Request` and returns a
+    `Trigger.Response`; a plain `def` is atomic, an `async def` answers one request at a time. What it raises is told
+    to the caller and logged; the node goes on.
+
+    Args:
+        service_type: A class derived from `ServiceType`.
+        name: The service's name.
+        depth: How many requests may wait; the next one is refused at once.
+    """
+    return _ServiceDecorator(ServiceRole(checked_service_type(service_type, "@service"), name, depth))
+
+
+class _ServiceDecorator(Generic[Req, Res]):
+    """What `@service(Type, name)` returns; above another one the method answers both."""
+
+    def __init__(self, role: ServiceRole) -> None:
+        self._role = role
+
+    @overload
+    def __call__(self, function: Handler[[Req], R]) -> Handler[[Req], R]: ...
+    @overload
+    def __call__(
+        self, function: Callable[[Any, Req], Coroutine[Any, Any, Res]]
+    ) -> Handler[[Req], Coroutine[Any, Any, Res]]: ...
+    @overload
+    def __call__(self, function: Callable[[Any, Req], Res]) -> Handler[[Req], Res]: ...
+    def __call__(self, function: Any) -> Any:
+        return _HandlerDecorator(self._role)(function)
+
+
 class _HandlerDecorator:
     """What `@subscription(topic)` returns; above another one it adds a second, separate role."""
 
@@ -171,3 +242,7 @@ class _HandlerDecorator:
         if isinstance(function, Handler):
             return Handler(function.function, (self._role, *function.roles))
         return Handler(function, (self._role,))
+
+
+def _return_annotation(function: Callable[..., Any]) -> Any:
+    return getattr(function, "__annotations__", {}).get("return", NOT_STATED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import sys
 import typing
@@ -18,6 +19,15 @@ def message_annotation(function: Callable[..., Any]) -> Any:
     if code is None or code.co_argcount < 2:
         return None
     return getattr(function, "__annotations__", {}).get(code.co_varnames[1])
+
+
+def takes_one(function: Callable[..., Any]) -> bool:
+    """Whether a method can be called with itself and one more thing, as far as can be told."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return True
+    fewest = code.co_argcount - len(getattr(function, "__defaults__", None) or ())
+    return fewest <= 2 and (code.co_argcount >= 2 or bool(code.co_flags & inspect.CO_VARARGS))
 
 
 def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from typing import Any, TypeVar, TypeVarTuple, Unpack
 import anyio.to_thread
 from structlog.typing import FilteringBoundLogger
 
+from busflow.calls import Pair, Req, Res
+from busflow.clients import Client
 from busflow.clock import Clock
 from busflow.declarations import ParametersDeclaration
 from busflow.errors import InvalidDeclaration
@@ -19,8 +21,10 @@ from busflow.message import Message
 from busflow.parameters import Parameters, validate
 from busflow.publishers import Publisher
 from busflow.qos import QoS
-from busflow.runtime import NodeRuntime, Rng
+from busflow.runtime import NodeRuntime
+from busflow.servers import DEPTH, RequestHandler, Server
 from busflow.subscriptions import MessageHandler, Subscription
+from busflow.surroundings import Rng
 from busflow.timers import Missed, Timer, TimerHandler
 
 M = TypeVar("M", bound=Message)
@@ -144,6 +148,30 @@ class Node:
         """
         origin = f"{self.name}: create_subscription"
         return self._runtime.create_subscription(message_type, topic, handler, qos, origin=origin)
+
+    def create_service(
+        self,
+        service_type: type[Pair[Req, Res]],
+        service: str,
+        handler: RequestHandler[Req, Res],
+        *,
+        depth: int = DEPTH,
+    ) -> Server[Req, Res]:
+        """Answer a service from now on; at most `depth` requests wait.
+
+        Raises:
+            InvalidName, IncompatibleType, DuplicateServer: at once, when the node is part of a graph.
+        """
+        origin = f"{self.name}: create_service"
+        return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin)
+
+    def create_client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
+        """Ask a service from now on.
+
+        Raises:
+            InvalidName, IncompatibleType: at once, when the node is part of a graph.
+        """
+        return self._runtime.create_client(service_type, service, origin=f"{self.name}: create_client")
 
     def create_timer(
         self, period_s: float, handler: TimerHandler, *, name: str | None = None, missed: str = Missed.SKIP

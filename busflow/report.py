@@ -11,7 +11,9 @@ from busflow.subscriptions import SubscriptionStatistics
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
+    from busflow.clients import ClientStatistics
     from busflow.errors import ExitCode
+    from busflow.servers import ServerStatistics
     from busflow.supervisor import Unit
     from busflow.timers import TimerStatistics
 
@@ -38,6 +40,16 @@ class TopicReport:
 
 
 @dataclass(frozen=True, slots=True)
+class ServiceReport:
+    """One service: the account of who answered it, and of each who asked."""
+
+    name: str
+    type: str
+    servers: tuple[ServerStatistics, ...]
+    clients: tuple[ClientStatistics, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """A run's account of itself; all times are those of the run's clock, in seconds."""
 
@@ -50,6 +62,7 @@ class Report:
     nodes: tuple[NodeReport, ...]
     topics: tuple[TopicReport, ...]
     timers: tuple[TimerStatistics, ...]
+    services: tuple[ServiceReport, ...] = ()
     inbox_dropped: int = 0
     """Messages from other threads that found the inbox full, or came after the end."""
     inbox_refused: int = 0
@@ -71,6 +84,7 @@ class Report:
             "exit_code": int(self.exit_code),
             "nodes": [asdict(node) for node in self.nodes],
             "topics": [_topic_json(topic) for topic in self.topics],
+            "services": [asdict(service) for service in self.services],
             "timers": [_timer_json(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
         }
@@ -87,6 +101,14 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
             subscriptions=tuple(line for line in ledger if line.topic == topic.name),
         )
         for topic in sorted(bus.topics.values(), key=lambda topic: topic.name)
+    )
+
+
+def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
+    """The bus's services by name, each with the accounts of both its ends."""
+    return tuple(
+        ServiceReport(service.name, type_name(service.type), tuple(service.servers()), tuple(service.asking()))
+        for service in sorted(bus.services.values(), key=lambda service: service.name)
     )
 
 

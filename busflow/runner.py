@@ -15,6 +15,8 @@ from typing import Any, Self, TypeAlias, TypeVar, cast, overload
 import anyio
 
 from busflow.bus import Bus
+from busflow.calls import Pair, Req, Res
+from busflow.clients import TIMEOUT_S
 from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
 from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, Severity
@@ -26,13 +28,14 @@ from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log, Sink, console_sink
 from busflow.message import Message
 from busflow.node import Node, runtime_of
+from busflow.outside import Outside
 from busflow.publishers import Publisher
 from busflow.qos import QoS
-from busflow.report import Report, node_reports, topic_reports
-from busflow.runtime import NodeRuntime, Surroundings
+from busflow.report import Report, node_reports, service_reports, topic_reports
 from busflow.signals import SignalGuard
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Unit, outlast
+from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
 
 N = TypeVar("N", bound=Node)
@@ -42,10 +45,6 @@ LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 GRACE_S = 0.75
 """How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
-
-
-class _Outside(Node):
-    """Who publishes and receives when the program around a graph does."""
 
 
 class Graph:
@@ -84,8 +83,7 @@ class Graph:
         self._nodes = [instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
-        self._outside: NodeRuntime | None = None
-        self._publishers: dict[str, Publisher[Any]] = {}
+        self._outside: Outside | None = None
         self._main: asyncio.Task[None] | None = None
         self._host: asyncio.Task[Any] | None = None
         self._host_cancelling = 0
@@ -202,7 +200,7 @@ class Graph:
         finally:
             self._duration_s = self.clock.seconds()
             if self._outside is not None:
-                self._outside.disconnect()
+                self._outside.close()
             self.bus.close()
             self._ready.set()
 
@@ -247,18 +245,30 @@ class Graph:
 
     def publish(self, topic: str, message: Message) -> None:
         """Publish a message from outside, as a publisher with the topic's default QoS."""
-        publisher = self._publishers.get(topic)
-        if publisher is None:
-            publisher = self._publishers[topic] = self.advertise(type(message), topic)
-        publisher.publish(message)
+        self._around().publish(topic, message)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
         """A publisher outside, for what `publish` cannot do: `send`, or a QoS of one's own."""
-        return self._around().create_publisher(message_type, topic, qos, origin="Graph.advertise")
+        return self._around().advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""
-        return self._around().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+        return self._around().subscribe(message_type, topic, qos=qos)
+
+    async def call(
+        self,
+        service_type: type[Pair[Req, Res]],
+        service: str,
+        request: Req | None = None,
+        *,
+        timeout: float | None = TIMEOUT_S,  # noqa: ASYNC109  # as Client.call
+    ) -> Res:
+        """Ask a service from outside: `await graph.call(Trigger, "sensor_publisher/reset")`.
+
+        Raises:
+            ServiceError: there is no answer, as `Client.call` says.
+        """
+        return await self._around().client(service_type, service).call(request, timeout=timeout)
 
     def set_parameters(
         self, which: Node | type[Node] | str, changes: Mapping[str, object] | None = None, /, **values: object
@@ -305,21 +315,19 @@ class Graph:
             exit_code=self.exit_code,
             nodes=node_reports(self.units),
             topics=topic_reports(self.bus),
+            services=service_reports(self.bus),
             timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
         )
 
-    def _around(self) -> NodeRuntime:
+    def _around(self) -> Outside:
         if self._main is None:
             raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
         if self._duration_s is not None:
             raise NotRunning(f"the graph {self.name} has ended; launch another one")
         if self._outside is None:
-            runtime = runtime_of(_Outside(name="_outside"))
-            runtime.declare(Surroundings(self.clock, self.log, self.seed))
-            runtime.connect(self.bus)
-            self._outside = runtime
+            self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
         return self._outside
 
     def ask_to_stop_from_thread(self, code: ExitCode) -> None:

@@ -3,33 +3,43 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Coroutine
 from functools import cached_property
-from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import anyio
 import anyio.abc
-import numpy as np
 from structlog.typing import FilteringBoundLogger
 
 from busflow import names
-from busflow.declarations import Declaration, PublisherDeclaration, PullDeclaration, TimerDeclaration
-from busflow.endpoint import Endpoint
+from busflow.blame import way
+from busflow.calls import Activity, hold_up_nobody
+from busflow.clients import Client
+from busflow.declarations import (
+    ClientDeclaration,
+    Declaration,
+    PublisherDeclaration,
+    PullDeclaration,
+    TimerDeclaration,
+    checked_service_type,
+)
+from busflow.endpoint import Endpoint, ServiceEndpoint
 from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.event_handler import EventHandler
 from busflow.events import Event
-from busflow.failure import Failure, is_failure, refuse_coroutine
-from busflow.handlers import Handler, ParametersRole, SubscriptionRole
+from busflow.failure import Failure, is_failure
+from busflow.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
 from busflow.inheritance import declarations_of
 from busflow.message import Message
 from busflow.parameter_events import ParameterEvents
 from busflow.parameter_handler import ParameterHandler
-from busflow.parameter_store import ParameterStore, SetResult, ValueSource
+from busflow.parameter_store import ParameterStore, SetResult
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
 from busflow.qos import QoS
+from busflow.servers import RequestHandler, Server
 from busflow.subscriptions import MessageHandler, Subscription
+from busflow.surroundings import Rng, Surroundings
 from busflow.text import did_you_mean
 from busflow.timers import Missed, Timer, TimerHandler
 
@@ -37,50 +47,9 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from busflow.bus import Bus
-    from busflow.clock import Clock
-    from busflow.log import Log
     from busflow.node import Node
 
 M = TypeVar("M", bound=Message)
-
-
-class Rng(np.random.Generator):
-    """A numpy generator that can go back to where it began."""
-
-    def __init__(self, seed: int, name: str) -> None:
-        """The generator of one node: of the run's seed and the node's full name."""
-        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
-        self._beginning = self.bit_generator.state
-
-    def reseed(self) -> None:
-        """Start the sequence over."""
-        self.bit_generator.state = self._beginning
-
-
-@dataclass(frozen=True, slots=True)
-class Listener:
-    """One `@on_event` of a node."""
-
-    topic: str
-    event_type: type[Event]
-    handler: Callable[[Any], Any]
-    origin: str
-
-
-@dataclass(frozen=True, slots=True)
-class Surroundings:
-    """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
-
-    clock: Clock
-    log: Log
-    seed: int = 0
-    namespace: str = "/"
-    remaps: Mapping[str, str] = field(default_factory=dict[str, str])
-    publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
-    """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
-    subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
-    parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
-    """By dotted name, where the launch file or the command line states a parameter of this node."""
 
 
 class NodeRuntime:
@@ -92,15 +61,19 @@ class NodeRuntime:
         self.name = name
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Subscription[Any]] = []
+        self.servers: list[Server[Any, Any]] = []
+        self.clients: list[Client[Any, Any]] = []
         self.timers: list[Timer] = []
         self.parameters = ParameterStore(self)
         self.parameter_events = ParameterEvents(self)
+        self.starting = Activity(f"start() of {name}")
+        """Its `start`, which holds up who calls its services before it has returned."""
         self.used_remaps: set[str] = set()
         self.on_failure: Callable[[Failure], None] | None = None
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
         self._tasks: anyio.abc.TaskGroup | None = None
-        self._listeners: list[Listener] = []
+        self._listeners: list[EventHandler] = []
         self._parameter_handlers: list[ParameterHandler] = []
         self._open = False
         self._ended = False
@@ -138,6 +111,7 @@ class NodeRuntime:
         if self._surroundings is not None:
             raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
         self._surroundings = surroundings
+        self.starting.name = f"start() of {self.full_name}"
         self.parameters.stated = surroundings.parameter_source
         for attribute, declaration in declarations_of(type(self.node)).items():
             endpoint = self._create(declaration)
@@ -155,12 +129,14 @@ class NodeRuntime:
                     f"receives; {did_you_mean(listener.topic, topics)}"
                 )
 
-    def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Timer | None:
+    def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Client[Any, Any] | Timer | None:
         origin = declared.origin
         if isinstance(declared, PublisherDeclaration):
             return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin)
         if isinstance(declared, PullDeclaration):
             return self.create_subscription(declared.type, declared.topic, None, declared.qos, origin=origin)
+        if isinstance(declared, ClientDeclaration):
+            return self.create_client(declared.type, declared.service, origin=origin)
         if isinstance(declared, Handler):
             bound = declared.function.__get__(self.node)
             for role in declared.roles:
@@ -168,9 +144,12 @@ class NodeRuntime:
                     self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
                 elif isinstance(role, ParametersRole):
                     self._parameter_handlers.append(ParameterHandler(bound, origin, self))
+                elif isinstance(role, ServiceRole):
+                    declared.check_service(role.type)
+                    self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin)
                 else:
                     topic = self._resolve(role.topic).name
-                    self._listeners.append(Listener(topic, declared.event_type(), bound, origin))
+                    self._listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self))
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
@@ -220,6 +199,34 @@ class NodeRuntime:
             timer.open()
         return timer
 
+    def create_service(
+        self, service_type: Any, service: str, handler: RequestHandler[Any, Any], *, depth: int, origin: str
+    ) -> Server[Any, Any]:
+        """A server of this node, connected at once when the node is."""
+        endpoint = self._service_endpoint(service_type, service, origin)
+        server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
+        if self._bus is not None:
+            self._connect_server(self._bus, server)
+        self.servers.append(server)
+        if self._open:
+            self._open_server(server)
+        return server
+
+    def create_client(self, service_type: Any, service: str, *, origin: str) -> Client[Any, Any]:
+        """A client of this node, connected at once when the node is."""
+        endpoint = self._service_endpoint(service_type, service, origin)
+        client = Client[Any, Any](endpoint.type, endpoint)
+        if self._bus is not None:
+            self._bus.attach_client(client)
+        self.clients.append(client)
+        return client
+
+    def _service_endpoint(self, service_type: Any, service: str, origin: str) -> ServiceEndpoint:
+        checked = checked_service_type(service_type, origin)
+        self._refuse_after_the_end(origin)
+        resolved = self._resolve(service, service=True)
+        return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule)
+
     def _endpoint(
         self,
         message_type: type[M],
@@ -240,9 +247,11 @@ class NodeRuntime:
         if self._ended:
             raise NotRunning(f"{origin}: {self.full_name} has left its graph; it can create nothing more")
 
-    def _resolve(self, topic: str) -> names.Resolved:
+    def _resolve(self, name: str, *, service: bool = False) -> names.Resolved:
         around = self.surroundings
-        resolved = names.resolve(topic, node=self.name, namespace=around.namespace, remaps=around.remaps)
+        resolved = names.resolve(
+            name, node=self.name, namespace=around.namespace, remaps=around.remaps, service=service
+        )
         if resolved.rule is not None:
             self.used_remaps.add(resolved.rule)
         return resolved
@@ -256,6 +265,10 @@ class NodeRuntime:
             self._connect_publisher(bus, publisher)
         for subscription in self.subscriptions:
             self._connect_subscription(bus, subscription)
+        for server in self.servers:
+            self._connect_server(bus, server)
+        for client in self.clients:
+            bus.attach_client(client)
         for timer in self.timers:
             self._connect_timer(bus, timer)
 
@@ -267,6 +280,18 @@ class NodeRuntime:
         subscription.on_event = self._hear if self._listeners else None
         origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
         bus.attach_subscription(subscription, lambda error, message: self.fail(origin, error, message))
+
+    def _connect_server(self, bus: Bus, server: Server[Any, Any]) -> None:
+        origin = f"{server.endpoint.origin} (service {server.service})"
+
+        def on_error(error: BaseException, request: Message) -> None:
+            if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
+                failure = Failure(self.full_name, origin, error, request)
+                self.log.error(failure.summary, traceback=way(error))
+            else:
+                self.fail(origin, error, request)
+
+        bus.attach_server(server, self.starting, on_error)
 
     def _connect_timer(self, bus: Bus, timer: Timer) -> None:
         origin = f"{type(self.node).__name__}.{timer.name} (timer)"
@@ -281,6 +306,8 @@ class NodeRuntime:
         self._open = True
         for subscription in self.subscriptions:
             self._open_subscription(subscription)
+        for server in self.servers:
+            self._open_server(server)
         for timer in self.timers:
             timer.open()
         self.parameter_events.tell_all()
@@ -292,13 +319,20 @@ class NodeRuntime:
         if pump is not None:
             self.spawn(pump, subscription.endpoint.origin)
 
+    def _open_server(self, server: Server[Any, Any]) -> None:
+        pump = server.open()
+        if pump is not None:
+            self.spawn(pump, server.endpoint.origin)
+
     def close(self) -> None:
-        """Hand over and tick no more; what arrives waits and stays counted."""
+        """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
         self._open = False
         for timer in self.timers:
             timer.close()
         for subscription in self.subscriptions:
             subscription.pause()
+        for server in self.servers:
+            server.close()
 
     def disconnect(self) -> None:
         """End what is iterated over and leave every topic."""
@@ -307,24 +341,14 @@ class NodeRuntime:
                 self._bus.detach_subscription(subscription)
         for publisher in self.publishers:
             publisher.close()
+        for client in self.clients:
+            client.close()
         self._ended = True
 
     def _hear(self, event: Event) -> None:
-        """Tell the node's listeners of an event, in a turn of the loop of their own."""
+        """Tell the node's listeners of an event."""
         for listener in self._listeners:
-            if self._open and listener.topic == event.topic and isinstance(event, listener.event_type):
-                asyncio.get_running_loop().call_soon(self._tell, listener, event)
-
-    def _tell(self, listener: Listener, event: Event) -> None:
-        if not self._open or self._bus is None:
-            return
-        if iscoroutinefunction(listener.handler):
-            self.spawn(listener.handler(event), listener.origin)
-            return
-        try:
-            self._bus.dispatcher.run_now(lambda: refuse_coroutine(listener.handler(event), listener.origin))
-        except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
-            self.fail(f"{listener.origin} (event {event})", error)
+            listener.hear(event)
 
     def _on_parameters(self, old: Parameters, result: SetResult) -> None:
         if self._bus is not None and not self._ended:
@@ -345,6 +369,7 @@ class NodeRuntime:
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        hold_up_nobody()
         try:
             await coroutine
         except BaseException as error:

@@ -95,7 +95,8 @@ class Unit:
         self.state = NodeState.STARTING
         patience: anyio.CancelScope | None = None
         if type(self.node).start is not Node.start:
-            with self._starting, self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
+            limit = self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S)
+            with self._starting, limit as patience, self.runtime.starting.current():
                 await self._guard(self.node.start, "start")
         if patience is not None and patience.cancelled_caught:
             late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")

@@ -13,7 +13,7 @@ from busflow.events import DeadlineMissed, Event, LivelinessChanged
 from busflow.handlers import on_event
 from busflow.log import Log
 from busflow.node import runtime_of
-from busflow.runtime import Rng, Surroundings
+from busflow.surroundings import Rng, Surroundings
 from busflow.testing import virtual_time
 
 

@@ -1,4 +1,4 @@
-"""The data sheet of one plugin: its parameters, and what it publishes and receives."""
+"""The data sheet of one plugin: its parameters, its topics, and the services it answers and asks."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from busflow import names
 from busflow.blame import shown
 from busflow.cli.output import print_columns
 from busflow.clock import SystemClock
-from busflow.declarations import PublisherDeclaration, PullDeclaration
+from busflow.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
 from busflow.errors import InvalidParameter, LaunchError
-from busflow.handlers import Handler, SubscriptionRole
+from busflow.handlers import Handler, ServiceRole, SubscriptionRole
 from busflow.inheritance import declarations_of
 from busflow.launchfile.preflight import Preflight
 from busflow.log import Log
-from busflow.message import Message, type_name
+from busflow.message import Message, ServiceType, type_name
 from busflow.node import default_name, parameters_class
 from busflow.parameters import ParameterInfo, describe
 from busflow.plugins import load
@@ -29,8 +29,8 @@ from busflow.text import printable
 if TYPE_CHECKING:
     from busflow.node import Node
 
-Topics = tuple[tuple[str, str], ...]
-"""Topic and type."""
+Names = tuple[tuple[str, str], ...]
+"""Topics or services, each with its type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +41,10 @@ class Sheet:
     summary: str
     file: str
     parameters: tuple[ParameterInfo, ...]
-    publishes: Topics
-    receives: Topics
+    publishes: Names
+    receives: Names
+    serves: Names
+    calls: Names
     complete: bool
     """False where a parameter without a default may still decide about topics."""
 
@@ -55,6 +57,8 @@ class Sheet:
             "parameters": [_parameter_json(each) for each in self.parameters],
             "publishes": [{"topic": topic, "type": type_} for topic, type_ in self.publishes],
             "receives": [{"topic": topic, "type": type_} for topic, type_ in self.receives],
+            "serves": [{"service": service, "type": type_} for service, type_ in self.serves],
+            "calls": [{"service": service, "type": type_} for service, type_ in self.calls],
             "complete": self.complete,
         }
 
@@ -65,12 +69,13 @@ class Sheet:
             "Parameters": [_row(each) for each in self.parameters],
             "Publishes": self.publishes,
             "Receives": self.receives,
+            **{title: rows for title, rows in (("Serves", self.serves), ("Calls", self.calls)) if rows},
         }
         for title, rows in tables.items():
             click.echo(f"\n{title}:" if rows else f"\n{title}: nothing")
             print_columns(rows, indent="  ")
         if not self.complete:
-            click.echo("\nA parameter without a default may decide about more topics.")
+            click.echo("\nA parameter without a default may decide about more topics and services.")
 
 
 def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
@@ -82,54 +87,57 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
     """
     node_class = load(reference, folders)
     try:
-        publishes, receives, complete = *_topics(node_class()), True
+        ends, complete = _ends(node_class()), True
     except InvalidParameter:
-        publishes, receives, complete = *_declared_topics(node_class), False
+        ends, complete = _declared_ends(node_class), False
     return Sheet(
         name=reference,
         summary=(inspect.getdoc(node_class) or "").partition("\n")[0],
         file=shown(inspect.getfile(node_class)),
         parameters=describe(parameters_class(node_class)),
-        publishes=publishes,
-        receives=receives,
         complete=complete,
+        **ends,
     )
 
 
-def _topics(node: Node) -> tuple[Topics, Topics]:
-    """What a node with the default parameters publishes and receives."""
+def _ends(node: Node) -> dict[str, Names]:
+    """What a node with the default parameters publishes, receives, serves and calls."""
     clock = SystemClock()
     plan = Preflight(clock, Log(clock)).plan(nodes=[node])
     if plan.errors:
         raise LaunchError(plan.errors)
     (member,) = plan.members
-    ends = (member.publishers, member.subscriptions)
-    published, received = (tuple((each.topic, type_name(each.type)) for each in end) for end in ends)
-    return published, received
+    return {
+        "publishes": tuple((each.topic, type_name(each.type)) for each in member.publishers),
+        "receives": tuple((each.topic, type_name(each.type)) for each in member.subscriptions),
+        "serves": tuple((each.service, type_name(each.type)) for each in member.servers),
+        "calls": tuple((each.service, type_name(each.type)) for each in member.clients),
+    }
 
 
-def _declared_topics(node_class: type[Node]) -> tuple[Topics, Topics]:
+def _declared_ends(node_class: type[Node]) -> dict[str, Names]:
     """What the class itself says, where no instance can be made without the user's parameters."""
-    published: list[tuple[str, str]] = []
-    received: list[tuple[str, str]] = []
-    for topic, message_type, direction in _declared(node_class, published, received):
-        full = names.expand(topic, node=default_name(node_class), namespace="/")
-        direction.append((full, type_name(message_type)))
-    return tuple(published), tuple(received)
+    found: dict[str, list[tuple[str, str]]] = {"publishes": [], "receives": [], "serves": [], "calls": []}
+    for verb, name, kind in _declared(node_class):
+        full = names.expand(name, node=default_name(node_class), namespace="/")
+        found[verb].append((full, type_name(kind)))
+    return {verb: tuple(each) for verb, each in found.items()}
 
 
-def _declared(
-    node_class: type[Node], published: list[Any], received: list[Any]
-) -> Iterator[tuple[str, type[Message], list[Any]]]:
+def _declared(node_class: type[Node]) -> Iterator[tuple[str, str, type[Message | ServiceType]]]:
     for declared in declarations_of(node_class).values():
         if isinstance(declared, PublisherDeclaration):
-            yield declared.topic, declared.type, published
+            yield "publishes", declared.topic, declared.type
         elif isinstance(declared, PullDeclaration):
-            yield declared.topic, declared.type, received
+            yield "receives", declared.topic, declared.type
+        elif isinstance(declared, ClientDeclaration):
+            yield "calls", declared.service, declared.type
         elif isinstance(declared, Handler):
             for role in declared.roles:
                 if isinstance(role, SubscriptionRole):
-                    yield role.topic, declared.message_type(), received
+                    yield "receives", role.topic, declared.message_type()
+                elif isinstance(role, ServiceRole):
+                    yield "serves", role.service, role.type
 
 
 def _parameter_json(parameter: ParameterInfo) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def print_summary(report: Report) -> None:
     console.print(
         f"\n{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
     )
-    for table in (_topics(report), _timers(report)):
+    for table in (_topics(report), _services(report), _timers(report)):
         if table.row_count:
             console.print()
             console.print(table)
@@ -54,6 +54,19 @@ def _topics(report: Report) -> Table:
         for line in topic.subscriptions:
             queue = f"depth {line.depth}, {line.overflow}"
             _row(table, f"  → {line.node}", queue, line.published, "", line.delivered, line.dropped, line.queued)
+    return table
+
+
+def _services(report: Report) -> Table:
+    table = _table("service", "type", "calls", "answered", "failed", "timed out", "waiting")
+    for service in report.services:
+        _row(table, service.name, service.type, "", "", "", "", "")
+        for line in service.servers:
+            failed = line.failed + line.refused + line.lost
+            _row(table, f"  ← {line.node}", f"depth {line.depth}", line.received, line.served, failed, "", line.waiting)
+        for line in service.clients:
+            failed = line.failed - line.timed_out
+            _row(table, f"  → {line.node}", "", line.called, line.answered, failed, line.timed_out, line.waiting)
     return table
 
 

@@ -25,12 +25,13 @@ from busflow.node import Node, parameters_class, runtime_of
 from busflow.parameter_store import ValueSource
 from busflow.parameters import validate
 from busflow.qos import QoS
-from busflow.runtime import NodeRuntime, Surroundings
+from busflow.runtime import NodeRuntime
+from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
-    from busflow.endpoint import Endpoint
+    from busflow.endpoint import Endpoint, ServiceEndpoint
     from busflow.launchfile.value import Origin
     from busflow.log import Log
 
@@ -64,6 +65,16 @@ class Member:
     def subscriptions(self) -> list[Endpoint]:
         """What the node receives."""
         return [each.endpoint for each in self.runtime.subscriptions]
+
+    @property
+    def servers(self) -> list[ServiceEndpoint]:
+        """What the node answers."""
+        return [each.endpoint for each in self.runtime.servers]
+
+    @property
+    def clients(self) -> list[ServiceEndpoint]:
+        """What the node asks."""
+        return [each.endpoint for each in self.runtime.clients]
 
 
 @dataclass(slots=True)
@@ -107,6 +118,7 @@ class Preflight:
         for member in plan.members:
             plan.problems += _idle_specs(member)
         plan.problems += _one_ended_topics(plan.members, strict=self.strict)
+        plan.problems += _service_problems(plan.members, strict=self.strict)
         return plan
 
     def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec]) -> None:
@@ -273,10 +285,11 @@ def _idle_specs(member: Member) -> Iterator[Problem]:
                 text = f"{spec.full_name} does not {kind} {each.topic}"
                 known = topics | {endpoint.written for endpoint in endpoints}
                 yield _problem("unknown-topic", text, each.origin, did_you_mean(each.topic, known))
-    written = {endpoint.written for endpoint in (*member.publishers, *member.subscriptions)}
+    ends = (*member.publishers, *member.subscriptions, *member.servers, *member.clients)
+    written = {endpoint.written for endpoint in ends}
     for rule in spec.remap:
         if rule.match not in member.runtime.used_remaps:
-            text = f"the remap of {rule.match} matches no topic of {spec.full_name}"
+            text = f"the remap of {rule.match} matches no topic or service of {spec.full_name}"
             yield _problem("unused-remap", text, rule.origin, did_you_mean(rule.match, written))
 
 
@@ -297,6 +310,35 @@ def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Pr
             if endpoint.topic not in received:
                 text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which nobody receives"
                 yield _about(member, "nobody-receives", text, None, Severity.INFO)
+
+
+def _service_problems(members: Sequence[Member], *, strict: bool) -> Iterator[Problem]:
+    """Services of two types, of two servers, or of none."""
+    stated: dict[str, ServiceEndpoint] = {}
+    served: dict[str, ServiceEndpoint] = {}
+    for member in members:
+        for endpoint in (*member.servers, *member.clients):
+            first = stated.setdefault(endpoint.service, endpoint)
+            if first.type is not endpoint.type:
+                text = f"{endpoint.origin} uses the service {endpoint.service} as {type_name(endpoint.type)}, but "
+                text += f"{first.origin} uses it as {type_name(first.type)}"
+                yield _about(member, "type-mismatch", text, _rename(endpoint, "use one type on both ends"))
+        for endpoint in member.servers:
+            first = served.setdefault(endpoint.service, endpoint)
+            if first is not endpoint:
+                text = f"{endpoint.origin} of {endpoint.node} answers {endpoint.service}, which {first.origin} of "
+                yield _about(member, "two-servers", f"{text}{first.node} answers already", _rename(endpoint))
+    for member in members:
+        for endpoint in member.clients:
+            if endpoint.service not in served:
+                text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which nobody answers"
+                severity = Severity.ERROR if strict else Severity.WARNING
+                yield _about(member, "nobody-answers", text, did_you_mean(endpoint.service, served), severity)
+
+
+def _rename(endpoint: ServiceEndpoint, otherwise: str = "") -> str:
+    renaming = f"remap one of them: remap: {{{endpoint.written}: another_name}}"
+    return f"{otherwise}, or {renaming}" if otherwise else renaming
 
 
 def _endpoints(members: Sequence[Member]) -> Iterator[tuple[Member, Endpoint]]:

@@ -14,6 +14,8 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, Self, TypeVar, cast, overload
 
+from busflow.calls import Pair, Req, Res
+from busflow.clients import TIMEOUT_S
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
 from busflow.ingredients import What
@@ -185,6 +187,21 @@ class Harness:
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """A subscription of the test's own, to pull from."""
         return self.graph.subscribe(message_type, topic, qos=qos)
+
+    async def call(
+        self,
+        service_type: type[Pair[Req, Res]],
+        service: str,
+        request: Req | None = None,
+        *,
+        timeout: float | None = TIMEOUT_S,  # noqa: ASYNC109  # of virtual seconds
+    ) -> Res:
+        """Ask a service from outside; the timeout is in virtual seconds.
+
+        Raises:
+            ServiceError: There is no answer, as `Client.call` says.
+        """
+        return await self.graph.call(service_type, service, request, timeout=timeout)
 
     # The harm it does.
 

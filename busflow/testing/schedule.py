@@ -16,6 +16,7 @@ from enum import StrEnum
 from typing import Any, TypeAlias
 
 from busflow.dispatcher import Runnable
+from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.timers import Timer
 
@@ -179,13 +180,20 @@ def _overtaking(names: list[str], chosen: int) -> str:
 
 def _names_in_line(ready: Sequence[Runnable]) -> list[str]:
     """What tells those in line apart: the topics where all are of one node, the nodes where all are of one topic."""
-    places = [(each.topic, each.endpoint.node) if isinstance(each, Subscription) else ("", "") for each in ready]
+    places = [_place_in_line(each) for each in ready]
     topics, nodes = ({place[part] for place in places} for part in (0, 1))
     if len(nodes) == 1:
         return [f"`{topic}`" for topic, _ in places]
     if len(topics) == 1:
         return [f"`{node}`" for _, node in places]
     return [f"`{topic}` of `{node}`" for topic, node in places]
+
+
+def _place_in_line(runnable: Runnable) -> tuple[str, str]:
+    """The topic or service, and the node, of one in line."""
+    if isinstance(runnable, Subscription):
+        return runnable.topic, runnable.endpoint.node
+    return (runnable.service, runnable.node) if isinstance(runnable, Server) else ("", "")
 
 
 def _may_overtake(handle: asyncio.Handle) -> bool:

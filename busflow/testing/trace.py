@@ -5,10 +5,13 @@
     0.100000000 publish /imu/data #1 9b4da7f0c1d2a883
     0.100000000 deliver /imu/data /sensor_processor 9b4da7f0c1d2a883
     0.100000000 drop /imu/data /logger overflow
+    0.200000000 request /reset /operator #1 0c22f7a1b3d4e596
+    0.200000000 reply /reset /operator #1 5be1c0d97fa23e48
     0.500000000 log /sensor_processor info "All sensors operational" {}
 
 The first column is the run's clock in seconds, the number of a publish its place on the topic, the last column of a
-publish and of a delivery a hash of the message's content. Who does not trace pays nothing.
+publish and of a delivery a hash of the message's content; a reply that did not come shows the error instead. Who does
+not trace pays nothing.
 """
 
 from __future__ import annotations
@@ -23,12 +26,15 @@ from typing import Any, cast
 
 import numpy as np
 
+from busflow.calls import Call
+from busflow.clients import Client
 from busflow.clock import NS_PER_S
 from busflow.log import LogRecord
 from busflow.message import Message, type_name
 from busflow.parameter_store import ParameterStore, SetResult
 from busflow.publishers import Publisher
 from busflow.runner import Graph
+from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.timers import Timer
 
@@ -45,6 +51,7 @@ class Trace:
         self._clock = graph.clock
         self._bus = graph.bus
         self._published: Counter[str] = Counter()
+        self._services: set[str] = set()
         self._hashes: dict[int, tuple[Message, str]] = {}
         graph.bus.on_attach.append(self._on_attach)
         graph.log.sinks.append(self._on_log)
@@ -56,6 +63,19 @@ class Trace:
             attached.on_change.append(lambda _old, result: self._on_parameters(attached.node, result))
         if isinstance(attached, Publisher | Subscription):
             self._on_end(cast("Publisher[Any] | Subscription[Any]", attached))
+
+        if isinstance(attached, Server | Client) and attached.service not in self._services:
+            self._services.add(attached.service)
+            self._bus.services[attached.service].taps.append(self._on_call)
+
+    def _on_call(self, call: Call[Any, Any]) -> None:
+        outcome = call.outcome
+        if outcome is None:
+            kind, shown = "request", self._hash(call.request)
+        else:
+            kind = "reply"
+            shown = self._hash(outcome) if isinstance(outcome, Message) else type(outcome).__name__
+        self._tell(kind, call.service, call.caller, f"#{call.number}", shown)
 
     def _on_end(self, end: Publisher[Any] | Subscription[Any]) -> None:
         """Listen to an end of a topic, and to the topic from its first end on."""

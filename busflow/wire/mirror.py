@@ -32,6 +32,7 @@ from busflow.wire.typesupport import TypeSupport
 
 if TYPE_CHECKING:
     from busflow.bus import Attached
+    from busflow.bus import End as AnyEnd
     from busflow.endpoint import Endpoint
     from busflow.wire.run_directory import RunCard
 
@@ -118,11 +119,13 @@ class Mirror:
         for remote in [each for each in self._remote.values() if each.topic == end.topic]:
             self._admit(remote)
 
-    def _on_detach(self, end: End) -> None:
+    def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher):
             outlet = self._outlets.pop(end, None)
             if outlet is not None:
                 outlet.close()
+            return
+        if not isinstance(end, Subscription):
             return
         token = self._tokens.pop(_key(end), None)
         if token is not None:

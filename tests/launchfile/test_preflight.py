@@ -123,7 +123,7 @@ def test_a_graph_that_fits_has_no_problem(check):
         ),
         (
             "  other: {plugin: listener, remap: {numbrs: /numbers}}\n",
-            "lab1.yaml:5:37: error: the remap of numbrs matches no topic of /other\n  fix: did you mean 'numbers'?",
+            "lab1.yaml:5:37: error: the remap of numbrs matches no topic or service of /other\n  fix: did you mean 'numbers'?",
         ),
         (
             "  other: {plugin: listener, remap: {numbers: words}}\n",

@@ -1,0 +1,45 @@
+"""EventHandler: a method of a node that hears what happens to one of its ends besides messages."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from inspect import iscoroutinefunction
+from typing import TYPE_CHECKING, Any
+
+from busflow.events import Event
+from busflow.failure import refuse_coroutine
+
+if TYPE_CHECKING:
+    from busflow.runtime import NodeRuntime
+
+
+class EventHandler:
+    """One `@on_event` of a node that is part of a graph; it is told in a turn of the loop of its own."""
+
+    __slots__ = ("_event_type", "_function", "_runtime", "origin", "topic")
+
+    def __init__(
+        self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, runtime: NodeRuntime
+    ) -> None:
+        self.topic = topic
+        self.origin = origin
+        self._event_type = event_type
+        self._function = function
+        self._runtime = runtime
+
+    def hear(self, event: Event) -> None:
+        """Tell the method of an event, if it is one that it listens for and its node is open."""
+        if self._runtime.is_open and self.topic == event.topic and isinstance(event, self._event_type):
+            asyncio.get_running_loop().call_soon(self._tell, event)
+
+    def _tell(self, event: Event) -> None:
+        if not self._runtime.is_open:
+            return
+        if iscoroutinefunction(self._function):
+            self._runtime.spawn(self._function(event), self.origin)
+            return
+        try:
+            self._runtime.run_now(lambda: refuse_coroutine(self._function(event), self.origin))
+        except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+            self._runtime.fail(f"{self.origin} (event {event})", error)

@@ -1,0 +1,62 @@
+"""Outside: the program around a graph, as one that publishes, receives and asks on its bus."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar, cast
+
+from busflow.bus import Bus
+from busflow.calls import Pair, Req, Res
+from busflow.clients import Client
+from busflow.errors import IncompatibleType
+from busflow.message import Message, type_name
+from busflow.node import Node, runtime_of
+from busflow.publishers import Publisher
+from busflow.qos import QoS
+from busflow.subscriptions import Subscription
+from busflow.surroundings import Surroundings
+
+M = TypeVar("M", bound=Message)
+
+
+class _Outside(Node):
+    """In whose name the program's ends of topics and services are."""
+
+
+class Outside:
+    """The program around a graph that runs."""
+
+    def __init__(self, bus: Bus, surroundings: Surroundings) -> None:
+        self._runtime = runtime_of(_Outside(name="_outside"))
+        self._runtime.declare(surroundings)
+        self._runtime.connect(bus)
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self._clients: dict[str, Client[Any, Any]] = {}
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Publish a message, as a publisher with the topic's default QoS."""
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            publisher = self._publishers[topic] = self.advertise(type(message), topic)
+        publisher.publish(message)
+
+    def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+        """A publisher of the program's own."""
+        return self._runtime.create_publisher(message_type, topic, qos, origin="Graph.advertise")
+
+    def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
+        """A subscription of the program's own, to pull from."""
+        return self._runtime.create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+
+    def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
+        """The program's client of a service."""
+        client = self._clients.get(service)
+        if client is None:
+            client = self._clients[service] = self._runtime.create_client(service_type, service, origin="Graph.call")
+        wanted = cast("Any", service_type)
+        if client.type is not wanted:
+            raise IncompatibleType(f"{client.service} is a {type_name(client.type)}, not a {type_name(wanted)}")
+        return client
+
+    def close(self) -> None:
+        """Leave every topic and service."""
+        self._runtime.disconnect()

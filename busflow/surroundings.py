@@ -1,0 +1,45 @@
+"""Surroundings: what a node is given from outside, its generator of random numbers among it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from busflow.qos import QoS
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.log import Log
+    from busflow.parameter_store import ValueSource
+
+
+class Rng(np.random.Generator):
+    """A numpy generator that can go back to where it began."""
+
+    def __init__(self, seed: int, name: str) -> None:
+        """The generator of one node: of the run's seed and the node's full name."""
+        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
+        self._beginning = self.bit_generator.state
+
+    def reseed(self) -> None:
+        """Start the sequence over."""
+        self.bit_generator.state = self._beginning
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
+
+    clock: Clock
+    log: Log
+    seed: int = 0
+    namespace: str = "/"
+    remaps: Mapping[str, str] = field(default_factory=dict[str, str])
+    publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
+    subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
+    """By dotted name, where the launch file or the command line states a parameter of this node."""
