@@ -24,7 +24,7 @@ Res_co = TypeVar("Res_co", bound=Message, covariant=True)
 
 
 class Pair(Protocol[Req_co, Res_co]):
-    """What a type checker needs to see of a service type to know what a call gives."""
+    """What a type checker needs to see of a service type to know what a call takes and gives."""
 
     @property
     def Request(self) -> type[Req_co]: ...  # noqa: D102, N802  # the class inside a service type

@@ -118,6 +118,46 @@ def test_the_graph_as_mermaid_dot_and_json(capsys: Captured):
     ]
 
 
+def test_the_graph_shows_who_asks_whom(capsys: Captured):
+    replace('\n    parameters: {rate_hz: "${args.rate_hz}"}', "")
+    Path("plugins/talker.py").write_text(
+        "from busflow import Node, client, service\n"
+        "from busflow.msgs.std_srvs import Trigger\n\n\n"
+        "class Talker(Node):\n"
+        "    other = client(Trigger, 'nowhere')\n\n"
+        "    @service(Trigger, '~/reset')\n"
+        "    def on_reset(self, request: Trigger.Request) -> Trigger.Response:\n"
+        "        return Trigger.Response()\n"
+    )
+    Path("plugins/listener.py").write_text(
+        "from busflow import Node, client\n"
+        "from busflow.msgs.std_srvs import Trigger\n\n\n"
+        "class Listener(Node):\n"
+        "    reset = client(Trigger, 'talker/reset')\n"
+    )
+    assert main(["graph", "talk.yaml"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "/talker  (talker)",
+        "  /talker/reset  std_srvs/srv/Trigger  ←  /listener",
+        "/listener  (listener)",
+        "nobody",
+        "  /nowhere  std_srvs/srv/Trigger  ←  /talker",
+    ]
+    assert main(["graph", "talk.yaml", "--format", "mermaid"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert '  s0{{"/talker/reset<br/>std_srvs/srv/Trigger"}}' in lines
+    assert lines[-3:] == ["  n1 --> s0", "  s0 --> n0", "  n0 --> s1"]
+    assert main(["graph", "talk.yaml", "--format", "dot"]) == 0
+    assert '  s0 [shape=hexagon, label="/talker/reset\\nstd_srvs/srv/Trigger"]' in capsys.readouterr().out
+    assert main(["graph", "talk.yaml", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["services"][0] == {
+        "name": "/talker/reset",
+        "type": "std_srvs/srv/Trigger",
+        "servers": ["/talker"],
+        "clients": ["/listener"],
+    }
+
+
 def test_a_graph_that_cannot_be_is_not_drawn(capsys: Captured):
     replace("plugin: talker", "plugin: talkr")
     assert main(["graph", "talk.yaml"]) == 2

@@ -16,8 +16,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from busflow import Node, Parameters, publisher, subscription
+from busflow import Node, Parameters, client, publisher, service, subscription
 from busflow.msgs.std_msgs import Bool, Float64
+from busflow.msgs.std_srvs import Trigger
 
 
 class ChoosyParameters(Parameters):
@@ -33,6 +34,11 @@ class Choosy(Node):
 
     @subscription("numbers")
     def hear(self, number: Float64) -> None: ...
+
+    other = client(Trigger, "other")
+
+    @service(Trigger, "~/reset")
+    def on_reset(self, request: Trigger.Request) -> Trigger.Response: ...
 '''
 
 

@@ -1,6 +1,7 @@
 """The trace: a line for everything that happens, the same bytes wherever and however often it runs."""
 
 import asyncio
+import contextlib
 import hashlib
 import math
 import shutil
@@ -13,9 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow import Node, Parameters, QoS, ServiceError, client, publisher, service, subscription, timer
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64, Int64, String
+from busflow.msgs.std_srvs import Trigger
 from busflow.testing import harness, virtual_time
 from busflow.testing.trace import Trace, content_hash
 
@@ -94,6 +96,33 @@ def test_every_publish_delivery_drop_timer_and_log_line_is_a_line():
 0.300000000 publish /echo #3 {three}
 """
     )
+
+
+def test_every_request_and_reply_is_a_line():
+    class Asker(Node):
+        reset = client(Trigger, "reset")
+
+        @timer(0.1)
+        async def ask(self) -> None:
+            with contextlib.suppress(ServiceError):
+                await self.reset.call()
+
+    class Moody(Node):
+        @service(Trigger, "reset")
+        async def reset(self, _request: Trigger.Request) -> Trigger.Response:
+            await asyncio.sleep(0.05)
+            if self.clock.seconds() > 0.2:
+                raise ValueError("enough")
+            return Trigger.Response(success=True)
+
+    lines = traced(Asker, Moody, seconds=0.25).splitlines()
+    asked, answered = content_hash(Trigger.Request()), content_hash(Trigger.Response(success=True))
+    assert [line for line in lines if " timer " not in line and " log " not in line] == [
+        f"0.100000000 request /reset /asker #1 {asked}",
+        f"0.150000000 reply /reset /asker #1 {answered}",
+        f"0.200000000 request /reset /asker #2 {asked}",
+        "0.250000000 reply /reset /asker #2 ServiceFailed",
+    ]
 
 
 def test_what_is_pulled_is_a_delivery_too():
