@@ -16,8 +16,8 @@ def declarations_of(node_class: type) -> dict[str, Declaration]:
         for name, value in vars(owner).items():
             if isinstance(value, Declaration):
                 found[name] = value
-            else:
-                found.pop(name, None)
+            elif name in found:
+                del found[name]
     return found
 
 

@@ -385,9 +385,9 @@ def _fault(name: str, kind: str, index: int, more: str = "") -> Fault:
     return Fault(kind, index, _FAULTS[kind].format(char=char, more=more, length=len(name)))
 
 
+@lru_cache(maxsize=1024)  # each endpoint of each start of a graph asks for the same few
 def _check(what: str, name: str, find: Callable[[str], Fault | None]) -> str:
-    fault = find(name)
-    if fault is not None:
+    if (fault := find(name)) is not None:
         _refuse(what, name, fault)
     return name
 

@@ -191,10 +191,10 @@ class Graph:
     async def _live(self) -> None:
         self.clock.begin()
         try:
-            async with anyio.create_task_group() as tasks:
+            async with asyncio.TaskGroup() as tasks:
                 for unit in self.units:
-                    tasks.start_soon(unit.live, name=unit.name)
-                tasks.start_soon(self._await_starts)
+                    tasks.create_task(unit.live(), name=unit.name)
+                tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
                 await self._ending.wait()
                 await self._stop_units()
         finally:
@@ -212,13 +212,13 @@ class Graph:
     async def _stop_units(self) -> None:
         """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
         end = perf_counter() + self.grace_s
-        with self.clock.wall_timeout(self.grace_s):
-            for left, unit in zip(range(len(self.units), 0, -1), reversed(self.units), strict=True):
-                unit.ask_to_stop()
-                # A slow node costs the others the order of stopping, not their own stop().
-                with self.clock.wall_timeout((end - perf_counter()) / left):
-                    await unit.ended.wait()
-            for unit in self.units:
+        for left, unit in zip(range(len(self.units), 0, -1), reversed(self.units), strict=True):
+            unit.ask_to_stop()
+            # A slow node costs the others the order of stopping, not their own stop().
+            with self.clock.wall_timeout((end - perf_counter()) / left):
+                await unit.ended.wait()
+        for unit in [unit for unit in self.units if not unit.ended.is_set()]:
+            with self.clock.wall_timeout(end - perf_counter()):
                 await unit.ended.wait()
         late = [unit for unit in self.units if not unit.ended.is_set()]
         if late:

@@ -72,6 +72,8 @@ class NodeRuntime:
         self.on_failure: Callable[[Failure], None] | None = None
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
+        self.has_spawned = False
+        """Whether there may be tasks to cancel at the end."""
         self._tasks: anyio.abc.TaskGroup | None = None
         self._listeners: list[EventHandler] = []
         self._parameter_handlers: list[ParameterHandler] = []
@@ -366,6 +368,7 @@ class NodeRuntime:
         if self._tasks is None:
             coroutine.close()
             raise NotRunning(f"{self.full_name} has no tasks before its start() and from its stop() on")
+        self.has_spawned = True
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:

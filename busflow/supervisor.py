@@ -38,11 +38,11 @@ class Unit:
         self.runtime = runtime_of(node)
         self.state = NodeState.BUILT
         self.failures: list[Failure] = []
-        self.started = anyio.Event()
-        self.ended = anyio.Event()
-        self._stop_asked = anyio.Event()
+        self.started = asyncio.Event()
+        self.ended = asyncio.Event()
+        self._stop_asked = asyncio.Event()
         self._scope = anyio.CancelScope()
-        self._starting = anyio.CancelScope()
+        self._starting: anyio.CancelScope | None = None
         self._tell = on_failure
         self.runtime.on_failure = self._failed
 
@@ -58,7 +58,8 @@ class Unit:
                 try:
                     async with anyio.create_task_group() as tasks:
                         await self._start_and_run(tasks)
-                        tasks.cancel_scope.cancel()
+                        if self.runtime.has_spawned:  # most have not, and to cancel is dear
+                            tasks.cancel_scope.cancel()
                 finally:  # also when it is given up: what stop() does before it first awaits is done
                     self.runtime.close()
                     self.runtime.adopt_tasks(None)
@@ -84,7 +85,7 @@ class Unit:
     def ask_to_stop(self) -> None:
         """Let the node leave `start` or `run` and go through its `stop`."""
         self._stop_asked.set()
-        if not self.started.is_set():
+        if self._starting is not None and not self.started.is_set():
             self._starting.cancel()
 
     def give_up(self) -> None:
@@ -95,6 +96,9 @@ class Unit:
         self.state = NodeState.STARTING
         patience: anyio.CancelScope | None = None
         if type(self.node).start is not Node.start:
+            self._starting = anyio.CancelScope()
+            if self._stop_asked.is_set():
+                self._starting.cancel()
             limit = self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S)
             with self._starting, limit as patience, self.runtime.starting.current():
                 await self._guard(self.node.start, "start")

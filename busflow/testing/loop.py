@@ -170,8 +170,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     def _release_due(self) -> None:
         """Make ready what is due. A float deadline may lie a fraction of a nanosecond after its instant."""
-        while self._timers and self._timers[0][0] <= self._now_ns:
-            _, _, handle = heapq.heappop(self._timers)
+        timers = self._timers
+        while timers and timers[0][0] <= self._now_ns:
+            _, _, handle = heapq.heappop(timers)
             self._now_s = max(self._now_s, handle.when())
             self._ready.append(handle)
 
@@ -262,7 +263,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return True
 
     def _has_io(self) -> bool:
-        return len(self._input.get_map()) > 1  # one is how other threads wake the loop
+        return self._input.registered > 1  # one is how other threads wake the loop
 
     def _working(self) -> bool:
         """Whether a worker thread works for this loop."""
@@ -297,6 +298,20 @@ class _Selector(selectors.DefaultSelector):
     def __init__(self, choose: Callable[[float | None], Events]) -> None:
         super().__init__()
         self._choose = choose
+        self.registered = 0
+        """How many files are watched; the loop asks every turn."""
+
+    def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        """Watch a file."""
+        key = super().register(fileobj, events, data)
+        self.registered += 1
+        return key
+
+    def unregister(self, fileobj: Any) -> selectors.SelectorKey:
+        """Watch a file no more."""
+        key = super().unregister(fileobj)
+        self.registered -= 1
+        return key
 
     def select(self, timeout: float | None = None) -> Events:
         """Called by asyncio once a turn: with zero while something is ready, else with None."""
