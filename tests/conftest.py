@@ -1,6 +1,11 @@
 """What several test files need: ends of topics that belong to no node, on virtual time."""
 
 import asyncio
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -45,3 +50,13 @@ class Bench:
 @pytest.fixture(scope="session")
 def make_bench():
     return Bench
+
+
+@pytest.fixture(scope="session", autouse=True)
+def runtime_folder() -> Iterator[Path]:
+    """Where the runs of these tests are found, and no others; its path is short enough for a socket."""
+    folder = Path(tempfile.mkdtemp(prefix="bf", dir="/tmp"))  # the default is too long for a socket on macOS
+    os.environ["BUSFLOW_RUNTIME_DIR"] = str(folder)
+    yield folder
+    del os.environ["BUSFLOW_RUNTIME_DIR"]
+    shutil.rmtree(folder, ignore_errors=True)
