@@ -6,17 +6,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
 from busflow.errors import Fault, InvalidDeclaration, InvalidParameter, Place
 from busflow.parameter_changes import with_changes
-from busflow.parameters import ParameterInfo, Parameters, describe
-from busflow.text import did_you_mean
+from busflow.parameters import ParameterInfo, Parameters, describe, unknown, value_of
 from busflow.timers import Timer, checked_period
-from busflow.validation import plain, shown
+from busflow.validation import same, shown
 
 if TYPE_CHECKING:
     from busflow.runtime import NodeRuntime
@@ -134,9 +132,8 @@ class ParameterStore:
         """
         info = self.infos.get(name)
         if info is None:
-            fix = did_you_mean(name, self.infos)
-            raise InvalidParameter([Fault(tuple(name.split(".")), f"unknown parameter {name}", fix, "unknown")])
-        return LiveParameter(info, _value(self.current, name), self._source(name))
+            raise unknown(name, self.infos)
+        return LiveParameter(info, value_of(self.current, name), self._source(name))
 
     def set(self, changes: Mapping[str, object]) -> SetResult:
         """Set parameters, all of them or none, by dotted or nested names.
@@ -182,8 +179,8 @@ class ParameterStore:
 
     def _changes(self, old: Parameters, new: Parameters) -> Iterator[ParameterChange]:
         for name in self.infos:
-            before, after = _value(old, name), _value(new, name)
-            if not _same(before, after):
+            before, after = value_of(old, name), value_of(new, name)
+            if not same(before, after):
                 yield ParameterChange(name, before, after)
 
     def _read_only_faults(self, changed: tuple[ParameterChange, ...]) -> Iterator[Fault]:
@@ -199,23 +196,8 @@ def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:
         try:
             checked_period(pace.period(parameters), pace.timer.name)
         except InvalidDeclaration as error:
-            value = shown(_value(parameters, pace.parameter))
+            value = shown(value_of(parameters, pace.parameter))
             yield Fault(tuple(pace.parameter.split(".")), f"{pace.parameter} cannot be {value}: {error}", None, "range")
-
-
-def _same(one: object, other: object) -> bool:
-    """Whether two plain values are the same to whoever reads them; not-a-number is itself."""
-    if isinstance(one, float) and isinstance(other, float):
-        return one == other or (isnan(one) and isnan(other))
-    return type(one) is type(other) and one == other
-
-
-def _value(parameters: BaseModel, name: str) -> Any:
-    """What a dotted name stands for, as plain data; None inside an optional group that is not there."""
-    found: Any = parameters
-    for step in name.split("."):
-        found = getattr(found, step, None)
-    return plain(found)
 
 
 def _is_stated(parameters: BaseModel, name: str) -> bool:

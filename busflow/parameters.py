@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias, TypeVar, cast
 
@@ -10,7 +10,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from busflow.annotation import UNBOUNDED, Bounds, StrictModel, choices, split, type_word
-from busflow.errors import InvalidParameter
+from busflow.errors import Fault, InvalidParameter
+from busflow.text import did_you_mean
 from busflow.validation import faults, plain
 
 T = TypeVar("T")
@@ -72,6 +73,20 @@ def describe(cls: type[Parameters]) -> tuple[ParameterInfo, ...]:
     """Each parameter of `cls` in the order of declaration, nested ones flattened to dotted names."""
     cls.model_rebuild()  # a no-op unless the class names a type that was defined after it
     return tuple(_rows(cls, "", {}, read_only=False))
+
+
+def value_of(parameters: BaseModel, name: str) -> Any:
+    """What a dotted name stands for, as plain data; None inside an optional group that is not there."""
+    found: Any = parameters
+    for step in name.split("."):
+        found = getattr(found, step, None)
+    return plain(found)
+
+
+def unknown(name: str, known: Iterable[str]) -> InvalidParameter:
+    """The error that a name is no parameter, with the nearest one that is."""
+    fix = did_you_mean(name, known)
+    return InvalidParameter([Fault(tuple(name.split(".")), f"unknown parameter {name}", fix, "unknown")])
 
 
 def _rows(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from math import isfinite
+from math import isfinite, isnan
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, cast, get_args, get_origin
@@ -85,6 +85,24 @@ def plain(value: object) -> Any:
             return value
         case _:
             return str(value)
+
+
+def same(one: object, other: object) -> bool:
+    """Whether two plain values read the same; not-a-number is itself, and 1 is neither 1.0 nor true.
+
+    >>> same([float("nan"), 1], [float("nan"), 1]), same(1, 1.0)
+    (True, False)
+    """
+    alike = type(one) is type(other)
+    if isinstance(one, dict) and isinstance(other, dict):
+        left, right = cast("dict[str, object]", one), cast("dict[str, object]", other)
+        return left.keys() == right.keys() and all(same(left[key], right[key]) for key in left)
+    if isinstance(one, list) and isinstance(other, list):
+        lefts, rights = cast("list[object]", one), cast("list[object]", other)
+        return len(lefts) == len(rights) and all(map(same, lefts, rights))
+    if isinstance(one, float) and isinstance(other, float):
+        return one == other or (isnan(one) and isnan(other))
+    return alike and one == other
 
 
 def shown(value: object) -> str:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import math
-import re
-import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from busflow.errors import PluginError
-from busflow.launchfile.scalar import plain_scalar
-from busflow.launchfile.value import Origin, Scalar, Source, Value
+from busflow.launchfile.scalar import written
+from busflow.launchfile.value import Origin, Source, Value
 from busflow.node import parameters_class
 from busflow.parameters import describe
 from busflow.plugins import load
@@ -20,10 +16,6 @@ from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
-
-_PLAIN = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
-_WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
-"""Other readers take these for true and false."""
 
 
 def resolve(description: LaunchDescription) -> Value:
@@ -59,12 +51,12 @@ def _block(value: Value, indent: str) -> Iterator[tuple[str, str]]:
     """Lines, each with the origin of the scalar it holds; empty for lines that hold none."""
     if isinstance(value.content, dict):
         for key, member in value.content.items():
-            yield from _member(f"{indent}{_scalar(key)}:", member, indent + "  ")
+            yield from _member(f"{indent}{written(key)}:", member, indent + "  ")
     elif isinstance(value.content, list):
         for member in value.content:
             yield from _member(f"{indent}-", member, indent + "  ")
     else:
-        yield f"{indent}{_scalar(value.content)}", str(value.origin)
+        yield f"{indent}{written(value.content)}", str(value.origin)
 
 
 def _member(head: str, member: Value, indent: str) -> Iterator[tuple[str, str]]:
@@ -77,30 +69,4 @@ def _member(head: str, member: Value, indent: str) -> Iterator[tuple[str, str]]:
         case list():
             yield f"{head} []", str(member.origin)
         case scalar:
-            yield f"{head} {_scalar(scalar)}", str(member.origin)
-
-
-def _scalar(value: Scalar) -> str:
-    match value:
-        case None:
-            return "null"
-        case bool():
-            return "true" if value else "false"
-        case float() if not math.isfinite(value):
-            return ".nan" if math.isnan(value) else f"{'-' * (value < 0)}.inf"
-        case str():
-            return _text(value)
-        case _:
-            return repr(value)
-
-
-def _text(text: str) -> str:
-    """Plain where it stays text for every reader; else in double quotes, escaped, `${` kept from being a name."""
-    if _PLAIN.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
-        try:
-            if plain_scalar(text) == text:
-                return text
-        except ValueError:
-            pass
-    # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
-    return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)
+            yield f"{head} {written(scalar)}", str(member.origin)

@@ -138,7 +138,7 @@ class _Builder:
 
     def build(self, text: str, loader: Any) -> Value:
         """The one document of `text`."""
-        events = _events(text, loader)
+        events = event_stream(text, loader)
         root: Value | None = None
         try:
             for event in events:
@@ -248,7 +248,13 @@ class _Builder:
         return Place(self._file, line + 1, column + shift + 1, max(1, width), excerpt)
 
 
-def _events(text: str, loader: Any) -> Iterator[Any]:
+def event_stream(text: str, loader: Any = None) -> Iterator[Any]:
+    """YAML's events; each has the marks of where it stands.
+
+    Raises:
+        yaml.MarkedYAMLError: On the way, where the text is not YAML.
+    """
+    loader = loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     return yaml.parse(text, Loader=loader)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]  # a stub without types
 
 

@@ -1,9 +1,11 @@
-"""What a plain YAML scalar means: the core schema of YAML 1.2, which is also that of the command line."""
+"""What a plain YAML scalar means, and how a scalar is written: the core schema of YAML 1.2, the command line's too."""
 
 from __future__ import annotations
 
+import json
 import math
 import re
+import sys
 
 from busflow.launchfile.value import Scalar
 from busflow.text import printable
@@ -13,6 +15,9 @@ _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _INFINITY_OR_NAN = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+_PLAIN_TEXT = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
+_WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
+"""Other readers take these for true and false."""
 _BASES = {"0o": 8, "0x": 16}
 _MOST_DIGITS = 64
 """More than 64 bits need in any base; Python itself refuses to read some thousands."""
@@ -43,3 +48,34 @@ def plain_scalar(text: str) -> Scalar:
             raise ValueError(f"the number {printable(text, limit=40)} is beyond what a float can hold")
         return value
     return float(text.replace(".", "")) if _INFINITY_OR_NAN.fullmatch(text) else text
+
+
+def written(value: Scalar) -> str:
+    """A scalar as a launch file states it, on one line, outside and inside brackets.
+
+    >>> [written(value) for value in ("lab/imu", "yes", "${x}", 0.5, None, float("inf"))]
+    ['lab/imu', '"yes"', '"$${x}"', '0.5', 'null', '.inf']
+    """
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "true" if value else "false"
+        case float() if not math.isfinite(value):
+            return ".nan" if math.isnan(value) else f"{'-' * (value < 0)}.inf"
+        case str():
+            return _text(value)
+        case _:
+            return repr(value)
+
+
+def _text(text: str) -> str:
+    """Plain where it stays text for every reader; else in double quotes, escaped, `${` kept from being a name."""
+    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
+        try:
+            if plain_scalar(text) == text:
+                return text
+        except ValueError:
+            pass
+    # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
+    return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)
