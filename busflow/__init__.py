@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from busflow.events import DeadlineMissed as DeadlineMissed
     from busflow.events import LivelinessChanged as LivelinessChanged
     from busflow.events import LivelinessLost as LivelinessLost
+    from busflow.events import MessageLost as MessageLost
+    from busflow.events import PublisherMatched as PublisherMatched
+    from busflow.events import SubscriptionMatched as SubscriptionMatched
     from busflow.handlers import on_event as on_event
     from busflow.handlers import on_parameters as on_parameters
     from busflow.handlers import service as service
@@ -67,11 +70,13 @@ _HOMES = {
     "LivelinessChanged": "events",
     "LivelinessLost": "events",
     "Message": "message",
+    "MessageLost": "events",
     "Node": "node",
     "NodeFailed": "errors",
     "Overflow": "qos",
     "Parameters": "parameters",
     "Publisher": "publishers",
+    "PublisherMatched": "events",
     "QoS": "qos",
     "ReadOnly": "parameters",
     "Reliability": "qos",
@@ -85,6 +90,7 @@ _HOMES = {
     "ServiceType": "message",
     "ServiceUnavailable": "errors",
     "Subscription": "subscriptions",
+    "SubscriptionMatched": "events",
     "Time": "clock",
     "Timer": "timers",
     "WouldBlock": "errors",
@@ -116,11 +122,13 @@ __all__ = [
     "LivelinessChanged",
     "LivelinessLost",
     "Message",
+    "MessageLost",
     "Node",
     "NodeFailed",
     "Overflow",
     "Parameters",
     "Publisher",
+    "PublisherMatched",
     "QoS",
     "ReadOnly",
     "Reliability",
@@ -133,6 +141,7 @@ __all__ = [
     "ServiceType",
     "ServiceUnavailable",
     "Subscription",
+    "SubscriptionMatched",
     "Time",
     "Timer",
     "WouldBlock",

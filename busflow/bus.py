@@ -13,6 +13,7 @@ from concurrent.futures import Future
 from threading import Lock, get_ident
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
+from busflow.accounts import SubscriptionStatistics
 from busflow.calls import Activity
 from busflow.clients import Client
 from busflow.clock import Clock, SystemClock
@@ -24,7 +25,7 @@ from busflow.message import Message, ServiceType, type_name
 from busflow.publishers import Publisher
 from busflow.servers import OnError, Server
 from busflow.services import Service
-from busflow.subscriptions import OnFailure, Subscription, SubscriptionStatistics
+from busflow.subscriptions import OnFailure, Subscription
 from busflow.timers import Spawn, Timer
 from busflow.topic import Topic
 
@@ -203,6 +204,16 @@ class Bus:
             check_qos(publisher.endpoint, subscription.endpoint)
         subscription.attach(topic, self.dispatcher, on_failure)
         self._tell(subscription)
+
+    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
+        """Let a publisher of a restarted node take over from the same one of its life before."""
+        new.adopt(old)
+        self._tell(new)
+
+    def replace_subscription(self, old: Subscription[M], new: Subscription[M], on_failure: OnFailure) -> None:
+        """Let a subscription of a restarted node take over queue and account from the same one of its life before."""
+        new.adopt(old, on_failure)
+        self._tell(new)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
         """Give a timer the run's clock and its place in the dispatcher's turns."""

@@ -28,6 +28,10 @@ class EventHandler:
         self._function = function
         self._runtime = runtime
 
+    def wants(self, topic: str, kind: type[Event]) -> bool:
+        """Whether it listens for this kind of event of a topic."""
+        return self.topic == topic and issubclass(kind, self._event_type)
+
     def hear(self, event: Event) -> None:
         """Tell the method of an event, if it is one that it listens for and its node is open."""
         if self._runtime.is_open and self.topic == event.topic and isinstance(event, self._event_type):

@@ -40,3 +40,40 @@ class LivelinessChanged(Event):
     """How many publishers of the topic are alive."""
     not_alive: int
     """How many are there, but silent beyond their lease."""
+
+
+@dataclass(frozen=True, slots=True)
+class PublisherMatched(Event):
+    """Subscriptions of a topic that this node publishes came or left; those that were there first are told of, too."""
+
+    total: int
+    """How many there ever were while this node published."""
+    total_change: int
+    current: int
+    """How many there are."""
+    current_change: int
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriptionMatched(Event):
+    """Publishers of a topic that this node receives came or left; those that were there first are told of, too."""
+
+    total: int
+    """How many there ever were while this node received."""
+    total_change: int
+    current: int
+    """How many there are."""
+    current_change: int
+
+
+@dataclass(frozen=True, slots=True)
+class MessageLost(Event):
+    """Messages for this node were lost: its queue was full, or they did not arrive.
+
+    Not told of are those that it did not want any more: expired ones, and those that a newer one has superseded.
+    """
+
+    total: int
+    """How many were lost by now."""
+    total_change: int
+    """How many of them since it was last told."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -49,6 +48,8 @@ class Log:
     def __init__(self, clock: Clock, *, level: str = "info", sinks: tuple[Sink, ...] = ()) -> None:
         self.sinks: list[Sink] = list(sinks)
         self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
+        self.lost = 0
+        """How many lines a sink could not take: the stream was closed, the disk is full."""
         self._clock = clock
         self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
 
@@ -67,8 +68,10 @@ class Log:
         self.counts[level] = self.counts.get(level, 0) + 1
         record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
         for sink in self.sinks:
-            with suppress(OSError, ValueError):  # a stream that was closed is no fault of the node that writes
+            try:
                 sink(record)
+            except (OSError, ValueError):  # a stream that was closed is no fault of the node that writes
+                self.lost += 1
         raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
 
 

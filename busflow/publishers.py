@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
-from busflow.events import DeadlineMissed, Event, LivelinessLost
+from busflow.events import DeadlineMissed, Event, LivelinessLost, PublisherMatched
 from busflow.limits import NS_PER_S, Perishable, Watch
 from busflow.message import Message, type_name
+from busflow.notices import Notices
 from busflow.qos import Durability, Liveliness
 from busflow.text import printable
 
@@ -30,8 +31,9 @@ class Publisher(Generic[M]):
     """The sending end of a topic."""
 
     __slots__ = (
-        "_deadline", "_hand_over", "_history", "_lease", "_lifespan_ns", "_outlet", "_pushes", "_thread", "_topic",
-        "alive", "deadlines_missed", "endpoint", "liveliness_lost", "on_event", "published", "type",
+        "_deadline", "_hand_over", "_history", "_lease", "_lifespan_ns", "_notices", "_outlet", "_pushes",
+        "_thread", "_topic", "alive", "deadlines_missed", "endpoint", "liveliness_lost", "on_close",
+        "on_event", "on_first", "published", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
@@ -43,6 +45,9 @@ class Publisher(Generic[M]):
         self.liveliness_lost = 0
         self.alive = True
         self.on_event: Callable[[Event], None] | None = None
+        self.on_close: Callable[[Publisher[M]], None] | None = None
+        self.on_first: Callable[[], None] | None = None
+        """Who waits for the first message that is published here from now on."""
         self._topic: Topic[M] | None = None
         self._outlet: Callable[[M], None] | None = None
         # The topic's pushes while a publish needs nothing but to call them; None sends it the long way.
@@ -55,6 +60,7 @@ class Publisher(Generic[M]):
         self._lifespan_ns = None if qos.lifespan_s is None else round(qos.lifespan_s * NS_PER_S)
         self._deadline: Watch | None = None
         self._lease: Watch | None = None
+        self._notices = Notices()
 
     @property
     def topic(self) -> str:
@@ -124,10 +130,14 @@ class Publisher(Generic[M]):
             self._lease.touch()
             if not self.alive:
                 self.alive = True
-                self._topic.tell_liveliness()
+                self._topic.tell_changes()
 
     def _deliver(self, topic: Topic[M], message: M) -> None:
         self.published += 1
+        if self.on_first is not None:
+            tell, self.on_first = self.on_first, None
+            tell()
+            self.adjust()
         self.assert_liveliness()
         if self._deadline is not None:
             self._deadline.touch()
@@ -159,14 +169,49 @@ class Publisher(Generic[M]):
             self._deadline = Watch(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
         if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
             self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
+        self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
         topic.publishers.append(self)
+        topic.publishers_come += 1
         topic.rebuild()
+
+    def adopt(self, predecessor: Publisher[M]) -> None:
+        """Take over the place of the same publisher of an earlier life of this node; called by the bus.
+
+        What it keeps for newcomers goes over; what leaves the process is the business of whoever asked for that. Limits
+        in time go on as they run. The node, which is new too, will be told anew who receives.
+        """
+        self._topic, self._thread, self._hand_over = predecessor._topic, predecessor._thread, predecessor._hand_over
+        self.published, self._history = predecessor.published, predecessor._history
+        self.alive, self._notices = predecessor.alive, Notices(predecessor._notices.before)
+        self.deadlines_missed, self.liveliness_lost = predecessor.deadlines_missed, predecessor.liveliness_lost
+        self._deadline, predecessor._deadline = predecessor._deadline, None
+        self._lease, predecessor._lease = predecessor._lease, None
+        if self._deadline is not None:
+            self._deadline.on_silence = self._miss_deadline
+        if self._lease is not None:
+            self._lease.on_silence = self._lose_liveliness
+        predecessor._topic = predecessor._pushes = None
+        predecessor.close()
+        if self._topic is not None:
+            self._topic.replace_publisher(predecessor, self)
+
+    def tell_changes(self) -> None:
+        """Tell the node who receives what is published here, as far as that has changed since it was last told."""
+        tell, topic = self.on_event, self._topic
+        if tell is None or topic is None:
+            return
+        come, current = topic.subscriptions_come, len(topic.subscriptions)
+        for event in self._notices.matching(PublisherMatched, self.topic, come, current):
+            tell(event)
 
     def close(self) -> None:
         """Leave the topic: what was published stays counted, what was kept for late joiners is gone."""
         for watch in (self._deadline, self._lease):
             if watch is not None:
                 watch.close()
+        if self.on_close is not None:
+            on_close, self.on_close = self.on_close, None
+            on_close(self)
         if self._topic is not None:
             topic, self._topic, self._pushes = self._topic, None, None
             topic.forget_publisher(self)
@@ -180,7 +225,7 @@ class Publisher(Generic[M]):
         """Learn whether the short path is open; called by the topic when its ends change."""
         topic = self._topic
         plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
-        plain = plain and topic is not None and not topic.blocking and not topic.waiting
+        plain = plain and topic is not None and not topic.blocking and not topic.waiting and self.on_first is None
         if topic is None or not plain:
             self._pushes = None
         else:
@@ -207,7 +252,7 @@ class Publisher(Generic[M]):
         if self.on_event is not None:
             self.on_event(LivelinessLost(self.topic, self.liveliness_lost))
         if self._topic is not None:
-            self._topic.tell_liveliness()
+            self._topic.tell_changes()
 
     def __repr__(self) -> str:
         return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"

@@ -21,6 +21,20 @@ def _no_one_listens() -> None:
     """What a queue does on arrival until somebody consumes it: nothing, the message waits."""
 
 
+class HeardDrops(Counter[str]):
+    """A queue's count of drops that tells of each, just before it is counted."""
+
+    def __init__(self, counts: Counter[str]) -> None:
+        self.hearers: list[Callable[[str], None]] = []
+        super().__init__(counts)
+
+    def __setitem__(self, reason: str, count: int) -> None:
+        for _ in range(count - self[reason]):
+            for hear in self.hearers:
+                hear(reason)
+        super().__setitem__(reason, count)
+
+
 class Queue(ABC, Generic[T]):
     """Messages on their way to one subscription, first in first out, never more than `depth`.
 
@@ -52,6 +66,16 @@ class Queue(ABC, Generic[T]):
     def full(self) -> bool:
         """Whether the next message finds no room."""
         return len(self.items) >= self.depth
+
+    def hear_drops(self, hear: Callable[[str], None]) -> None:
+        """Have every drop told, with its reason; who does not ask pays nothing."""
+        if not isinstance(self.drops, HeardDrops):
+            self.drops = HeardDrops(self.drops)
+        self.drops.hearers.append(hear)
+
+    def ignore_drops(self) -> None:
+        """Tell of no drop any more."""
+        self.drops = Counter(self.drops)
 
     def discard(self, reason: str) -> None:
         """Lose the oldest message and count it under `reason`."""

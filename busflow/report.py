@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow.accounts import SubscriptionStatistics
 from busflow.message import type_name
-from busflow.subscriptions import SubscriptionStatistics
 
 if TYPE_CHECKING:
     from busflow.bus import Bus

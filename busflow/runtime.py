@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Coroutine
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,7 +11,6 @@ import anyio.abc
 from structlog.typing import FilteringBoundLogger
 
 from busflow import names
-from busflow.blame import way
 from busflow.calls import Activity, hold_up_nobody
 from busflow.clients import Client
 from busflow.declarations import (
@@ -24,9 +22,9 @@ from busflow.declarations import (
     checked_service_type,
 )
 from busflow.endpoint import Endpoint, ServiceEndpoint
+from busflow.ends import Ends
 from busflow.errors import InvalidDeclaration, NotRunning
 from busflow.event_handler import EventHandler
-from busflow.events import Event
 from busflow.failure import Failure, is_failure
 from busflow.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
 from busflow.inheritance import declarations_of
@@ -59,11 +57,7 @@ class NodeRuntime:
         names.check_node_name(name)
         self.node = node
         self.name = name
-        self.publishers: list[Publisher[Any]] = []
-        self.subscriptions: list[Subscription[Any]] = []
-        self.servers: list[Server[Any, Any]] = []
-        self.clients: list[Client[Any, Any]] = []
-        self.timers: list[Timer] = []
+        self.ends = Ends(self)
         self.parameters = ParameterStore(self)
         self.parameter_events = ParameterEvents(self)
         self.starting = Activity(f"start() of {name}")
@@ -75,10 +69,33 @@ class NodeRuntime:
         self.has_spawned = False
         """Whether there may be tasks to cancel at the end."""
         self._tasks: anyio.abc.TaskGroup | None = None
-        self._listeners: list[EventHandler] = []
         self._parameter_handlers: list[ParameterHandler] = []
-        self._open = False
         self._ended = False
+
+    @property
+    def publishers(self) -> list[Publisher[Any]]:
+        """What the node publishes."""
+        return self.ends.publishers
+
+    @property
+    def subscriptions(self) -> list[Subscription[Any]]:
+        """What it receives."""
+        return self.ends.subscriptions
+
+    @property
+    def servers(self) -> list[Server[Any, Any]]:
+        """The services that it answers."""
+        return self.ends.servers
+
+    @property
+    def clients(self) -> list[Client[Any, Any]]:
+        """The services that it asks."""
+        return self.ends.clients
+
+    @property
+    def timers(self) -> list[Timer]:
+        """What it does periodically."""
+        return self.ends.timers
 
     @property
     def full_name(self) -> str:
@@ -96,7 +113,7 @@ class NodeRuntime:
     @property
     def is_open(self) -> bool:
         """Whether messages are handed over and timers tick."""
-        return self._open
+        return self.ends.is_open
 
     @cached_property
     def log(self) -> FilteringBoundLogger:
@@ -124,7 +141,7 @@ class NodeRuntime:
 
     def _check_listeners(self) -> None:
         topics = {each.topic for each in (*self.publishers, *self.subscriptions)}
-        for listener in self._listeners:
+        for listener in self.ends.listeners:
             if listener.topic not in topics:
                 raise InvalidDeclaration(
                     f"{listener.origin} listens for events of {listener.topic}, which the node neither publishes nor "
@@ -151,7 +168,7 @@ class NodeRuntime:
                     self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin)
                 else:
                     topic = self._resolve(role.topic).name
-                    self._listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self))
+                    self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self))
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
@@ -165,9 +182,7 @@ class NodeRuntime:
         """A publisher of this node, connected at once when the node is."""
         layers = self.surroundings.publisher_qos
         publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
-        if self._bus is not None:
-            self._connect_publisher(self._bus, publisher)
-        self.publishers.append(publisher)
+        self.ends.add(publisher)
         return publisher
 
     def create_subscription(
@@ -183,22 +198,14 @@ class NodeRuntime:
         layers = self.surroundings.subscription_qos
         endpoint = self._endpoint(message_type, topic, qos, layers, origin)
         subscription = Subscription(message_type, endpoint, handler)
-        if self._bus is not None:
-            self._connect_subscription(self._bus, subscription)
-        self.subscriptions.append(subscription)
-        if self._open:
-            self._open_subscription(subscription)
+        self.ends.add(subscription)
         return subscription
 
     def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
         """A timer of this node, ticking at once when the node is started."""
         self._refuse_after_the_end(f"timer {name}")
         timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
-        if self._bus is not None:
-            self._connect_timer(self._bus, timer)
-        self.timers.append(timer)
-        if self._open:
-            timer.open()
+        self.ends.add(timer)
         return timer
 
     def create_service(
@@ -207,20 +214,14 @@ class NodeRuntime:
         """A server of this node, connected at once when the node is."""
         endpoint = self._service_endpoint(service_type, service, origin)
         server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
-        if self._bus is not None:
-            self._connect_server(self._bus, server)
-        self.servers.append(server)
-        if self._open:
-            self._open_server(server)
+        self.ends.add(server)
         return server
 
     def create_client(self, service_type: Any, service: str, *, origin: str) -> Client[Any, Any]:
         """A client of this node, connected at once when the node is."""
         endpoint = self._service_endpoint(service_type, service, origin)
         client = Client[Any, Any](endpoint.type, endpoint)
-        if self._bus is not None:
-            self._bus.attach_client(client)
-        self.clients.append(client)
+        self.ends.add(client)
         return client
 
     def _service_endpoint(self, service_type: Any, service: str, origin: str) -> ServiceEndpoint:
@@ -258,46 +259,12 @@ class NodeRuntime:
             self.used_remaps.add(resolved.rule)
         return resolved
 
-    def connect(self, bus: Bus) -> None:
-        """Connect every declared endpoint to the bus; messages wait until `open`."""
+    def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
+        """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
         self._bus = bus
         bus.attach_parameters(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
-        for publisher in self.publishers:
-            self._connect_publisher(bus, publisher)
-        for subscription in self.subscriptions:
-            self._connect_subscription(bus, subscription)
-        for server in self.servers:
-            self._connect_server(bus, server)
-        for client in self.clients:
-            bus.attach_client(client)
-        for timer in self.timers:
-            self._connect_timer(bus, timer)
-
-    def _connect_publisher(self, bus: Bus, publisher: Publisher[Any]) -> None:
-        bus.attach_publisher(publisher)
-        publisher.on_event = self._hear if self._listeners else None
-
-    def _connect_subscription(self, bus: Bus, subscription: Subscription[Any]) -> None:
-        subscription.on_event = self._hear if self._listeners else None
-        origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
-        bus.attach_subscription(subscription, lambda error, message: self.fail(origin, error, message))
-
-    def _connect_server(self, bus: Bus, server: Server[Any, Any]) -> None:
-        origin = f"{server.endpoint.origin} (service {server.service})"
-
-        def on_error(error: BaseException, request: Message) -> None:
-            if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
-                failure = Failure(self.full_name, origin, error, request)
-                self.log.error(failure.summary, traceback=way(error))
-            else:
-                self.fail(origin, error, request)
-
-        bus.attach_server(server, self.starting, on_error)
-
-    def _connect_timer(self, bus: Bus, timer: Timer) -> None:
-        origin = f"{type(self.node).__name__}.{timer.name} (timer)"
-        bus.attach_timer(timer, self.spawn, lambda error: self.fail(origin, error))
+        self.ends.connect(bus, before.ends.bequeath() if before else None)
 
     def adopt_tasks(self, tasks: anyio.abc.TaskGroup | None) -> None:
         """Run what the node spawns in this task group; without one it can spawn nothing."""
@@ -305,52 +272,23 @@ class NodeRuntime:
 
     def open(self) -> None:
         """Begin to hand over messages, and to tick."""
-        self._open = True
-        for subscription in self.subscriptions:
-            self._open_subscription(subscription)
-        for server in self.servers:
-            self._open_server(server)
-        for timer in self.timers:
-            timer.open()
+        self.ends.open()
         self.parameter_events.tell_all()
         for handler in self._parameter_handlers:
             handler.catch_up()
 
-    def _open_subscription(self, subscription: Subscription[Any]) -> None:
-        pump = subscription.open()
-        if pump is not None:
-            self.spawn(pump, subscription.endpoint.origin)
-
-    def _open_server(self, server: Server[Any, Any]) -> None:
-        pump = server.open()
-        if pump is not None:
-            self.spawn(pump, server.endpoint.origin)
-
     def close(self) -> None:
         """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
-        self._open = False
-        for timer in self.timers:
-            timer.close()
-        for subscription in self.subscriptions:
-            subscription.pause()
-        for server in self.servers:
-            server.close()
+        self.ends.close()
+
+    def end(self) -> None:
+        """Create nothing any more; the ends of topics stay where they are, for the next life or for `disconnect`."""
+        self._ended = True
 
     def disconnect(self) -> None:
         """End what is iterated over and leave every topic."""
-        for subscription in self.subscriptions:
-            if self._bus is not None:
-                self._bus.detach_subscription(subscription)
-        for publisher in self.publishers:
-            publisher.close()
-        for client in self.clients:
-            client.close()
+        self.ends.leave()
         self._ended = True
-
-    def _hear(self, event: Event) -> None:
-        """Tell the node's listeners of an event."""
-        for listener in self._listeners:
-            listener.hear(event)
 
     def _on_parameters(self, old: Parameters, result: SetResult) -> None:
         if self._bus is not None and not self._ended:

@@ -4,57 +4,30 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass, field
 from inspect import iscoroutinefunction
-from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
+from busflow.accounts import SubscriptionStatistics
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
-from busflow.events import DeadlineMissed, Event, LivelinessChanged
+from busflow.events import DeadlineMissed, Event, SubscriptionMatched
 from busflow.failure import is_failure, refuse_coroutine
-from busflow.limits import Perishable, Watch, fresh
+from busflow.limits import Perishable, Watch, expire, fresh
 from busflow.message import Message
-from busflow.qos import Durability, Overflow
+from busflow.notices import UNWANTED, Notices
+from busflow.qos import Durability
 from busflow.queues import Queue, create_queue
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.dispatcher import Dispatcher
+    from busflow.link import Link
     from busflow.topic import Topic
 
 M = TypeVar("M", bound=Message)
 
 MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
 OnFailure = Callable[[BaseException, Message], None]
-
-
-@dataclass(frozen=True, slots=True)
-class SubscriptionStatistics:
-    """One line of the ledger: `published == delivered + dropped + queued` at every moment."""
-
-    node: str
-    topic: str
-    depth: int
-    overflow: Overflow
-    published: int
-    delivered: int
-    dropped: int
-    queued: int
-    drops: dict[str, int] = field(default_factory=dict[str, int])
-    """How many were dropped for which reason: overflow, expired, superseded."""
-    deadlines_missed: int = 0
-
-
-class Link(Protocol):
-    """What stands between a topic and one of its subscriptions, where a test put something there."""
-
-    target: Subscription[Any]
-    held: int
-    """Messages on their way: they count as queued."""
-
-    def carry(self, item: Any) -> None:
-        """Bring a message to the target, now or later, or lose it and count that."""
-        ...
 
 
 class Subscription(Generic[M]):
@@ -66,8 +39,8 @@ class Subscription(Generic[M]):
 
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_hear",
-        "_is_async", "_latest", "_liveliness", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered",
-        "endpoint", "link", "on_event", "queue", "type",
+        "_is_async", "_latest", "_notices", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered",
+        "endpoint", "link", "on_close", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -77,6 +50,7 @@ class Subscription(Generic[M]):
         self.delivered = 0
         self.deadlines_missed = 0
         self.on_event: Callable[[Event], None] | None = None
+        self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self._handler = handler
@@ -89,7 +63,7 @@ class Subscription(Generic[M]):
         self._latest: M | None = None
         self._clock: Clock | None = None
         self._deadline: Watch | None = None
-        self._liveliness = (0, 0)
+        self._notices = Notices()
         self._at_start = 0
         self._at_close: int | None = None
         self._open = False
@@ -136,8 +110,17 @@ class Subscription(Generic[M]):
 
     @property
     def full(self) -> bool:
-        """Whether the next message finds no room."""
+        """Whether the next message finds no room; what has expired while it waited makes room first."""
+        if self.queued >= self.queue.depth:
+            self.discard_expired()
         return self.queued >= self.queue.depth
+
+    def discard_expired(self) -> None:
+        """Drop what has outlived its lifespan while it waited."""
+        if self._topic is None or not self._topic.perishable:
+            return
+        if expired := expire(self.queue.items, self._topic.clock):
+            self.queue.drops["expired"] += expired
 
     # Pulling.
 
@@ -160,6 +143,7 @@ class Subscription(Generic[M]):
             Occupied: the subscription has a handler.
         """
         self._refuse_beside_handler()
+        self.discard_expired()
         while len(self.queue) > 1:
             self.queue.discard("superseded")
         self._take()
@@ -191,23 +175,25 @@ class Subscription(Generic[M]):
 
     def observe(self, hear: Callable[[M], None]) -> None:
         """Have every message told just before it is handed over; who does not ask pays nothing."""
-        handler: Any = self._handler
-        if handler is None:
-            self._hear = hear
-            return
+        inner: Any = self._hear if self._handler is None else self._handler
 
         def heard(message: M) -> Any:
             hear(message)
-            return handler(message)
+            return inner(message)
 
-        self._handler = heard
+        if self._handler is None:
+            self._hear = hear if inner is None else heard
+        else:
+            self._handler = heard
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
         """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
         self._topic, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
+        self._notices.before = topic.publishers_come - len(topic.publishers)
         self._watch(topic.clock)
         topic.subscriptions.append(self)
+        topic.subscriptions_come += 1
         if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
             kept = topic.kept()[-self.endpoint.qos.depth :]
             self._at_start -= len(kept)
@@ -223,16 +209,27 @@ class Subscription(Generic[M]):
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """What has to hear of a message that arrives."""
+        push = self._make_room_and_push if self._topic is not None and self._topic.perishable else self.queue.push
         if self._deadline is None or self._ended:
-            return (self.queue.push,)
-        return (self.queue.push, self._deadline.touch)
+            return (push,)
+        return (push, self._deadline.touch)
 
-    def notice_liveliness(self, alive: int, not_alive: int) -> None:
-        """Learn how many publishers there are; the node hears of it when that has changed."""
-        if self._liveliness != (alive, not_alive):
-            self._liveliness = (alive, not_alive)
-            if self.on_event is not None:
-                self.on_event(LivelinessChanged(self.topic, alive, not_alive))
+    def tell_changes(self) -> None:
+        """Tell the node who publishes here, as far as that has changed since it was last told."""
+        tell, topic = self.on_event, self._topic
+        if tell is None or topic is None:
+            return
+        name, notices = self.topic, self._notices
+        for event in (
+            *notices.matching(SubscriptionMatched, name, topic.publishers_come, len(topic.publishers)),
+            *notices.liveliness(name, *topic.liveliness()),
+            *notices.losses(name, self.queue.drops),
+        ):
+            tell(event)
+
+    def hear_losses(self) -> None:
+        """Tell the node also of messages that were lost, together those of one moment."""
+        self.queue.hear_drops(self._on_drop)
 
     def open(self) -> Coroutine[Any, Any, None] | None:
         """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
@@ -255,6 +252,8 @@ class Subscription(Generic[M]):
     def close(self) -> None:
         """Leave the topic; iterations end after what still waits."""
         self.pause()
+        if not self._ended and self.on_close is not None:
+            self.on_close(self)
         self._ended = True
         self._answer()
         if self._deadline is not None:
@@ -264,13 +263,22 @@ class Subscription(Generic[M]):
             self._topic = None
             topic.forget_subscription(self)
 
-    def adopt(self, predecessor: Subscription[M]) -> None:
-        """Take over the place of a subscription of an earlier life of this node: its queue, ledger and topic."""
+    def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
+        """Take over the place of the same subscription of an earlier life of this node; called by the bus.
+
+        Its queue, account and topic, the link before it and the deadline that runs go over. Who observed it is told of
+        the new one and can observe that; the node, which is new too, will be told anew who publishes.
+        """
         self.queue, self.delivered = predecessor.queue, predecessor.delivered
-        self.deadlines_missed, self._liveliness = predecessor.deadlines_missed, predecessor._liveliness
-        self._topic, self._dispatcher = predecessor._topic, predecessor._dispatcher
-        self._on_failure, self._at_start = predecessor._on_failure, predecessor._at_start
-        self.link = predecessor.link
+        self.queue.ignore_drops()
+        self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
+        self._topic, self._dispatcher, self._clock = predecessor._topic, predecessor._dispatcher, predecessor._clock
+        self._on_failure = on_failure
+        self._notices = Notices(predecessor._notices.before, predecessor._notices.lost)
+        self._deadline, predecessor._deadline = predecessor._deadline, None
+        if self._deadline is not None:
+            self._deadline.on_silence = self._miss_deadline
+        self.link, predecessor.link = predecessor.link, None
         if self.link is not None:
             self.link.target = self
         predecessor._topic = None
@@ -278,7 +286,6 @@ class Subscription(Generic[M]):
         predecessor.close()
         self._listen()
         if self._topic is not None:
-            self._watch(self._topic.clock)
             self._topic.replace_subscription(predecessor, self)
 
     def turn(self, limit: int) -> int:
@@ -286,15 +293,14 @@ class Subscription(Generic[M]):
         queue = self.queue
         items: Any = queue.items
         handler: Any = self._handler
-        topic = self._topic
-        perishable = topic is not None and topic.perishable
+        topic: Any = self._topic  # attached, or nothing would have arrived
         handled = 0
         message: M | None = None
         try:
             while items and handled < limit and self._open:
                 handled += 1
                 message = items.popleft()
-                if perishable and (message := self._fresh(message)) is None:  # type: ignore[arg-type]  # just taken
+                if topic.perishable and (message := self._fresh(message)) is None:  # type: ignore[arg-type]  # just taken
                     continue
                 self.delivered += 1
                 if (result := handler(message)) is not None:
@@ -361,6 +367,20 @@ class Subscription(Generic[M]):
         self._clock = clock
         limit_s = self.endpoint.qos.deadline_s
         self._deadline = None if limit_s is None else Watch(limit_s, clock, self._miss_deadline, repeat=True)
+
+    def _make_room_and_push(self, item: M | Perishable[M]) -> None:
+        if self.queue.full:
+            self.discard_expired()
+        self.queue.push(item)
+
+    def _on_drop(self, reason: str) -> None:
+        if self._clock is not None and reason not in UNWANTED and not self._notices.pending:
+            self._notices.pending = True
+            self._clock.call_at(self._clock.monotonic_ns(), self._tell_losses)
+
+    def _tell_losses(self) -> None:
+        self._notices.pending = False
+        self.tell_changes()
 
     def _miss_deadline(self) -> None:
         self.deadlines_missed += 1

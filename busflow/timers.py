@@ -136,6 +136,11 @@ class Timer:
         """Give the timer its clock, its place on the bus, and who hears of a failure; called by the node's runtime."""
         self._clock, self._dispatcher, self._spawn, self._on_failure = clock, dispatcher, spawn, on_failure
 
+    def continue_account(self, predecessor: Timer) -> None:
+        """Count on from the same timer of the node's life before; the grid begins anew."""
+        self.fired, self.missed = predecessor.fired, predecessor.missed
+        self._lateness_ns.extend(predecessor._lateness_ns)
+
     def observe(self, hear: Callable[[], None]) -> None:
         """Have every call of the handler told just before it; who does not ask pays nothing."""
         handler: Any = self._handler

@@ -11,12 +11,14 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
+from busflow.accounts import SubscriptionStatistics
+from busflow.endpoint import Endpoint
 from busflow.errors import SendTimeout
-from busflow.limits import Perishable, fresh
+from busflow.limits import Perishable, fresh, next_expiry_ns
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Overflow
-from busflow.subscriptions import Subscription, SubscriptionStatistics
+from busflow.subscriptions import Subscription
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -28,8 +30,8 @@ class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
     __slots__ = (
-        "_on_leave", "_retired", "blocking", "clock", "gone", "name", "perishable", "publishers", "pushes",
-        "subscriptions", "taps", "type", "waiting",
+        "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "name", "perishable", "publishers",
+        "publishers_come", "pushes", "subscriptions", "subscriptions_come", "taps", "type", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -50,15 +52,22 @@ class Topic(Generic[M]):
         self.blocking: tuple[Subscription[M], ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.waiting: deque[asyncio.Future[None]] = deque()
-        self.gone: list[SubscriptionStatistics] = []
-        """The last account of each subscription that has left."""
+        self.publishers_come = 0
+        self.subscriptions_come = 0
+        self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self._retired = 0
         self._on_leave = on_leave
+        self._expiry: asyncio.TimerHandle | None = None
 
     @property
     def published(self) -> int:
         """How many messages were ever published here."""
         return self._retired + sum(publisher.published for publisher in self.publishers)
+
+    @property
+    def gone(self) -> tuple[SubscriptionStatistics, ...]:
+        """The accounts of the subscriptions that have left; one for all that were the same in code."""
+        return tuple(self._gone.values())
 
     def kept(self) -> list[M | Perishable[M]]:
         """What the transient_local publishers keep for late joiners and has not expired, in the order of publishing."""
@@ -81,9 +90,11 @@ class Topic(Generic[M]):
         granted = False
         try:
             async with asyncio.timeout(limit_s):
+                self.grant()  # which sees to it that room is looked for when a message expires
                 await turn
                 while self.first_full() is not None:  # a late joiner's queue may have come full of what was kept
                     self.waiting[0] = turn = asyncio.get_running_loop().create_future()
+                    self.grant()
                     await turn
             granted = True
         except TimeoutError:
@@ -97,38 +108,65 @@ class Topic(Generic[M]):
             if not granted:  # whoever leaves the line must not leave the next one standing there for ever
                 self.grant()
             if not self.waiting:
+                self._look_at(None)
                 self._adjust()
 
     def grant(self) -> None:
         """Wake the first waiting sender when there is room for it."""
-        if self.waiting and self.first_full() is None and not self.waiting[0].done():
+        if not self.waiting or self.waiting[0].done():
+            return
+        full = self.first_full()
+        if full is None:
             self.waiting[0].set_result(None)
+        elif self.perishable:
+            self._look_at(next_expiry_ns(full.queue.items))
+
+    def _look_at(self, due_ns: int | None) -> None:
+        """Look for room again when the next waiting message expires, if one does."""
+        if self._expiry is not None:
+            self._expiry.cancel()
+        self._expiry = None if due_ns is None else self.clock.call_at(due_ns, self.grant)
 
     def rebuild(self) -> None:
         """Bring the tuple that a publish walks up to date with who is here."""
         # Once a message that can expire may wait somewhere, every taking looks, also after its publisher has gone.
         self.perishable = self.perishable or any(each.perishable for each in self.publishers)
-        taps = [self._opened(tap) for tap in self.taps] if self.perishable else self.taps
+        taps = map(self._guarded, self.taps)
         self.pushes = (*taps, *(push for each in self.subscriptions for push in each.pushes))
         self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
         self._adjust()
-        self.tell_liveliness()
+        self.tell_changes()
         self.grant()
 
     def _adjust(self) -> None:
         for publisher in self.publishers:
             publisher.adjust()
 
-    @staticmethod
-    def _opened(tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
-        """A tap is given the message itself, also of a publisher whose messages expire."""
-        return lambda item: tap(cast("M", item.message if isinstance(item, Perishable) else item))
+    def _guarded(self, tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
+        """A tap is given the message itself, and what it raises keeps the message from nobody."""
 
-    def tell_liveliness(self) -> None:
-        """Let the subscriptions know how many publishers are alive, if that has changed."""
+        def hear(item: M | Perishable[M]) -> None:
+            try:
+                tap(cast("M", item.message if isinstance(item, Perishable) else item))
+            except Exception as error:  # noqa: BLE001  # told below; the publisher is not to blame
+                if tap in self.taps:
+                    self.taps.remove(tap)
+                    self.rebuild()
+                text = f"a tap of {self.name} raised, and hears no more of it"
+                asyncio.get_running_loop().call_exception_handler({"message": text, "exception": error})
+
+        return hear
+
+    def liveliness(self) -> tuple[int, int]:
+        """How many publishers are alive, and how many are there but silent beyond their lease."""
         alive = sum(publisher.alive for publisher in self.publishers)
-        for subscription in self.subscriptions:
-            subscription.notice_liveliness(alive, len(self.publishers) - alive)
+        return alive, len(self.publishers) - alive
+
+    def tell_changes(self) -> None:
+        """Let those nodes know that listen who is on the other end, if that has changed."""
+        for end in (*self.publishers, *self.subscriptions):
+            if end.on_event is not None:
+                end.tell_changes()
 
     def forget_publisher(self, publisher: Publisher[M]) -> None:
         """A publisher leaves; what it published stays counted."""
@@ -141,12 +179,22 @@ class Topic(Generic[M]):
     def forget_subscription(self, subscription: Subscription[M]) -> None:
         """A subscription leaves; its account stays."""
         self.subscriptions.remove(subscription)
-        self.gone.append(subscription.statistics())
+        line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
+        self._gone[subscription.endpoint] = line if before is None else before.merged(line)
         self.rebuild()
         for hear in self._on_leave:
             hear(subscription)
+
+    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
+        """A publisher takes over another one's place."""
+        self.publishers[self.publishers.index(old)] = new
+        self.rebuild()
+        for hear in self._on_leave:
+            hear(old)
 
     def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:
         """A subscription takes over another one's place."""
         self.subscriptions[self.subscriptions.index(old)] = new
         self.rebuild()
+        for hear in self._on_leave:
+            hear(old)

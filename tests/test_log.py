@@ -123,3 +123,12 @@ def test_a_stream_that_nobody_reads_any_more_is_no_fault_of_the_node_that_writes
     log.sinks[:0] = [sink(Gone()), sink(closed)]
     log.bind("/n").error("on fire")
     assert [each.event for each in records] == ["on fire"]
+
+
+def test_a_line_that_a_sink_cannot_take_is_counted_and_no_fault_of_who_wrote_it():
+    stream = io.StringIO()
+    log, records = logged()
+    log.sinks.insert(0, console_sink(stream, colour=False))
+    stream.close()
+    log.bind("/talker").info("hello")
+    assert (log.lost, len(records)) == (1, 1)

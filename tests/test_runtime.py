@@ -9,7 +9,7 @@ from busflow import Graph, Message, Node, NodeFailed, QoS, publisher, subscripti
 from busflow.bus import Bus
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, InvalidName, LaunchError
-from busflow.events import DeadlineMissed, Event, LivelinessChanged
+from busflow.events import DeadlineMissed, Event, LivelinessChanged, MessageLost, PublisherMatched, SubscriptionMatched
 from busflow.handlers import on_event
 from busflow.log import Log
 from busflow.node import runtime_of
@@ -177,13 +177,20 @@ async def test_a_node_hears_of_the_events_that_its_annotations_ask_for():
         source, watcher = graph.node(Source), graph.node(Watcher)
         source.numbers.publish(Number())
         await asyncio.sleep(2.5)
-        assert watcher.events == [DeadlineMissed("/numbers", 1), DeadlineMissed("/numbers", 2)]
-        assert watcher.waited == watcher.events
+        there = [SubscriptionMatched("/numbers", 1, 1, 1, 1), LivelinessChanged("/numbers", 1, 0)]
+        silence = [DeadlineMissed("/numbers", 1), DeadlineMissed("/numbers", 2)]
+        assert watcher.events == there + silence
+        assert watcher.waited == silence
         assert source.told == 2
         late = graph.advertise(Number, "numbers", qos=LIMITED)
         late.close()
         await asyncio.sleep(0.2)
-        assert watcher.events[2:] == [LivelinessChanged("/numbers", 2, 0), LivelinessChanged("/numbers", 1, 0)]
+        assert watcher.events[4:] == [
+            SubscriptionMatched("/numbers", 2, 1, 2, 1),
+            LivelinessChanged("/numbers", 2, 0),
+            SubscriptionMatched("/numbers", 2, 0, 1, -1),
+            LivelinessChanged("/numbers", 1, 0),
+        ]
         assert len(watcher.waited) == 2
 
 
@@ -212,7 +219,7 @@ async def test_what_an_event_s_handler_publishes_is_delivered_before_the_loop_tu
 async def test_a_node_that_has_failed_on_an_event_is_told_of_no_other():
     class Fragile(Watcher):
         @on_event("numbers")
-        def on_any(self, event: Event) -> None:
+        def on_any(self, event: DeadlineMissed) -> None:
             raise ValueError(event)
 
         @on_event("numbers")
@@ -268,7 +275,7 @@ async def test_nobody_hears_of_events_after_the_node_has_stopped():
     async with graph:
         graph.node(Source).numbers.publish(Number())
         await asyncio.sleep(0.5)
-    assert graph.node(Slow).events == []
+    assert [event for event in graph.node(Slow).events if isinstance(event, DeadlineMissed)] == []
 
 
 @virtual_time
@@ -337,3 +344,68 @@ async def test_a_failure_says_which_of_a_node_s_parts_raised_and_on_what():
             await graph.wait()
         [failure] = graph.failures
         assert (failure.node, failure.origin, failure.message) == ("/parts", origin, message)
+
+
+@virtual_time
+async def test_a_node_hears_who_is_on_the_other_end_also_of_those_that_were_there_first():
+    heard = []
+
+    class Both(Node):
+        numbers = publisher(Number, "numbers")
+        others = subscription(Number, "others")
+
+        @on_event("numbers")
+        def on_receiver(self, event: PublisherMatched) -> None:
+            heard.append(event)
+
+        @on_event("others")
+        def on_source(self, event: SubscriptionMatched) -> None:
+            heard.append(event)
+
+    class Other(Node):
+        others = publisher(Number, "others")
+        numbers = subscription(Number, "numbers")
+
+    async with graph_of(Other, Both) as graph:
+        await asyncio.sleep(0)
+        assert set(heard) == {PublisherMatched("/numbers", 1, 1, 1, 1), SubscriptionMatched("/others", 1, 1, 1, 1)}
+        heard.clear()
+        late = graph.subscribe(Number, "numbers")
+        await asyncio.sleep(0)
+        late.close()
+        await asyncio.sleep(0)
+        assert heard == [PublisherMatched("/numbers", 2, 1, 2, 1), PublisherMatched("/numbers", 2, 0, 1, -1)]
+
+
+@virtual_time
+async def test_a_node_hears_once_a_moment_how_many_messages_it_lost():
+    heard = []
+
+    class Slow(Node):
+        numbers = subscription(Number, "numbers", qos=QoS(depth=2))
+
+        @on_event("numbers")
+        def on_loss(self, event: MessageLost) -> None:
+            heard.append(event)
+
+    async with graph_of(Slow) as graph:
+        for burst in (5, 1, 0):
+            for _ in range(burst):
+                graph.publish("numbers", Number())
+            await asyncio.sleep(1)
+        assert heard == [MessageLost("/numbers", 3, 3), MessageLost("/numbers", 4, 1)]
+        assert graph.node(Slow).numbers.latest is not None
+        await asyncio.sleep(1)
+        assert len(heard) == 2, "what a newer one has superseded is not lost"
+
+
+@virtual_time
+async def test_ends_that_are_closed_are_forgotten_and_their_accounts_become_one():
+    async with graph_of(Source) as graph:
+        node = graph.node(Source)
+        before = len(runtime_of(node).subscriptions), len(runtime_of(node).publishers)
+        for _ in range(100):
+            node.create_subscription(Number, "many").close()
+            node.create_publisher(Number, "many").close()
+        assert (len(runtime_of(node).subscriptions), len(runtime_of(node).publishers)) == before
+        assert len([line for line in graph.bus.ledger() if line.topic == "/many"]) == 1

@@ -7,7 +7,7 @@ import pytest
 
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
-from busflow.events import DeadlineMissed, LivelinessChanged
+from busflow.events import DeadlineMissed, LivelinessChanged, SubscriptionMatched
 from busflow.msgs.std_msgs import Int64
 from busflow.qos import Overflow, QoS
 from busflow.subscriptions import Subscription
@@ -428,7 +428,7 @@ async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
     await settle()
     publish(publisher, 3)
     after = Subscription(Int64, before.endpoint, lambda message: values.append(message.data))
-    after.adopt(before)
+    bench.bus.replace_subscription(before, after, bench.failures.append)
     after.open()
     publish(publisher, 4)
     await settle()
@@ -540,11 +540,11 @@ async def test_a_publisher_that_says_nothing_within_its_lease_is_not_alive_until
     await asyncio.sleep(0.9)
     publish(publisher, 1)
     await asyncio.sleep(0.9)
-    assert events == [LivelinessChanged("/number", 1, 0)]
+    assert events == [SubscriptionMatched("/number", 1, 1, 1, 1), LivelinessChanged("/number", 1, 0)]
     await asyncio.sleep(0.2)
     publisher.assert_liveliness()
     publisher.close()
-    changes = [(event.alive, event.not_alive) for event in events]
+    changes = [(event.alive, event.not_alive) for event in events if isinstance(event, LivelinessChanged)]
     assert changes == [(1, 0), (0, 1), (1, 0), (0, 0)]
     assert publisher.liveliness_lost == 1
 
@@ -578,3 +578,84 @@ async def test_nobody_takes_a_handler_its_messages_away(make_bench):
         _ = subscription.latest
     await settle()
     assert collected.values == [1, 2]
+
+
+@virtual_time
+async def test_what_has_expired_while_it_waited_makes_room_and_is_not_what_a_newer_one_superseded(make_bench):
+    bench = make_bench()
+    short, lasting = bench.publisher(lifespan_s=1), bench.publisher()
+    lossy = bench.subscription(depth=2, overflow="drop_newest")
+    newest = bench.subscription(depth=2)
+    publish(short, 1, 2)
+    await asyncio.sleep(1)
+    publish(lasting, 3)
+    assert queued(lossy) == [3]
+    assert lossy.statistics().drops == {"expired": 2}
+    publish(short, 4)
+    await asyncio.sleep(1)
+    assert newest.latest == number(3)
+    assert newest.statistics().drops == {"expired": 3}
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_sender_gets_the_room_of_a_message_that_expires(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(lifespan_s=1)
+    slow = bench.subscription(depth=1, overflow="block")
+    publish(publisher, 1)
+    senders = [asyncio.create_task(publisher.send(number(value))) for value in (2, 3)]
+    await asyncio.sleep(0.9)
+    assert not any(sender.done() for sender in senders)
+    await asyncio.sleep(0.2)
+    assert [sender.done() for sender in senders] == [True, False]
+    await asyncio.sleep(1)
+    assert all(sender.done() for sender in senders)
+    assert (slow.statistics().queued, slow.statistics().drops) == (1, {"expired": 2})
+
+
+@virtual_time
+async def test_a_message_that_can_expire_is_unpacked_also_when_its_publisher_came_within_the_turn(make_bench):
+    bench, values = make_bench(), []
+    first = bench.publisher()
+
+    def hear(message):
+        values.append(message.data)
+        if message.data == 1:
+            publish(bench.publisher(lifespan_s=1), 2)
+
+    bench.subscription(hear)
+    publish(first, 1)
+    await settle()
+    assert values == [1, 2]
+    assert bench.failures == []
+
+
+@virtual_time
+async def test_every_observer_of_a_subscription_that_is_pulled_from_hears(make_bench):
+    bench, heard = make_bench(), []
+    publisher, pulled = bench.publisher(), bench.subscription()
+    pulled.observe(lambda message: heard.append(("first", message.data)))
+    pulled.observe(lambda message: heard.append(("second", message.data)))
+    publish(publisher, 1)
+    assert pulled.latest == number(1)
+    assert sorted(heard) == [("first", 1), ("second", 1)]
+
+
+@virtual_time
+async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_of_drops(make_bench):
+    bench, events, told = make_bench(), [], []
+    publisher = bench.publisher(deadline_s=1)
+    before = bench.subscription(lambda _message: None, deadline_s=1, depth=1)
+    bench.bus.on_detach.append(lambda end: told.append(("left", end)))
+    bench.bus.on_attach.append(lambda end: told.append(("came", end)))
+    publish(publisher, 1)
+    await asyncio.sleep(0.6)
+    after = Subscription(Int64, before.endpoint, lambda _message: None)
+    after.on_event = events.append
+    bench.bus.replace_subscription(before, after, bench.failures.append)
+    assert told == [("left", before), ("came", after)]
+    await asyncio.sleep(0.6)
+    assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]
+    assert len(list(bench.bus.ledger())) == 1
+    assert bench.balanced()

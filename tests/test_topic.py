@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from busflow.errors import NotRunning
 from busflow.msgs.std_msgs import Int64
+from busflow.publishers import Publisher
 from busflow.testing import virtual_time
 
 CASES = json.loads((Path(__file__).parent / "cases" / "c_history.json").read_text(encoding="utf-8"))["cases"]
@@ -25,7 +27,6 @@ SKIPPED = {
     "zenoh/congestion": "a link between processes: later",
     "rmw_zenoh/keep_all-unbounded": "design: every queue is bounded",
     "rmw_zenoh/depth-0-becomes-42": "design: a depth is at least 1, anything else is refused",
-    "matched-event": "design: events are told of time limits alone",
     "incompatible-event": "design: a mismatch is an error before start",
     "rmw/ignore-local": "design: a node receives what it publishes",
     "rmw/wait-all-acked": "a link between processes: later",
@@ -75,6 +76,7 @@ def test_every_case_is_run_or_skipped_with_a_reason():
         "rmw_zenoh/transient_local",
         "lifespan",
         "deadline",
+        "matched-event",
     )
     left = [case["id"] for case in CASES if not case["id"].startswith((*run, *SKIPPED, *NOT_HERE))]
     assert left == []
@@ -208,3 +210,63 @@ def test_a_late_joiner_receives_the_newest_that_both_sides_keep_in_order(make_be
             assert len(expected) == min(kept[0], depth, len(by))
 
     main()
+
+
+@virtual_time
+async def test_what_a_tap_raises_keeps_the_message_from_nobody_and_is_told_once(make_bench):
+    bench, told, heard = make_bench(), [], []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
+    publisher, subscription = bench.publisher(), bench.subscription()
+    topic = bench.bus.topics["/number"]
+
+    def broken(message):
+        raise ValueError(message.data)
+
+    bench.bus.tap(topic, broken)
+    bench.bus.tap(topic, lambda message: heard.append(message.data))
+    for value in (1, 2):
+        publisher.publish(Int64(data=value))
+    assert heard == [1, 2]
+    assert [message.data for message in subscription.queue.items] == [1, 2]
+    assert bench.balanced()
+    [context] = told
+    assert context["message"] == "a tap of /number raised, and hears no more of it"
+    assert str(context["exception"]) == "1"
+
+
+@virtual_time
+async def test_what_a_publisher_keeps_for_newcomers_is_kept_by_its_successor(make_bench):
+    bench = make_bench()
+    latched = {"durability": "transient_local", "depth": 2}
+    before = bench.publisher(**latched)
+    for value in (1, 2, 3):
+        before.publish(Int64(data=value))
+    after = Publisher(Int64, before.endpoint)
+    bench.bus.replace_publisher(before, after)
+    with pytest.raises(NotRunning):
+        before.publish(Int64(data=4))
+    after.publish(Int64(data=4))
+    newcomer = bench.subscription(**latched)
+    assert [message.data for message in newcomer.queue.items] == [3, 4]
+    assert (bench.bus.topics["/number"].published, newcomer.publisher_count) == (4, 1)
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("case", cases("matched-event"))
+@virtual_time
+async def test_matched(make_bench, case):
+    bench, events = make_bench(), []
+    publisher = bench.publisher()
+    publisher.on_event = events.append
+    subscription = bench.subscription()
+    subscription.close()
+    told = [
+        {
+            "total": event.total,
+            "total_change": event.total_change,
+            "current": event.current,
+            "current_change": event.current_change,
+        }
+        for event in events
+    ]
+    assert told == case["expect"]["events"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from busflow.subscriptions import SubscriptionStatistics
+from busflow.accounts import SubscriptionStatistics
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ class Trace:
         if isinstance(end, Subscription):
             node = end.endpoint.node
             end.observe(lambda message: self._tell("deliver", topic, node, self._hash(message)))
-            end.queue.drops = _HeardDrops(end.queue.drops, lambda reason: self._tell("drop", topic, node, reason))
+            end.queue.hear_drops(lambda reason: self._tell("drop", topic, node, reason))
 
     def _on_publish(self, topic: str, message: Message) -> None:
         self._published[topic] += 1
@@ -111,20 +111,6 @@ class Trace:
                 self._hashes.clear()
             found = self._hashes[id(message)] = message, content_hash(message)
         return found[1]
-
-
-class _HeardDrops(Counter[str]):
-    """A queue's count of drops that tells of each."""
-
-    def __init__(self, counts: Counter[str], hear: Callable[[str], None]) -> None:
-        self._hear: Callable[[str], None] = lambda _: None
-        super().__init__(counts)
-        self._hear = hear
-
-    def __setitem__(self, reason: str, count: int) -> None:
-        for _ in range(count - self[reason]):
-            self._hear(reason)
-        super().__setitem__(reason, count)
 
 
 def content_hash(message: Message) -> str:
