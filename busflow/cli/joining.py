@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 JSON_VERSION = 1
 """What `version` says in all that is printed with `--json`: it grows when something there is taken away or changes."""
-_COMPLETION_S = 0.5
+COMPLETION_S = 0.5
 """How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
@@ -43,8 +43,11 @@ def joined(run: str | None) -> AbstractContextManager[Peer]:
 
     Raises:
         NoSuchRun: There is none, or it has to be said which.
-        InspectionUnavailable: It does not answer.
+        InspectionUnavailable: It does not answer, or Zenoh is missing.
     """
+    from busflow.wire.session import require_zenoh
+
+    require_zenoh()
     from busflow.wire.peer import join
 
     return join(run)
@@ -81,7 +84,7 @@ def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
             from busflow.wire.peer import join
             from busflow.wire.view import view
 
-            with join(context.params.get("run"), patience_s=_COMPLETION_S) as peer:
+            with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
                 found = sorted(set(names(view(peer.tokens(), []))))
         except Exception:  # noqa: BLE001  # as above
             return []

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import NoSuchTarget
 from busflow.message import type_name
+from busflow.parameter_messages import type_of
 from busflow.publishers import Publisher
 from busflow.subscriptions import Subscription
 from busflow.text import did_you_mean
@@ -76,7 +78,7 @@ class Questions:
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
-        """What runs: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes}`."""
+        """What runs: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states}`."""
         graph = self._graph
         return asdict(self._card) | {
             "process": self._process,
@@ -85,6 +87,7 @@ class Questions:
             "clock": graph.clock.kind,
             "elapsed_s": graph.clock.seconds(),
             "nodes": len(graph.units),
+            "states": Counter(unit.state.value for unit in graph.units),
         }
 
     def report(self, _arguments: Mapping[str, Any]) -> object:
@@ -134,7 +137,7 @@ class Questions:
         return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
-        """By node, its parameters with value, type, range and source; `node` limits them to one."""
+        """By node, its parameters with value, type (`ros_type` as ROS 2 numbers it), range and source; `node` is one."""
         wanted = arguments.get("node")
         return {
             unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]
@@ -205,8 +208,11 @@ def _endpoint(endpoint: Endpoint) -> dict[str, Any]:
 
 
 def _parameter(parameter: LiveParameter) -> dict[str, Any]:
-    place = parameter.source.place
-    return asdict(parameter.info) | {
+    info, place = parameter.info, parameter.source.place
+    return asdict(info) | {
+        "bounds": info.bounds._asdict(),
+        "range": str(info.bounds),
+        "ros_type": type_of(info.default if parameter.value is None else parameter.value, info),
         "value": parameter.value,
         "source": parameter.source.text,
         "at": None if place is None else str(place),

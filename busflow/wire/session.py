@@ -24,6 +24,18 @@ _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
 
 
+def require_zenoh() -> None:
+    """Find out whether there can be a session here.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing, or broken.
+    """
+    try:
+        import zenoh as _zenoh  # noqa: F401  # whether it can be imported is what is asked
+    except ImportError as error:
+        raise InspectionUnavailable(f"Zenoh cannot be imported here ({error}); pip install eclipse-zenoh") from None
+
+
 def open_session(directory: Path, *, listen: str | None = None, patience_s: float = 5.0) -> zenoh.Session:
     """A session among the processes of a run.
 
@@ -35,10 +47,9 @@ def open_session(directory: Path, *, listen: str | None = None, patience_s: floa
     Raises:
         InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
     """
-    try:
-        import zenoh
-    except ImportError as error:
-        raise InspectionUnavailable(f"Zenoh cannot be imported here ({error}); pip install eclipse-zenoh") from None
+    require_zenoh()
+    import zenoh
+
     others = sorted(path for path in directory.glob("*.sock") if path.name != listen)
     settings: dict[str, Any] = {
         "mode": "peer",

@@ -1,5 +1,13 @@
-"""A small launch file with two nodes, in a folder of its own that is the current directory."""
+"""Small launch files with two nodes each: one in a folder of its own, and one that runs while commands look at it."""
 
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -55,6 +63,72 @@ nodes:
     plugin: listener
 """
 
+IMU_PUBLISHER = '''
+from pydantic import Field
+
+from busflow import SENSOR_DATA, Node, Parameters, ReadOnly, publisher, timer
+from busflow.msgs.sensor_msgs import Imu, JointState
+
+
+class ImuPublisherParameters(Parameters):
+    rate_hz: float = Field(default=10.0, ge=0.1, le=1000, description="publish rate in Hz")
+    frame_id: ReadOnly[str] = Field(default="imu_link", description="frame id of the Imu message")
+    joint_count: int = 10
+
+
+class ImuPublisher(Node):
+    """The publisher of ROS 2's lab, whose verbatim outputs are in tests/cases/ros2cli."""
+
+    parameters: ImuPublisherParameters
+    imu = publisher(Imu, "imu/data", qos=SENSOR_DATA)
+    joints = publisher(JointState, "joint_states")
+
+    @timer(hz="rate_hz")
+    def tick(self) -> None:
+        stamp = self.clock.now().to_msg()
+        header = Imu().header.replace(stamp=stamp, frame_id=self.parameters.frame_id)
+        self.imu.publish(Imu(header=header))
+        count = self.parameters.joint_count
+        self.joints.publish(JointState(header=header, name=[f"j{n}" for n in range(count)], position=[0.5] * count))
+'''
+
+PROCESSOR = '''
+from busflow import SENSOR_DATA, Node, publisher, subscription
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import Float64
+
+
+class Processor(Node):
+    """Its processor."""
+
+    balance = publisher(Float64, "balance_state")
+    stability = publisher(Float64, "stability_index")
+    said = False
+
+    @subscription("imu/data", qos=SENSOR_DATA)
+    def on_imu(self, imu: Imu) -> None:
+        self.balance.publish(Float64(data=0.25))
+        self.stability.publish(Float64(data=0.75))
+        if not self.said:
+            self.said = True
+            self.log.info("works", path="\\x1b[31m")
+
+    @subscription("joint_states")
+    def on_joints(self, joints: JointState) -> None:
+        pass
+'''
+
+IMU_LAB = """\
+name: imu_lab
+plugins: [plugins]
+nodes:
+  imu_publisher:
+    plugin: imu_publisher
+    parameters: {rate_hz: 10.0}
+  processor:
+    plugin: processor
+"""
+
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -64,3 +138,127 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "talk.yaml").write_text(LAUNCH)
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+class LiveRun:
+    """A `busflow run` in a process of its own; what it logs is kept."""
+
+    def __init__(self, folder: Path, *arguments: str, environment: Mapping[str, str]) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "busflow", "run", *arguments],
+            cwd=folder,
+            env={**environment},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines: list[str] = []
+        self._arrived = threading.Condition()
+        self._ended = False
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stderr is not None
+        with self.process.stderr as stream:
+            for line in stream:
+                with self._arrived:
+                    self.lines.append(line)
+                    self._arrived.notify_all()
+        with self._arrived:
+            self._ended = True
+            self._arrived.notify_all()
+
+    def wait_for(self, text: str) -> None:
+        """Wait until it has logged a line with this text."""
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._ended or any(text in line for line in self.lines), timeout=20)
+        assert any(text in line for line in self.lines), self.lines
+
+    def stop(self) -> None:
+        """Press Ctrl-C, and wait for its end."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.send_signal(signal.SIGINT)
+            self.process.wait(timeout=10)
+        self._reader.join(timeout=10)
+
+
+class Place:
+    """A runtime directory of its own, short enough for a socket, which pytest's own are not."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(path)}
+
+    def run(self, folder: Path, *arguments: str) -> LiveRun:
+        """Start a run that is found here."""
+        return LiveRun(folder, *arguments, environment=self.environment)
+
+    def look(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Let commands of this process see what runs here, and nothing else."""
+        monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(self.path))
+
+
+@pytest.fixture(scope="session")
+def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+    """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""
+    folder = tmp_path_factory.mktemp("imu_lab")
+    (folder / "plugins").mkdir()
+    (folder / "plugins/imu_publisher.py").write_text(IMU_PUBLISHER)
+    (folder / "plugins/processor.py").write_text(PROCESSOR)
+    (folder / "imu_lab.yaml").write_text(IMU_LAB)
+    place = Place(Path(tempfile.mkdtemp(prefix="busflow-")))
+    run = place.run(folder, "imu_lab.yaml", "-v")
+    try:
+        run.wait_for("works")
+        yield place
+    finally:
+        run.stop()
+        shutil.rmtree(place.path)
+
+
+@pytest.fixture
+def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
+    """The lab runs, and commands of this process see it."""
+    imu_lab.look(monkeypatch)
+    return imu_lab
+
+
+@pytest.fixture
+def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
+    """A place where nothing runs yet, which commands of this process look at."""
+    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+        found = Place(Path(path))
+        found.look(monkeypatch)
+        yield found
+
+
+@pytest.fixture
+def start_run(place: Place) -> Iterator[Callable[..., LiveRun]]:
+    """Starts runs in that place, and stops them when the test is over."""
+    started: list[LiveRun] = []
+
+    def start(folder: Path, *arguments: str) -> LiveRun:
+        started.append(place.run(folder, *arguments))
+        return started[-1]
+
+    yield start
+    for run in started:
+        run.stop()
+
+
+ROS2 = Path(__file__).parents[1] / "cases/ros2cli"
+_ROS_ALONE = ("rcl_interfaces/", "type_description", "use_sim_time")
+"""What every node of ROS 2 brings and ours do not: topics, parameters and services of its own."""
+
+
+@pytest.fixture
+def ros2_said() -> Callable[[str], str]:
+    """What a command of ROS 2 printed of the same lab, without what only ROS 2's nodes bring."""
+
+    def said(name: str) -> str:
+        lines = (ROS2 / f"{name}.txt").read_text(encoding="utf-8").splitlines()[1:-1]
+        return "".join(f"{line}\n" for line in lines if not any(word in line for word in _ROS_ALONE))
+
+    return said

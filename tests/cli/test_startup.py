@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -29,6 +30,10 @@ IMPORTS = (
         "graph --help",
         "schema --help",
         "new --help",
+        "node --help",
+        "node list --help",
+        "param --help",
+        "ps --help",
     ],
 )
 def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
@@ -38,3 +43,19 @@ def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
     assert done.stderr.splitlines()[-1] == "imported: []"
     assert done.returncode == 0
     assert done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["ps", "node list", "node list -v", "node info processor", "param list", "param get imu_publisher rate_hz"],
+)
+def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()],
+        capture_output=True,
+        text=True,
+        env=imu_lab.environment,
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert "processor" in done.stdout or "10.0" in done.stdout or "imu_lab" in done.stdout

@@ -1,0 +1,130 @@
+"""`busflow node`: the nodes of a running graph, and the ends of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.joining import complete_nodes, joined, joins, print_answer
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import print_columns, tell
+from busflow.text import printable
+from busflow.wire.view import is_hidden
+
+if TYPE_CHECKING:
+    from busflow.wire.view import EndView, NodeView
+
+_VERBS = {
+    "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),
+    "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and how it is."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow node list -v
+  busflow node info sensor_processor"""
+
+node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", epilog=_EXAMPLES)
+
+
+@click.command("list", epilog=_EXAMPLES)
+@click.option("-a", "--all", "all_", is_flag=True, help="Hidden nodes too: a name, or a part of it, begins with _.")
+@click.option("-c", "--count-nodes", "count", is_flag=True, help="Only how many there are.")
+@click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of ends.")
+@joins
+def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool) -> int:
+    """List the nodes of a running graph, by name; failed ones are named on standard error."""
+    with joined(run) as peer:
+        nodes = [each for each in peer.graph().nodes.values() if all_ or not each.hidden]
+    if as_json:
+        print_answer({"run": peer.run.name, "nodes": [_row_json(each) for each in nodes]})
+        return 0
+    if count:
+        click.echo(len(nodes))
+    elif verbose:
+        print_columns([("NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB"), *map(_row, nodes)])
+    else:
+        click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
+    _tell_failures(nodes)
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", metavar="NODE", shell_complete=complete_nodes)
+@click.option("--include-hidden", is_flag=True, help="Hidden topics and services too.")
+@joins
+def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int:
+    """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
+    with joined(run) as peer:
+        found = peer.graph().node(name)
+        told = peer.ask("parameters", node=found.name)
+    parameters = sum(len(each.get(found.name, ())) for each in told)
+    ends = {
+        "Subscribers": found.subscriptions,
+        "Publishers": found.publishers,
+        "Service Servers": found.services,
+        "Service Clients": found.clients,
+    }
+    shown = {title: _ends(each, hidden=include_hidden) for title, each in ends.items()}
+    if as_json:
+        print_answer({"run": peer.run.name, **_info_json(found, shown), "parameters": parameters})
+        return 0
+    click.echo(printable(found.name))
+    for title, rows in {**shown, "Action Servers": [], "Action Clients": []}.items():
+        lines = [f"    {printable(topic)}: {printable(type_)}\n" for topic, type_ in rows]
+        click.echo(f"  {title}:\n{''.join(lines) or chr(10)}", nl=False)
+    details = found.details
+    click.echo(f"  State: {_state(found)}")
+    if details:
+        click.echo(f"  Plugin: {printable(details['plugin'])}")
+        click.echo(f"  Process: {printable(details['process'])}, pid {details['pid']}")
+        click.echo(f"  Parameters: {parameters}")
+    _tell_failures([found])
+    return 0
+
+
+def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
+    """Topic and type of each, by name; of two on one topic one is enough."""
+    found = {(end.token.topic, end.token.type) for end in ends}
+    return sorted(each for each in found if hidden or not is_hidden(each[0]))
+
+
+def _state(node: NodeView) -> str:
+    """Where a node is in its life; nobody tells of one that is not busflow's."""
+    return str(node.details.get("state", "unknown"))
+
+
+def _row(node: NodeView) -> tuple[object, ...]:
+    told = node.details
+    ends = len(node.publishers), len(node.subscriptions)
+    return (node.name, _state(node), told.get("plugin", "-"), told.get("process", "-"), told.get("pid", "-"), *ends)
+
+
+def _row_json(node: NodeView) -> dict[str, Any]:
+    told = node.details
+    return {
+        "name": node.name,
+        "state": _state(node),
+        "plugin": told.get("plugin"),
+        "process": told.get("process"),
+        "pid": told.get("pid"),
+        "failures": told.get("failures", []),
+        "publishers": len(node.publishers),
+        "subscriptions": len(node.subscriptions),
+    }
+
+
+def _info_json(node: NodeView, ends: dict[str, list[tuple[str, str]]]) -> dict[str, Any]:
+    words = {"Subscribers": "subscriptions", "Publishers": "publishers", "Service Servers": "services"}
+    named = {
+        words.get(title, "clients"): [{"name": name, "type": type_} for name, type_ in rows]
+        for title, rows in ends.items()
+    }
+    return _row_json(node) | named
+
+
+def _tell_failures(nodes: Sequence[NodeView]) -> None:
+    for each in nodes:
+        for failure in each.details.get("failures", []):
+            tell(f"error: {each.name} has failed: {failure}")

@@ -1,0 +1,257 @@
+"""`busflow param`: the parameters of running nodes: what each is, what it may be, and where its value came from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from busflow.cli.joining import complete_nodes, joined, joins, print_answer
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import print_columns
+from busflow.errors import NoSuchTarget
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.wire.peer import Peer
+
+_VERBS = {
+    "list": ("busflow.cli.param:list_", "List the parameters of the nodes, or of one."),
+    "get": ("busflow.cli.param:get", "Show the value of a parameter."),
+    "describe": ("busflow.cli.param:describe", "Show type, description, range, default and source of parameters."),
+    "dump": ("busflow.cli.param:dump", "Write a node's parameters as YAML."),
+    "sources": ("busflow.cli.param:sources", "Show where the value of each parameter came from."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow param list sensor_publisher
+  busflow param get sensor_publisher rate_hz
+  busflow param describe sensor_publisher noise.imu
+  busflow param dump sensor_publisher --output publisher.yaml
+  busflow param sources"""
+
+_ROS_TYPES = (
+    *("not set", "boolean", "integer", "double", "string"),
+    *("byte array", "boolean array", "integer array", "double array", "string array"),
+)
+"""ROS 2's words for the constants of `rcl_interfaces/msg/ParameterType`."""
+
+Row = Mapping[str, Any]
+"""A parameter as its process tells of it."""
+
+param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes.", epilog=_EXAMPLES)
+
+
+def complete_parameters(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The parameters of the node that is already typed."""
+    from busflow.cli.joining import COMPLETION_S
+    from busflow.wire.peer import join
+
+    try:
+        with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
+            rows = _of_node(peer, context.params["node"])
+    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
+        return []
+    return [CompletionItem(row["name"], help=row["description"]) for row in rows if row["name"].startswith(incomplete)]
+
+
+_node = click.argument("node", shell_complete=complete_nodes)
+_optional_node = click.argument("node", required=False, shell_complete=complete_nodes)
+
+
+@click.command("list", epilog=_EXAMPLES)
+@_optional_node
+@click.option("--param-type", "types", is_flag=True, help="With the type of each.")
+@joins
+def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> int:
+    """List the parameters of every node, or of NODE."""
+    with joined(run) as peer:
+        found = _by_node(peer, node)
+    if as_json:
+        _print_nodes(peer, found)
+        return 0
+    for name, rows in found.items():
+        if node is None:
+            click.echo(f"{printable(name)}:")
+        for row in sorted(rows, key=lambda row: row["name"]):
+            click.echo(f"  {printable(row['name'])}" + (f" (type: {_ros_type(row)})" if types else ""))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_node
+@click.argument("name", shell_complete=complete_parameters)
+@click.option("--hide-type", is_flag=True, help="Only the value.")
+@joins
+def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -> int:
+    """Show the value of the parameter NAME of NODE; a nested one has a dotted name."""
+    with joined(run) as peer:
+        (row,) = _named(_of_node(peer, node), [name], node)
+    if as_json:
+        print_answer({"run": peer.run.name, "node": _full(node), **_as_json(row)})
+        return 0
+    value = printable(_value(row))
+    if hide_type:
+        click.echo(value)
+    elif row["value"] is None:
+        click.echo("Parameter not set.")
+    else:
+        noun = _ros_type(row).removesuffix(" array").capitalize()
+        click.echo(f"{noun} {'values are' if 'array' in _ros_type(row) else 'value is'}: {value}")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_node
+@click.argument("names", nargs=-1, shell_complete=complete_parameters)
+@joins
+def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) -> int:
+    """Show what the parameters NAMES of NODE are, all of them where none is named."""
+    with joined(run) as peer:
+        rows = _of_node(peer, node)
+    chosen = _named(rows, names, node) if names else rows
+    if as_json:
+        _print_nodes(peer, {_full(node): chosen})
+        return 0
+    for row in chosen:
+        click.echo("\n".join(_description(row)))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_node
+@click.option(
+    "--output", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE instead."
+)
+@joins
+def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> int:
+    """Write the parameters of NODE as YAML, in the form in which ROS 2 reads and writes them."""
+    with joined(run) as peer:
+        rows = _of_node(peer, node)
+    if as_json:
+        _print_nodes(peer, {_full(node): rows})
+        return 0
+    from yaml import safe_dump
+
+    text = safe_dump({_full(node): {"ros__parameters": _nested(rows)}}, allow_unicode=False)
+    if output is None:
+        click.echo(text)
+    else:
+        output.write_text(text, encoding="utf-8")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_optional_node
+@joins
+def sources(run: str | None, node: str | None, as_json: bool) -> int:
+    """Show where the value of each parameter of NODE, or of every node, came from."""
+    with joined(run) as peer:
+        found = _by_node(peer, node)
+    if as_json:
+        _print_nodes(peer, found)
+        return 0
+    for name, rows in found.items():
+        if node is None:
+            click.echo(f"{printable(name)}:")
+        print_columns([(row["name"], _value(row), row["source"]) for row in rows], indent="  ")
+    return 0
+
+
+# What the run tells.
+
+
+def _by_node(peer: Peer, node: str | None) -> dict[str, list[Row]]:
+    """The parameters of every node by its name, or of one."""
+    if node is not None:
+        return {_full(node): _of_node(peer, node)}
+    found: dict[str, list[Row]] = {}
+    for answer in peer.ask("parameters"):
+        found |= answer
+    return dict(sorted(found.items()))
+
+
+def _of_node(peer: Peer, node: str) -> list[Row]:
+    full = _full(node)
+    for answer in peer.ask("parameters", node=full):
+        if full in answer:
+            return answer[full]
+    peer.graph().node(node)  # which is raised for a name that nobody has
+    raise NoSuchTarget(f"{printable(full)} is not busflow's: its parameters are behind its services alone")
+
+
+def _named(rows: Sequence[Row], names: Iterable[str], node: str) -> list[Row]:
+    """The parameters of these names, in the order in which they are asked for."""
+    known = {row["name"]: row for row in rows}
+    for name in names:
+        if name not in known:
+            raise NoSuchTarget(f"{printable(_full(node))} has no parameter {name!r}; {did_you_mean(name, known)}")
+    return [known[name] for name in names]
+
+
+# How it is shown.
+
+
+def _full(node: str) -> str:
+    return f"/{node.removeprefix('/')}"
+
+
+def _ros_type(row: Row) -> str:
+    return _ROS_TYPES[row["ros_type"]]
+
+
+def _value(row: Row) -> str:
+    value = row["value"]
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _description(row: Row) -> Iterator[str]:
+    """A parameter in the lines of ROS 2, and three more."""
+    yield f"Parameter name: {printable(row['name'])}"
+    yield f"  Type: {_ros_type(row)}"
+    if row["description"]:
+        yield f"  Description: {printable(row['description'])}"
+    yield "  Constraints:"
+    yield from (f"    {line}" for line in _constraints(row))
+    yield f"  Default: {'none, it is required' if row['required'] else printable(json.dumps(row['default']))}"
+    yield f"  Value: {printable(_value(row))}"
+    yield f"  Source: {printable(row['source'])}"
+
+
+def _constraints(row: Row) -> Iterator[str]:
+    bounds = row["bounds"]
+    if row["read_only"]:
+        yield "Read only: true"
+    for title, word in (("Min value", "minimum"), ("Max value", "maximum")):
+        if bounds[word] is not None:
+            limit = float(bounds[word]) if _ros_type(row).startswith("double") else bounds[word]
+            yield f"{title}: {limit}{' (itself excluded)' if bounds[f'exclusive_{word}'] else ''}"
+    if bounds["step"] is not None:
+        yield f"Step: {bounds['step']}"
+    if row["choices"]:
+        yield f"One of: {printable(', '.join(map(str, row['choices'])))}"
+
+
+def _nested(rows: Iterable[Row]) -> dict[str, Any]:
+    """The values by name, those of dotted names one level down each."""
+    tree: dict[str, Any] = {}
+    for row in rows:
+        *groups, name = row["name"].split(".")
+        level = tree
+        for group in groups:
+            level = level.setdefault(group, {})
+        level[name] = row["value"]
+    return tree
+
+
+def _as_json(row: Row) -> dict[str, Any]:
+    return {**row, "ros_type": _ros_type(row)}
+
+
+def _print_nodes(peer: Peer, found: Mapping[str, Sequence[Row]]) -> None:
+    nodes = [{"name": name, "parameters": [_as_json(row) for row in rows]} for name, rows in found.items()]
+    print_answer({"run": peer.run.name, "nodes": nodes})

@@ -1,0 +1,104 @@
+"""`busflow ps`: what runs on this machine, since when, and from which file."""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.joining import print_line
+from busflow.cli.output import print_columns, tell
+
+if TYPE_CHECKING:
+    from busflow.wire.roll_call import PresentRun
+
+_EXAMPLES = """\b
+Examples:
+  busflow ps
+  busflow ps --json | jq -r .run"""
+
+_HEAD = ("RUN", "FILE", "PID", "SINCE", "AGE", "NODES", "STATE")
+_NS_PER_S = 1_000_000_000
+
+
+@click.command(epilog=_EXAMPLES)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, one object a line for each run.")
+def ps(as_json: bool) -> int:
+    """List the runs of this user on this machine; exit code 0 also where there are none.
+
+    A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
+    """
+    from busflow.wire.roll_call import call_roll
+
+    if as_json:
+        for each in call_roll():
+            print_line(_told(each))
+        return 0
+    found = list(call_roll())
+    if not found:
+        click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
+        return 0
+    print_columns([_HEAD, *(_row(each) for each in found)])
+    for each in found:
+        if each.silence:
+            tell(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
+    return 0
+
+
+def _told(present: PresentRun) -> dict[str, Any]:
+    card = present.run.card
+    return {
+        "run": present.run.name,
+        "file": card.file or None,
+        "since": _moment(card.since_ns).isoformat(timespec="milliseconds"),
+        "pid": card.pid,
+        "nodes": present.nodes,
+        "state": present.state,
+        "busflow": card.version,
+        "processes": [
+            {"name": each["process"], "pid": each["pid"], "nodes": each["nodes"], "restarts": each.get("restarts", 0)}
+            for each in present.processes
+        ],
+    }
+
+
+def _row(present: PresentRun) -> tuple[object, ...]:
+    from busflow.clock import SystemClock
+
+    card = present.run.card
+    since = _moment(card.since_ns).astimezone()  # whoever reads it lives in local time
+    age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
+    nodes = "?" if present.nodes is None else present.nodes
+    pids = ",".join(str(each["pid"]) for each in present.processes) or card.pid
+    return present.run.name, _near(card.file), pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
+
+
+def _moment(ns: int) -> datetime:
+    return datetime.fromtimestamp(ns / _NS_PER_S, UTC)
+
+
+def _near(file: str) -> str:
+    """A path as short as it can be said from here."""
+    if not file:
+        return "-"
+    relative = os.path.relpath(file)
+    return file if relative.startswith(os.pardir) or not Path(file).is_absolute() else relative
+
+
+def _age(seconds: int) -> str:
+    """A duration in its two largest units.
+
+    >>> _age(7), _age(130), _age(7_260), _age(200_000), _age(-3)
+    ('7s', '2min 10s', '2h 1min', '2d 7h', '0s')
+    """
+    left, parts = max(0, seconds), list[str]()
+    for unit, size in (("d", 86_400), ("h", 3_600), ("min", 60), ("s", 1)):
+        count, left = divmod(left, size)
+        if count:
+            parts.append(f"{count}{unit}")
+        elif parts:
+            break
+    return " ".join(parts[:2]) or "0s"

@@ -1,0 +1,71 @@
+"""The roll call of this machine's runs: what each says of itself, or that it does not answer. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+from busflow.errors import InspectionUnavailable
+from busflow.wire.run_directory import FoundRun, runs
+from busflow.wire.session import require_zenoh
+
+PATIENCE_S = 1.0
+"""How long a run may take to answer: an idle one needs a millisecond, and a list is not to wait for one that hangs."""
+
+
+@dataclass(frozen=True, slots=True)
+class PresentRun:
+    """A run that lives on this machine, and what its processes answered."""
+
+    run: FoundRun
+    processes: tuple[Mapping[str, Any], ...] = ()
+    """What each answers to `run`."""
+    silence: str = ""
+    """Why there is no answer; empty where there is one."""
+    answered_in_s: float = 0.0
+    """How long the answer took."""
+
+    @property
+    def nodes(self) -> int | None:
+        """How many nodes it has; None where it does not say."""
+        return None if self.silence else sum(process["nodes"] for process in self.processes)
+
+    @property
+    def state(self) -> str:
+        """Where the run is in its life, in a word or two."""
+        if self.silence:
+            return "does not answer"
+        states = Counter[str]()
+        for process in self.processes:
+            states.update(process.get("states", {}))
+        if states["failed"]:
+            return f"{states['failed']} failed"
+        return next((state for state in ("stopping", "starting", "built") if states[state]), "running")
+
+
+def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
+    """Every run of this user, the oldest first, each asked what it is.
+
+    Raises:
+        InspectionUnavailable: A folder where runs would be is not safe.
+    """
+    for run in runs():
+        yield _asked(run, patience_s)
+
+
+def _asked(run: FoundRun, patience_s: float) -> PresentRun:
+    from busflow.clock import perf_counter
+
+    try:
+        require_zenoh()
+        from busflow.wire.peer import Peer
+
+        with closing(Peer(run, patience_s=patience_s)) as peer:
+            begun = perf_counter()
+            processes = tuple(peer.ask("run"))
+            return PresentRun(run, processes, answered_in_s=perf_counter() - begun)
+    except InspectionUnavailable as error:
+        return PresentRun(run, silence=str(error))

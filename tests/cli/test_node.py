@@ -1,0 +1,80 @@
+"""`busflow node`: beside what `ros2 node` printed of the same lab."""
+
+import json
+from collections.abc import Callable
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+Said = Callable[[str], str]
+
+in_the_lab = pytest.mark.usefixtures("lab")
+
+
+@in_the_lab
+def test_the_list_is_that_of_ros2(capsys: Captured, ros2_said: Said):
+    assert main(["node", "list"]) == 0
+    assert capsys.readouterr() == (ros2_said("02_node_list"), "")
+    assert main(["node", "list", "-c"]) == 0
+    assert capsys.readouterr().out == "2\n"
+
+
+@in_the_lab
+@pytest.mark.parametrize(
+    ("name", "capture"), [("/imu_publisher", "44_node_info_imu_publisher"), ("processor", "45_node_info_processor")]
+)
+def test_info_begins_as_that_of_ros2(capsys: Captured, ros2_said: Said, name: str, capture: str):
+    assert main(["node", "info", name]) == 0
+    out = capsys.readouterr().out
+    there, ours = (text.partition("  Service Servers:\n") for text in (ros2_said(capture), out))
+    assert ours[0] == there[0]
+    assert ours[2].lstrip("\n").startswith(there[2])
+
+
+@in_the_lab
+def test_info_tells_state_plugin_process_and_parameters(capsys: Captured):
+    assert main(["node", "info", "imu_publisher"]) == 0
+    state, plugin, process, parameters = capsys.readouterr().out.splitlines()[-4:]
+    assert (state, plugin, parameters) == ("  State: running", "  Plugin: imu_publisher", "  Parameters: 3")
+    assert process.startswith("  Process: main, pid ")
+
+
+@in_the_lab
+def test_the_long_list_has_a_row_for_each_node(capsys: Captured):
+    assert main(["node", "list", "-v"]) == 0
+    head, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
+    assert head == ["NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB"]
+    assert [row[:4] + row[5:] for row in rows] == [
+        ["/imu_publisher", "running", "imu_publisher", "main", "2", "0"],
+        ["/processor", "running", "processor", "main", "2", "2"],
+    ]
+
+
+@in_the_lab
+def test_json_says_the_same(capsys: Captured):
+    assert main(["node", "list", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["version"], told["run"]) == (1, "imu_lab")
+    assert [(node["name"], node["state"]) for node in told["nodes"]] == [
+        ("/imu_publisher", "running"),
+        ("/processor", "running"),
+    ]
+    assert main(["node", "info", "processor", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["publishers"][0] == {"name": "/balance_state", "type": "std_msgs/msg/Float64"}
+    assert [each["name"] for each in told["subscriptions"]] == ["/imu/data", "/joint_states"]
+    assert (told["clients"], told["parameters"]) == ([], 0)
+
+
+@in_the_lab
+def test_a_node_that_is_not_there_is_told_with_the_nearest(capsys: Captured):
+    assert main(["node", "info", "procesor"]) == 4
+    assert capsys.readouterr() == ("", "error: there is no node /procesor; did you mean '/processor'?\n")
+
+
+@pytest.mark.usefixtures("place")
+def test_without_a_run_it_says_what_to_type(capsys: Captured):
+    assert main(["node", "list"]) == 4
+    assert capsys.readouterr().err == "error: nothing is running; start a graph in another terminal: busflow run FILE\n"

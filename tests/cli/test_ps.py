@@ -1,0 +1,98 @@
+"""`busflow ps`: which runs there are, and which of them do not answer."""
+
+import json
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+BLOCKER = '''
+import time
+
+from busflow import Node
+
+
+class Blocker(Node):
+    """Blocks the loop."""
+
+    async def run(self) -> None:
+        self.log.warning("blocks")
+        time.sleep(30)
+'''
+
+
+@pytest.mark.usefixtures("lab")
+def test_a_run_is_listed_with_file_process_age_and_state(capsys: Captured):
+    assert main(["ps"]) == 0
+    head, row = capsys.readouterr().out.splitlines()
+    assert head.split() == ["RUN", "FILE", "PID", "SINCE", "AGE", "NODES", "STATE"]
+    assert row.split()[0] == "imu_lab"
+    assert row.split()[1].endswith("/imu_lab.yaml")
+    assert row.split()[-2:] == ["2", "running"]
+
+
+@pytest.mark.usefixtures("lab")
+def test_json_is_one_object_a_run(capsys: Captured):
+    assert main(["ps", "--json"]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    told = json.loads(line)
+    (process,) = told["processes"]
+    assert (told["version"], told["run"], told["nodes"], told["state"]) == (1, "imu_lab", 2, "running")
+    assert Path(told["file"]).is_absolute()
+    assert told["since"].endswith("+00:00")
+    assert process == {"name": "main", "pid": told["pid"], "nodes": 2, "restarts": 0}
+
+
+@pytest.mark.usefixtures("place")
+def test_where_nothing_runs_it_says_so_and_is_fine(capsys: Captured):
+    assert main(["ps"]) == 0
+    assert capsys.readouterr() == ("", "nothing is running; start a graph in another terminal: busflow run FILE\n")
+    assert main(["ps", "--json"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.e2e
+def test_a_run_whose_loop_is_blocked_is_said_not_to_answer(
+    project: Path, start_run: Callable[..., Any], capsys: Captured
+):
+    (project / "plugins/blocker.py").write_text(BLOCKER)
+    text = (project / "talk.yaml").read_text() + "  blocker:\n    plugin: blocker\n"
+    (project / "talk.yaml").write_text(text)
+    start_run(project, "talk.yaml").wait_for("blocks")
+    assert main(["ps"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.splitlines()[1].endswith("?      does not answer")
+    assert "talk does not answer: it has just ended, or a handler blocks its event loop" in captured.err
+
+
+@pytest.mark.e2e
+def test_a_run_whose_process_is_stopped_is_said_not_to_answer(
+    project: Path, start_run: Callable[..., Any], capsys: Captured
+):
+    run = start_run(project, "talk.yaml")
+    run.wait_for("heard")
+    run.process.send_signal(signal.SIGSTOP)
+    assert main(["ps", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["state"], told["nodes"], told["processes"]) == ("does not answer", None, [])
+    assert main(["ps"]) == 0
+    assert "its process is stopped or hangs" in capsys.readouterr().err
+
+
+@pytest.mark.e2e
+def test_of_a_run_that_was_killed_nothing_is_left(
+    project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured
+):
+    run = start_run(project, "talk.yaml")
+    run.wait_for("heard")
+    os.kill(run.process.pid, signal.SIGKILL)
+    run.process.wait()
+    assert main(["ps"]) == 0
+    assert "nothing is running" in capsys.readouterr().err
+    assert not (place.path / "talk").exists()
