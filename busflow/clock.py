@@ -143,6 +143,10 @@ class Time(_Nanoseconds):
     def __init__(
         self, nanoseconds: float = 0, *, seconds: float = 0, clock_type: ClockType = ClockType.ROS_TIME
     ) -> None:
+        if type(nanoseconds) is int and 0 <= nanoseconds <= _MAX and seconds == 0 and type(clock_type) is ClockType:
+            _set_nanoseconds(self, nanoseconds)  # each stamp of a message is made here
+            _set_clock_type(self, clock_type)
+            return
         if not isinstance(cast("object", clock_type), ClockType):
             raise TypeError(f"clock_type is a ClockType such as ClockType.ROS_TIME, not {clock_type!r}")
         if nanoseconds < 0 or seconds < 0:
@@ -202,6 +206,10 @@ def _time_message() -> type[TimeMsg]:
     from busflow.msgs.builtin_interfaces import Time as TimeMsg
 
     return TimeMsg
+
+
+_set_nanoseconds: Callable[[Time, int], None] = cast("Any", Time).nanoseconds.__set__
+_set_clock_type: Callable[[Time, ClockType], None] = cast("Any", Time).clock_type.__set__
 
 
 class Clock(ABC):

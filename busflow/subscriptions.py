@@ -8,6 +8,7 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from busflow.accounts import SubscriptionStatistics
+from busflow.dispatcher import QUANTUM
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
 from busflow.events import DeadlineMissed, Event, SubscriptionMatched
@@ -151,10 +152,12 @@ class Subscription(Generic[M]):
 
     def _take(self) -> M | None:
         """Hand over the oldest message that has not expired, if one waits."""
-        items = self.queue.items
+        items: Any = self.queue.items
         message: M | None = None
         while items and message is None:
-            message = self._fresh(items.popleft())
+            message = items.popleft()
+            if type(message) is Perishable:
+                message = self._fresh(message)  # type: ignore[arg-type]  # of this subscription's type
         if message is not None:
             self._latest = message
             self.delivered += 1
@@ -332,7 +335,7 @@ class Subscription(Generic[M]):
                         raise
                     self._failed(error, message)
                     return
-                if dispatcher.spent(started, handled):
+                if handled >= QUANTUM and dispatcher.spent(started, handled):
                     await asyncio.sleep(0)
                     handled, started = 0, dispatcher.now()
 
