@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow.clients import Client
 from busflow.errors import BusflowError
 from busflow.publishers import Publisher
+from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.wire.answers import Answers
 from busflow.wire.history import History
@@ -28,6 +30,7 @@ from busflow.wire.outlet import Outlet
 from busflow.wire.qos_form import to_text
 from busflow.wire.questions import Inspected, Questions
 from busflow.wire.sender import Sender
+from busflow.wire.service_mirror import ServiceMirror
 from busflow.wire.typesupport import TypeSupport
 
 if TYPE_CHECKING:
@@ -61,6 +64,15 @@ class Mirror:
         self._inlets: dict[str, Inlet] = {}
         self._remote: dict[str, Token] = {}
         self._admitting = False
+        self._services = ServiceMirror(
+            graph.bus,
+            self._supports,
+            session=session,
+            sender=self._sender,
+            log=self._log,
+            identify=self._identify,
+            on_loop=self._on_loop,
+        )
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ways: list[Any] = []
 
@@ -92,11 +104,14 @@ class Mirror:
         self._session.close()  # which ends what waits in recv() and put()
         for inlet in self._inlets.values():
             inlet.close()
+        self._services.close()
         self._sender.close()
 
     # What is here.
 
     def _on_attach(self, attached: Attached) -> None:
+        if isinstance(attached, Server | Client):
+            self._services.attach(attached)
         if self._admitting or not isinstance(attached, Publisher | Subscription):
             return
         end: End = attached
@@ -126,6 +141,7 @@ class Mirror:
                 outlet.close()
             return
         if not isinstance(end, Subscription):
+            self._services.detach(end)
             return
         token = self._tokens.pop(_key(end), None)
         if token is not None:
@@ -135,12 +151,12 @@ class Mirror:
             self._inlets.pop(topic.name).close()
 
     def _token(self, endpoint: Endpoint, support: TypeSupport, kind: Kind) -> Token:
-        self._ids += 1
+        session, node_id, entity_id = self._identify(endpoint.node)
         namespace, node = split_name(endpoint.node)
         return Token(
-            session=self._zid,
-            node_id=self._node_id(endpoint.node),
-            entity_id=self._ids,
+            session=session,
+            node_id=node_id,
+            entity_id=entity_id,
             kind=kind,
             namespace=namespace,
             node=node,
@@ -149,6 +165,12 @@ class Mirror:
             hash=support.type_hash,
             qos=to_text(endpoint.qos),
         )
+
+    def _identify(self, node: str) -> tuple[str, int, int]:
+        """The session, a node's number, and a new number for one of its ends."""
+        node_id = self._node_id(node)
+        self._ids += 1
+        return self._zid, node_id, self._ids
 
     def _node_id(self, name: str) -> int:
         """The number of a node in its tokens; the first time declares the node."""
@@ -171,6 +193,8 @@ class Mirror:
         except BusflowError as error:
             self._log.debug(f"a token of another process is not understood: {error}")
             return
+        if token.kind is Kind.SERVICE:
+            self._services.hear(text, token, alive=alive)
         if token.kind is not Kind.PUBLISHER:
             return
         if alive:

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow import errors
-from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
 from busflow.wire.answers import PREFIX
 from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
+from busflow.wire.refusal import refusal, service_refusal
 from busflow.wire.run_directory import FoundRun, find_run
 from busflow.wire.session import open_session
 from busflow.wire.view import GraphView, TopicView, view
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from busflow.wire.foreign import ForeignType
 
 ANSWER_TIMEOUT_S = 5.0
+_TIMED_OUT = b"Timeout"
+"""Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
 
 
@@ -45,6 +47,17 @@ class Received:
     stamp_ns: int
     """When it was published, by the publisher's clock; 0 where nobody said."""
     gid: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceKind:
+    """A service, and what is needed to ask it."""
+
+    name: str
+    type: str
+    hash: str
+    request: ForeignType
+    response: ForeignType
 
 
 class Peer:
@@ -105,7 +118,7 @@ class Peer:
                 continue
             told = json.loads(reply.ok.payload.to_bytes())
             if "error" in told:
-                refusals.append(_refusal(told))
+                refusals.append(refusal(told["kind"], told["error"]))
             else:
                 found.append((told["answer"], messages.pop(who, [])))
         if not found:
@@ -176,6 +189,49 @@ class Peer:
                 yield Speaker(way, type_, token.gid, SystemClock())
             finally:
                 way.undeclare()
+
+    def service(self, name: str) -> ServiceKind:
+        """What a service of the run takes and gives.
+
+        Raises:
+            NoSuchTarget: no process of the run says what it is.
+        """
+        from busflow.wire.foreign import ForeignType
+
+        for answer in self.ask("services", names=[name]):
+            for told in answer.values():
+                request, response = (
+                    ForeignType(f"{told['type']}_{part}", told[part.lower()]["hash"], told[part.lower()]["description"])
+                    for part in ("Request", "Response")
+                )
+                return ServiceKind(name, told["type"], told["hash"], request, response)
+        raise NoSuchTarget(f"the run does not say what the service {name} takes")
+
+    def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:
+        """Ask a service; the answer as plain values.
+
+        Raises:
+            MalformedMessage: a value of the request does not fit, or the answer is none.
+            ServiceError: there is no answer, for one of its reasons.
+        """
+        payload = service.request.encode(values)
+        replies = self.session.get(
+            topic_key(service.name, service.type, service.hash),
+            payload=payload,
+            attachment=Attachment(1, 0, bytes(16)).encode(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+        )
+        refused = None
+        for reply in replies:
+            if reply.ok is not None:
+                return service.response.decode(reply.ok.payload.to_bytes())
+            if reply.err is not None:
+                refused = refused or reply.err.payload.to_bytes()
+        if refused == _TIMED_OUT:
+            raise ServiceTimeout(f"{service.name} did not answer within {timeout_s:g} s")
+        raise service_refusal(service.name, "its server", refused or b"")
 
     @contextmanager
     def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
@@ -288,11 +344,3 @@ def _received(sample: zenoh.Sample) -> Received:
     except MalformedMessage:  # whoever signs in another way is still heard
         told = Attachment(0, 0, b"")
     return Received(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
-
-
-def _refusal(told: Mapping[str, str]) -> BusflowError:
-    """The error that the run answered with."""
-    kind = getattr(errors, told["kind"], None)
-    if isinstance(kind, type) and issubclass(kind, NoSuchTarget):
-        return kind(told["error"])
-    return BusflowError(told["error"])

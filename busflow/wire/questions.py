@@ -72,6 +72,7 @@ class Questions:
             "report": self.report,
             "graph": self.graph,
             "types": self.types,
+            "services": self.services,
             "history": self.history,
             "measure": self.measure,
             "parameters": self.parameters,
@@ -116,6 +117,22 @@ class Questions:
             if wanted is None or support.name in wanted:
                 found[support.name] = _described(support)
         return found
+
+    def services(self, arguments: Mapping[str, Any]) -> object:
+        """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
+        wanted = arguments.get("names")
+        return {
+            name: {
+                "type": type_name(service.type),
+                "hash": self._supports(service.type).type_hash,
+                "request": _described(self._supports(service.type.Request)),
+                "response": _described(self._supports(service.type.Response)),
+                "servers": [asdict(each) for each in service.servers()],
+                "clients": [asdict(each) for each in service.asking()],
+            }
+            for name, service in self._graph.bus.services.items()
+            if wanted is None or name in wanted
+        }
 
     def history(self, arguments: Mapping[str, Any]) -> object:
         """The last `count` messages of `topic`, oldest first; the answer says how many are kept, and of which type."""

@@ -1,0 +1,34 @@
+"""Refusals: what another process says instead of an answer, as the error it was there."""
+
+from __future__ import annotations
+
+import json
+
+from busflow import errors
+from busflow.errors import BusflowError, ServiceError, ServiceFailed, ServiceGone
+
+
+def encode_refusal(error: Exception) -> bytes:
+    """An error as it travels: a JSON object with `kind`, the class's name, and `error`, its text."""
+    return json.dumps({"kind": type(error).__name__, "error": str(error)}).encode()
+
+
+def service_refusal(service: str, node: str, told: bytes) -> ServiceError:
+    """The error for what a server's process told; nothing is a server that went without a word."""
+    try:
+        said = json.loads(told)
+        kind, text = str(said["kind"]), str(said["error"])
+    except (ValueError, KeyError, TypeError):
+        return ServiceGone(f"{service}: {node} did not answer")
+    found = getattr(errors, kind, None)
+    if isinstance(found, type) and issubclass(found, ServiceError):
+        return found(text)
+    return ServiceFailed(text)
+
+
+def refusal(kind: str, text: str) -> BusflowError:
+    """The error of a kind that a run may answer a question with; another kind becomes a plain BusflowError."""
+    found = getattr(errors, kind, None)
+    if isinstance(found, type) and issubclass(found, errors.NoSuchTarget):
+        return found(text)
+    return BusflowError(text)

@@ -1,0 +1,134 @@
+"""ServiceMirror: the services of a bus as other processes see them, and theirs as the bus sees them."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.clients import Client
+from busflow.errors import BusflowError
+from busflow.servers import Server
+from busflow.wire.keys import Kind, Token, split_name, topic_key
+from busflow.wire.service_inlet import RemoteServer
+from busflow.wire.service_outlet import ServiceOutlet
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.bus import Bus
+    from busflow.services import Service
+    from busflow.wire.sender import Sender
+    from busflow.wire.typesupport import TypeSupport
+
+Identify = Callable[[str], tuple[str, int, int]]
+"""By a node's full name: the session, the node's number, and a new number for one of its ends."""
+
+
+class ServiceMirror:
+    """Shows local servers and clients to others, and brings remote servers to local clients."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        supports: Callable[[type[Any]], TypeSupport],
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        log: FilteringBoundLogger,
+        identify: Identify,
+        on_loop: Callable[..., None],
+    ) -> None:
+        self._bus, self._supports, self._session, self._sender = bus, supports, session, sender
+        self._log, self._identify, self._on_loop = log, identify, on_loop
+        self._shown: dict[Server[Any, Any] | Client[Any, Any], zenoh.LivelinessToken] = {}
+        self._gids: dict[str, bytes] = {}
+        self._outlets: dict[Server[Any, Any], ServiceOutlet] = {}
+        self._remote: dict[str, Token] = {}
+        self._servers: dict[str, RemoteServer] = {}
+
+    def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
+        """Show an end of a service; a client is given the server that another process has."""
+        support = self._supports(end.type)
+        session, node_id, entity_id = self._identify(end.endpoint.node)
+        namespace, node = split_name(end.endpoint.node)
+        kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT
+        name = end.endpoint.service
+        token = Token(session, node_id, entity_id, kind, namespace, node, name, support.name, support.type_hash, _QOS)
+        self._shown[end] = self._session.liveliness().declare_token(str(token))
+        service = self._bus.services[name]
+        if isinstance(end, Server):
+            self._outlets[end] = ServiceOutlet(
+                service,
+                self._key(service),
+                self._supports,
+                session=self._session,
+                sender=self._sender,
+                on_loop=self._on_loop,
+            )
+            return
+        self._gids[name] = token.gid
+        for remote in [each for each in self._remote.values() if each.topic == name]:
+            self._admit(remote)
+
+    def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
+        """Show it no more."""
+        token = self._shown.pop(end, None)
+        if token is not None:
+            token.undeclare()
+        if isinstance(end, Server) and end in self._outlets:
+            self._outlets.pop(end).close()
+
+    def hear(self, text: str, token: Token, *, alive: bool) -> None:
+        """A server of another process has come or gone."""
+        if alive:
+            self._remote[text] = token
+            self._admit(token)
+        elif self._remote.pop(text, None):
+            server = self._servers.pop(text, None)
+            if server is not None:
+                server.close()
+                for other in [each for each in self._remote.values() if each.topic == token.topic]:
+                    self._admit(other)
+
+    def close(self) -> None:
+        """The session is closed: whoever waits for another process is told."""
+        for server in self._servers.values():
+            server.close()
+
+    def _admit(self, token: Token) -> None:
+        """Let local clients ask a server of another process, if there are any and nobody answers them yet."""
+        service = self._bus.services.get(token.topic)
+        if service is None or not service.clients or service.server is not None:
+            return
+        support = self._supports(service.type)
+        if (token.type, token.hash) != (support.name, support.type_hash):
+            told = "of another definition" if token.type == support.name else f"as {token.type}"
+            self._log.warning(f"{token.node_name} in another process answers {service.name} {told}: it is not asked")
+            return
+        try:
+            self._servers[str(token)] = RemoteServer(
+                service,
+                token,
+                self._key(service),
+                self._supports,
+                session=self._session,
+                sender=self._sender,
+                clock=self._bus.clock,
+                gid=self._gids[service.name],
+                on_loop=self._on_loop,
+            )
+        except BusflowError as error:
+            self._log.warning(f"{token.node_name} in another process is not asked for {service.name}: {error}")
+
+    def _key(self, service: Service[Any, Any]) -> str:
+        support = self._supports(service.type)
+        return topic_key(service.name, support.name, support.type_hash)
+
+
+_QOS = "::,10:,:,:,,"
+"""As ROS 2 has it for services: reliable, volatile, ten requests deep."""

@@ -1,0 +1,99 @@
+"""ServiceOutlet: lets other processes ask a service that a node of this one answers, as `rmw_zenoh` has it.
+
+A request is a query on the service's key; its attachment comes back with the answer. ROS 2 knows no answer that says
+why there is none: busflow's is Zenoh's error reply, a JSON object with `kind` and `error`.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.errors import BusflowError, MalformedMessage
+from busflow.services import Service
+from busflow.wire.refusal import encode_refusal
+
+if TYPE_CHECKING:
+    from busflow.wire.sender import Sender
+    from busflow.wire.typesupport import TypeSupport
+
+CALLER = "another process"
+_AT_ONCE = 1000
+"""Requests that may be under way at once; the server's own queue is shorter and refuses first."""
+
+
+class ServiceOutlet:
+    """Asks a local service on behalf of others, and sends them what it answers."""
+
+    def __init__(
+        self,
+        service: Service[Any, Any],
+        key: str,
+        supports: Callable[[type[Any]], TypeSupport],
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        on_loop: Callable[..., None],
+    ) -> None:
+        """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
+        self._service, self._sender = service, sender
+        self._request, self._response = supports(service.type.Request), supports(service.type.Response)
+        self._tasks: set[asyncio.Task[None]] = set()
+
+        def hear(query: zenoh.Query) -> None:
+            on_loop(self._begin, query)
+
+        self._way = session.declare_queryable(key, zenoh.handlers.Callback(hear, indirect=False), complete=True)
+
+    def close(self) -> None:
+        """Answer no more; who waits is told that nobody will."""
+        self._way.undeclare()
+        for task in self._tasks:
+            task.cancel()
+
+    def _begin(self, query: zenoh.Query) -> None:
+        if len(self._tasks) >= _AT_ONCE:
+            self._refuse(query, MalformedMessage(f"{_AT_ONCE} requests of {self._service.name} are under way already"))
+            return
+        task = asyncio.get_running_loop().create_task(self._answer(query), name=f"busflow.{self._service.name}")
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _answer(self, query: zenoh.Query) -> None:
+        try:
+            request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
+            response = await self._service.call(request, caller=CALLER)
+            payload = self._response.encode(response)
+        except BusflowError as error:
+            self._refuse(query, error)
+        else:
+            attachment = None if query.attachment is None else query.attachment.to_bytes()
+            self._sender.hand(self, partial(_reply, query, payload, attachment))
+
+    def _refuse(self, query: zenoh.Query, error: BusflowError) -> None:
+        self._sender.hand(self, partial(_reply_error, query, encode_refusal(error)))
+
+
+def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None:
+    try:
+        query.reply(query.key_expr, payload, attachment=attachment)
+    except zenoh.ZError:
+        pass  # who asked has gone
+    finally:
+        query.drop()
+
+
+def _reply_error(query: zenoh.Query, told: bytes) -> None:
+    try:
+        query.reply_err(told)
+    except zenoh.ZError:
+        pass  # who asked has gone
+    finally:
+        query.drop()
