@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import threading
+from pathlib import Path
 
 import anyio
 import pytest
@@ -697,6 +699,49 @@ async def test_a_caller_of_another_process_is_served_as_one_of_this_would_be():
         with pytest.raises(ServiceFailed):
             await lab.graph.bus.services["/adder/wrong"].call(Add.Request(), caller="/elsewhere/asker")
         assert accounts(lab)
+
+
+# What is known to go wrong elsewhere.
+
+CASES = {each["id"]: each for each in json.loads((Path(__file__).parent / "cases/n_faults.json").read_text())["cases"]}
+
+
+def test_a_handler_that_raises_is_no_timeout_for_the_caller():
+    case = CASES["node/raise-service"]
+    assert case["expect"] == "caller gets an error with type and text (no secrets), not a timeout"
+
+    async def main():
+        async with busflow.launch(Adder) as graph:
+            with pytest.raises(ServiceFailed) as caught:
+                await graph.call(Add, "adder/wrong", timeout=60)
+            return str(caught.value)
+
+    assert asyncio.run(main()) == "/adder/wrong failed in /adder: ValueError: cannot add to 0"
+
+
+@virtual_time
+async def test_a_handler_may_make_and_call_services_but_not_wait_for_itself():
+    case = CASES["node/reentrant"]
+    assert case["expect"].endswith("a self call errors within its timeout")
+
+    class Reentrant(Node):
+        own = client(Trigger, "own")
+
+        @service(Trigger, "own")
+        async def answer(self, _request: Trigger.Request) -> Trigger.Response:
+            self.create_service(Add, "made", lambda request: Add.Response(sum=request.number))
+            made = await self.create_client(Add, "made").call(Add.Request(number=3))
+            try:
+                await self.own.call()
+            except DeadlockError as error:
+                return Trigger.Response(success=made.sum == 3, message=str(error))
+            raise AssertionError
+
+    async with harness(Reentrant) as lab:
+        answer = await lab.call(Trigger, "own")
+        assert answer.success
+        assert answer.message.startswith("/own waits for /own: none of them could ever go on")
+        assert lab.clock.seconds() == 0
 
 
 # Under many orders of events, with failures.

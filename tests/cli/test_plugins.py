@@ -102,6 +102,8 @@ def test_info_needs_no_values_for_required_parameters(capsys: Captured):
     assert "= 1.0     greater than 0, at most 10  How much." in out
     assert "/choosy/ready  std_msgs/msg/Bool" in out
     assert "/numbers  std_msgs/msg/Float64" in out
+    assert "Serves:\n  /choosy/reset  std_srvs/srv/Trigger" in out
+    assert "Calls:\n  /other  std_srvs/srv/Trigger" in out
     assert "may decide about more topics" in out
 
 
@@ -113,6 +115,8 @@ def test_info_as_json(capsys: Captured):
     assert (side["required"], side["choices"]) == (True, ["left", "right"])
     assert (gain["default"], gain["minimum"], gain["exclusive_minimum"], gain["maximum"]) == (1.0, 0, True, 10)
     assert told["publishes"] == [{"topic": "/choosy/ready", "type": "std_msgs/msg/Bool"}]
+    assert told["serves"] == [{"service": "/choosy/reset", "type": "std_srvs/srv/Trigger"}]
+    assert told["calls"] == [{"service": "/other", "type": "std_srvs/srv/Trigger"}]
     assert told["complete"] is False
 
 

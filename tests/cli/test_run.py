@@ -40,6 +40,38 @@ def test_the_report_accounts_for_every_message():
     assert report["timers"][0]["fired"] == topic["published"]
 
 
+def test_the_table_and_the_report_account_for_every_call(capsys: Captured):
+    Path("plugins/talker.py").write_text(
+        "from busflow import Node, ServiceFailed, client, service, timer\n"
+        "from busflow.msgs.std_srvs import Trigger\n\n\n"
+        "class Talker(Node):\n"
+        "    own = client(Trigger, '~/reset')\n\n"
+        "    @service(Trigger, '~/reset')\n"
+        "    def on_reset(self, request: Trigger.Request) -> Trigger.Response:\n"
+        "        if self.own.called == 2:\n"
+        "            raise ValueError('enough')\n"
+        "        return Trigger.Response()\n\n"
+        "    @timer(0.1)\n"
+        "    async def ask(self) -> None:\n"
+        "        try:\n"
+        "            await self.own.call()\n"
+        "        except ServiceFailed:\n"
+        "            pass\n"
+    )
+    file = Path("talk.yaml")
+    file.write_text(file.read_text().replace('    parameters: {rate_hz: "${args.rate_hz}"}\n', ""))
+    assert main(["run", "talk.yaml", "--sim", "--for", "0.35", "--report", "report.json"]) == 0
+    shown = capsys.readouterr()
+    rows = [line.split() for line in shown.out.splitlines() if "/talker" in line]
+    assert ["/talker/reset", "std_srvs/srv/Trigger"] in rows
+    assert ["←", "/talker", "depth", "10", "3", "2", "1", "0"] in rows
+    assert ["→", "/talker", "3", "2", "1", "0", "0"] in rows
+    assert "failed in Talker.on_reset (service /talker/reset): ValueError: enough (plugins/talker.py:" in shown.err
+    (told,) = json.loads(Path("report.json").read_text())["services"]
+    assert (told["name"], told["type"]) == ("/talker/reset", "std_srvs/srv/Trigger")
+    assert (told["servers"][0]["served"], told["clients"][0]["errors"]) == (2, {"ServiceFailed": 1})
+
+
 def test_json_logs_are_one_object_a_line(capsys: Captured):
     assert main(["run", "talk.yaml", "--for", "50ms", "--log-format", "json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
