@@ -154,7 +154,7 @@ class Questions:
         return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
-        """By node, its parameters with value, type (`ros_type` as ROS 2 numbers it), range and source; `node` is one."""
+        """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""
         wanted = arguments.get("node")
         return {
             unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]

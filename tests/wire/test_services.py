@@ -76,14 +76,16 @@ def room(tmp_path, monkeypatch):
     found.kill()
 
 
-def test_a_peer_asks_and_is_answered(room):
+@pytest.mark.usefixtures("room")
+def test_a_peer_asks_and_is_answered():
     with join() as peer:
         switch = peer.service("/lamp/switch")
         assert switch.type == "std_srvs/srv/SetBool"
         assert peer.call(switch, {"data": True}, timeout_s=PATIENCE_S) == {"success": True, "message": "it is on"}
 
 
-def test_a_peer_hears_why_there_is_no_answer(room):
+@pytest.mark.usefixtures("room")
+def test_a_peer_hears_why_there_is_no_answer():
     with join() as peer:
         switch = peer.service("/lamp/switch")
         with pytest.raises(ServiceFailed, match="it stays on"):
@@ -96,7 +98,8 @@ def test_a_peer_hears_why_there_is_no_answer(room):
             peer.service("/lamp/off")
 
 
-def test_a_request_that_is_none_is_refused_and_the_next_one_answered(room):
+@pytest.mark.usefixtures("room")
+def test_a_request_that_is_none_is_refused_and_the_next_one_answered():
     with join() as peer:
         switch = peer.service("/lamp/switch")
         key = f"0/lamp/switch/std_srvs::srv::dds_::SetBool_/{switch.hash}"
@@ -105,7 +108,8 @@ def test_a_request_that_is_none_is_refused_and_the_next_one_answered(room):
         assert peer.call(switch, {"data": True}, timeout_s=PATIENCE_S)["success"]
 
 
-def test_the_graph_of_a_run_shows_its_services(room):
+@pytest.mark.usefixtures("room")
+def test_the_graph_of_a_run_shows_its_services():
     with join() as peer:
         services = peer.graph().services
         assert [(name, each.type) for name, each in services.items()] == [
@@ -135,7 +139,8 @@ def ask_from_another_process(conversation):
     asyncio.run(main())
 
 
-def test_a_node_asks_a_node_of_another_process(room):
+@pytest.mark.usefixtures("room")
+def test_a_node_asks_a_node_of_another_process():
     async def conversation(hand):
         response = await hand.switch.call(SetBool.Request(data=True))
         assert response == SetBool.Response(success=True, message="it is on")
