@@ -8,7 +8,7 @@ import pytest
 from busflow.bus import INBOX_DEPTH, Bus
 from busflow.clock import SimClock
 from busflow.endpoint import Endpoint
-from busflow.errors import IncompatibleQoS, IncompatibleType
+from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning
 from busflow.msgs.std_msgs import Int64, String
 from busflow.publishers import Publisher
 from busflow.qos import QoS
@@ -251,3 +251,38 @@ async def test_a_handler_is_handed_a_threads_message_without_another_turn_of_the
             if publisher.published < count:
                 await asyncio.sleep(0)
         assert len(received) == count
+
+
+@virtual_time
+async def test_another_thread_may_call_on_the_loop_and_has_what_comes_of_it(make_bench):
+    bus = make_bench().bus
+    loop_thread = threading.get_ident()
+    assert bus.call(threading.get_ident) == loop_thread
+    assert await asyncio.to_thread(bus.call, threading.get_ident) == loop_thread
+    with pytest.raises(ZeroDivisionError):
+        await asyncio.to_thread(bus.call, lambda: 1 / 0)
+
+
+@virtual_time
+async def test_a_call_that_the_loop_does_not_come_round_to_is_taken_back(make_bench, monkeypatch):
+    bus, called, caught = make_bench().bus, [], []
+    monkeypatch.setattr("busflow.bus.CALL_TIMEOUT_S", 0.01)
+
+    def ask():
+        try:
+            bus.call(lambda: called.append(1))
+        except NotRunning as error:
+            caught.append(str(error))
+
+    in_a_thread(ask)
+    await settle()
+    assert caught == ["the graph's event loop did nothing else within 0.01 s"]
+    assert called == []
+
+
+@virtual_time
+async def test_nobody_answers_for_a_bus_that_is_closed(make_bench):
+    bus = make_bench().bus
+    bus.close()
+    with pytest.raises(NotRunning, match="is not running"):
+        await asyncio.to_thread(bus.call, list)

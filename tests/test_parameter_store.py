@@ -1,6 +1,8 @@
 """A node's parameters while it runs: what each is, where its value came from, and how it is set."""
 
+import json
 import math
+from pathlib import Path
 
 import pytest
 from pydantic import Field
@@ -282,3 +284,99 @@ async def test_a_graph_that_has_ended_takes_no_parameters():
         pass
     with pytest.raises(NotRunning, match="has ended"):
         lab.set_parameters(Recorder, rate_hz=20)
+
+
+# The cases of ROS 2's own tests.
+
+CASES = [
+    case
+    for case in json.loads((Path(__file__).parent / "cases" / "f_parameters.json").read_text(encoding="utf-8"))["cases"]
+    if case["kind"] == "semantics"
+]
+DECLARED = "parameters are the fields of a class: none is declared, undeclared or described anew while a node runs"
+CALLBACKS = "refusing is for the validators of the class; @on_parameters is part of the class and cannot be removed"
+WORD = "selectors of nodes in parameter files belong to the launch file, which names nodes one by one"
+SKIPPED = {
+    "declare-twice": DECLARED,
+    "declare-empty-name": DECLARED,
+    "declare-name-not-str": DECLARED,
+    "declare-static-not_set-descriptor-only": DECLARED,
+    "declare-dynamic-and-type": DECLARED,
+    "get_or-uninitialised": "every parameter has a value, or the node is not built",
+    "get-static-uninitialised": "every parameter has a value, or the node is not built",
+    "get-dynamic-uninitialised": "every parameter has a value, or the node is not built",
+    "set-undeclared-allowed": DECLARED,
+    "read-only-descriptor": DECLARED,
+    "range-declare-partial": DECLARED,
+    "callback-removed": CALLBACKS,
+    "wildcard-special-names": WORD,
+}
+
+
+class Ranged(Parameters):
+    int_param: int = 0
+    dynamic: int | float | str | None = None
+    bar: str | None = "bar"
+    read_only: ReadOnly[int] = 1
+
+
+class Cased(Node):
+    parameters: Ranged
+
+
+def refused(name, value):
+    def check(store):
+        before = store.current
+        assert store.set({name: value}).faults
+        assert store.current is before
+
+    return check
+
+
+def accepted(**changes):
+    return lambda store: store.set(changes).faults == () or pytest.fail("refused")
+
+
+def unknown(store):
+    with pytest.raises(InvalidParameter, match="unknown parameter x"):
+        store.get("x")
+
+
+def none_of_both(store):
+    assert store.set({"dynamic": 3, "int_param": "asd"}).faults
+    assert (store.current.dynamic, store.current.int_param) == (None, 0)
+
+
+def validated_then_told(store):
+    order = []
+    store.on_change.append(lambda old, _result: order.append((old.int_param, store.current.int_param)))
+    assert store.set({"int_param": "asd"}).faults
+    assert store.set({"int_param": 2}).changed
+    assert order == [(0, 2)]
+
+
+CHECKS = {
+    "get-undeclared": [unknown],
+    "describe-undeclared": [unknown],
+    "set-undeclared": [refused("x", 1)],
+    "set-atomically-undeclared": [refused("x", 1)],
+    "undeclare-unknown": [refused("x", None)],
+    "static-not-undeclared-by-none": [refused("int_param", None)],
+    "dynamic-type": [accepted(dynamic="asd"), accepted(dynamic=3), accepted(dynamic=None)],
+    "atomic-all-or-nothing": [none_of_both, accepted(dynamic=None, int_param=4)],
+    "read-only-undeclare": [refused("read_only", None), refused("read_only", 2)],
+    "undeclare-then-has": [accepted(bar=None), lambda store: store.get("bar")],
+    "implicit-undeclare": [accepted(bar=None), lambda store: store.get("int_param")],
+    "callbacks-order": [validated_then_told],
+    "set-invalid-object": [refused("int_param", [42])],
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_what_applies_of_the_cases_of_ros_2(case):
+    name = case["id"].removeprefix("semantics/")
+    if name in SKIPPED:
+        pytest.skip(SKIPPED[name])
+    store = store_of(Cased())
+    for check in CHECKS[name]:
+        check(store)
