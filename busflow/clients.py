@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, cast
 
 from busflow.calls import Req, Res
-from busflow.errors import DeadlockError, IncompatibleType, NotRunning, ServiceError
+from busflow.errors import BusflowError, IncompatibleType, NotRunning
 from busflow.message import Message, ServiceType, type_name
 from busflow.text import printable
 
@@ -35,6 +35,20 @@ class ClientStatistics:
     waiting: int
     errors: dict[str, int] = field(default_factory=dict[str, int])
     """How many calls raised what: ServiceUnavailable, ServiceTimeout, …"""
+
+    def __add__(self, other: ClientStatistics) -> ClientStatistics:
+        """One account of two clients of a node."""
+        return ClientStatistics(
+            node=self.node,
+            service=self.service,
+            called=self.called + other.called,
+            answered=self.answered + other.answered,
+            failed=self.failed + other.failed,
+            timed_out=self.timed_out + other.timed_out,
+            cancelled=self.cancelled + other.cancelled,
+            waiting=self.waiting + other.waiting,
+            errors=dict(Counter(self.errors) + Counter(other.errors)),
+        )
 
 
 class Client(Generic[Req, Res]):
@@ -90,7 +104,7 @@ class Client(Generic[Req, Res]):
         self.called += 1
         try:
             response = await service.call(asked, caller=self.endpoint.node, timeout_s=timeout)
-        except (ServiceError, DeadlockError) as error:
+        except BusflowError as error:
             self.errors[type(error).__name__] += 1
             raise
         except BaseException:

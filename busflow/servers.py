@@ -48,6 +48,21 @@ class ServerStatistics:
     waiting: int
     """Queued, or with the handler now."""
 
+    def __add__(self, later: ServerStatistics) -> ServerStatistics:
+        """One account of two servers that a node had one after the other."""
+        return ServerStatistics(
+            node=later.node,
+            service=later.service,
+            depth=later.depth,
+            received=self.received + later.received,
+            served=self.served + later.served,
+            failed=self.failed + later.failed,
+            refused=self.refused + later.refused,
+            withdrawn=self.withdrawn + later.withdrawn,
+            lost=self.lost + later.lost,
+            waiting=self.waiting + later.waiting,
+        )
+
 
 class Server(Generic[Req, Res]):
     """The answering end of a service: a bounded queue of requests, answered one at a time.
@@ -180,6 +195,7 @@ class Server(Generic[Req, Res]):
         lost = [*([self._serving] if self._serving else []), *self._queue]
         self._serving = None
         self._queue.clear()
+        self._ring()
         self.lost += len(lost)
         for call in lost:
             call.fail(ServiceGone(f"{self.service}: its server {self.node} ended before it had answered"))

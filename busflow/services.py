@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.calls import Answerer, Call, Req, Res, current_activity, refuse_cycle
 from busflow.clients import Client, ClientStatistics
@@ -22,12 +22,14 @@ from busflow.text import did_you_mean
 if TYPE_CHECKING:
     from busflow.clock import Clock
 
+S = TypeVar("S", ServerStatistics, ClientStatistics)
+
 
 class Service(Generic[Req, Res]):
     """A name, its type, who answers it now, and who asks."""
 
     __slots__ = (
-        "_calls", "_clock", "_known", "_on_leave", "_thread", "_waiting", "clients", "gone_clients", "gone_servers",
+        "_calls", "_clock", "_gone_clients", "_gone_servers", "_known", "_on_leave", "_thread", "_waiting", "clients",
         "name", "server", "taps", "type",
     )  # fmt: skip
 
@@ -54,9 +56,8 @@ class Service(Generic[Req, Res]):
         self.clients: list[Client[Req, Res]] = []
         self.taps: list[Callable[[Call[Req, Res]], None]] = []
         """Who hears of every call when it is made, and again when its outcome is known."""
-        self.gone_servers: list[ServerStatistics] = []
-        """The last account of each server that has left."""
-        self.gone_clients: list[ClientStatistics] = []
+        self._gone_servers: dict[str, ServerStatistics] = {}
+        self._gone_clients: dict[str, ClientStatistics] = {}
         self._clock = clock
         self._known = known
         self._on_leave = on_leave
@@ -131,8 +132,10 @@ class Service(Generic[Req, Res]):
         return self._known[name].server if name in self._known else None
 
     def _unavailable(self) -> ServiceUnavailable:
-        if self.gone_servers:
-            return ServiceUnavailable(f"nobody answers {self.name} any more: {self.gone_servers[-1].node} has ended")
+        if self._gone_servers:
+            return ServiceUnavailable(
+                f"nobody answers {self.name} any more: {next(iter(self._gone_servers))} has ended"
+            )
         served = [each.name for each in self._known.values() if each.server is not None]
         return ServiceUnavailable(f"nobody answers {self.name}; {did_you_mean(self.name, served)}")
 
@@ -184,13 +187,13 @@ class Service(Generic[Req, Res]):
         self.server = None
         local: Any = server
         if isinstance(local, Server):
-            self.gone_servers.append(local.statistics())
+            _enter(self._gone_servers, local.statistics())
             self._tell_leaving(local)
 
     def forget_client(self, client: Client[Req, Res]) -> None:
         """A client leaves; its account stays."""
         self.clients.remove(client)
-        self.gone_clients.append(client.statistics())
+        _enter(self._gone_clients, client.statistics())
         self._tell_leaving(client)
 
     def _tell_leaving(self, end: Any) -> None:
@@ -198,10 +201,22 @@ class Service(Generic[Req, Res]):
             hear(end)
 
     def servers(self) -> list[ServerStatistics]:
-        """The account of every server of this process there is or was."""
+        """The account of each node of this process that answers or answered, all its lives together."""
+        accounts = dict(self._gone_servers)
         here: Any = self.server
-        return [*self.gone_servers, *([here.statistics()] if isinstance(here, Server) else [])]
+        if isinstance(here, Server):
+            _enter(accounts, here.statistics())
+        return list(accounts.values())
 
     def asking(self) -> list[ClientStatistics]:
-        """The account of every client of this process there is or was."""
-        return [*self.gone_clients, *(client.statistics() for client in self.clients)]
+        """The account of each node of this process that asks or asked, all its lives and clients together."""
+        accounts = dict(self._gone_clients)
+        for client in self.clients:
+            _enter(accounts, client.statistics())
+        return list(accounts.values())
+
+
+def _enter(accounts: dict[str, S], account: S) -> None:
+    """Add to the account of a node; there is one for each, however often it is started anew."""
+    before = accounts.get(account.node)
+    accounts[account.node] = account if before is None else before + account

@@ -426,6 +426,34 @@ def test_a_graph_in_real_time_answers_too():
     asyncio.run(main())
 
 
+@virtual_time
+async def test_a_server_that_is_made_anew_answers_again_and_its_node_has_one_account():
+    class Phoenix(Node):
+        def declare(self) -> None:
+            self.rise()
+
+        def rise(self) -> None:
+            self.server = self.create_service(Trigger, "~/work", self.work)
+
+        async def work(self, _request: Trigger.Request) -> Trigger.Response:
+            await self.clock.sleep(0.1)
+            return Trigger.Response(success=True)
+
+    async with harness(Phoenix) as lab:
+        for _ in range(3):
+            call = asyncio.create_task(lab.call(Trigger, "phoenix/work"))
+            await lab.settle()
+            lab.node(Phoenix).server.close()
+            with pytest.raises(ServiceGone):
+                await call
+            with pytest.raises(ServiceUnavailable, match="nobody answers /phoenix/work any more: /phoenix has ended"):
+                await lab.call(Trigger, "phoenix/work")
+            lab.node(Phoenix).rise()
+            assert (await lab.call(Trigger, "phoenix/work")).success
+        told = line(lab, "/phoenix/work")
+        assert (told.received, told.served, told.lost, accounts(lab)) == (6, 3, 3, True)
+
+
 # Who waits for whom.
 
 
