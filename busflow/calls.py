@@ -35,13 +35,12 @@ class Pair(Protocol[Req_co, Res_co]):
 class Activity:
     """What a node is in the middle of and others may wait for: answering a request, or its `start`."""
 
-    __slots__ = ("calls", "name", "over")
+    __slots__ = ("calls", "name")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.calls: list[Call[Any, Any]] = []
         """What it waits for now."""
-        self.over = False
 
     @contextmanager
     def current(self) -> Generator[None]:
@@ -50,7 +49,6 @@ class Activity:
         try:
             yield
         finally:
-            self.over = True
             _CURRENT.reset(token)
 
 
@@ -58,9 +56,8 @@ _CURRENT: ContextVar[Activity | None] = ContextVar("busflow.activity", default=N
 
 
 def current_activity() -> Activity | None:
-    """On whose behalf the running code works, if somebody may wait for that to end."""
-    found = _CURRENT.get()
-    return None if found is None or found.over else found
+    """On whose behalf the running code works; what is over by now holds nobody up."""
+    return _CURRENT.get()
 
 
 def hold_up_nobody() -> None:

@@ -376,6 +376,26 @@ async def test_a_caller_that_is_cancelled_withdraws_what_has_not_begun():
 
 
 @virtual_time
+async def test_a_call_that_is_thrown_away_is_withdrawn():
+    async with harness(Adder) as lab:
+        calls = await three_calls(lab)
+        thrown = lab.graph.bus.services["/adder/slow"].call(Add.Request(), caller="/test")
+        await asyncio.gather(*calls[:1])
+        thrown.send(None)
+        thrown.close()
+        assert line(lab, "/adder/slow").withdrawn == 1
+        await asyncio.gather(*calls)
+        assert accounts(lab)
+
+
+@virtual_time
+async def test_the_limit_of_a_call_that_was_answered_leaves_nothing_behind():
+    async with harness(Adder) as lab:
+        await lab.call(Add, "adder/add", timeout=1000)
+        assert [each for *_, each in asyncio.get_running_loop()._timers if not each.cancelled()] == []
+
+
+@virtual_time
 async def test_a_scope_of_anyio_ends_a_call_as_it_ends_any_wait():
     async with harness(Adder) as lab:
         with anyio.move_on_after(0.5) as scope:
