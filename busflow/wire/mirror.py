@@ -19,6 +19,7 @@ import zenoh
 
 from busflow.clients import Client
 from busflow.errors import BusflowError
+from busflow.parameter_store import ParameterStore
 from busflow.publishers import Publisher
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
@@ -112,6 +113,8 @@ class Mirror:
     def _on_attach(self, attached: Attached) -> None:
         if isinstance(attached, Server | Client):
             self._services.attach(attached)
+        if isinstance(attached, ParameterStore):
+            self._services.attach_parameters(attached)
         if self._admitting or not isinstance(attached, Publisher | Subscription):
             return
         end: End = attached

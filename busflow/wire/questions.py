@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import NoSuchTarget
-from busflow.message import type_name
+from busflow.message import ServiceType, type_name
 from busflow.parameter_messages import type_of
 from busflow.publishers import Publisher
 from busflow.subscriptions import Subscription
@@ -18,6 +18,7 @@ from busflow.wire.answers import Question, WithMessages
 from busflow.wire.history import History
 from busflow.wire.keys import Attachment
 from busflow.wire.meter import Meters
+from busflow.wire.parameter_services import ParameterServices
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
@@ -76,6 +77,7 @@ class Questions:
             "history": self.history,
             "measure": self.measure,
             "parameters": self.parameters,
+            "set_parameters": self.set_parameters,
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
@@ -121,16 +123,20 @@ class Questions:
     def services(self, arguments: Mapping[str, Any]) -> object:
         """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
         wanted = arguments.get("names")
+        services = self._graph.bus.services
+        types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
+        for unit in self._graph.units:
+            types |= {name: service_type for name, service_type, _ in ParameterServices(unit.runtime.parameters).all()}
         return {
             name: {
-                "type": type_name(service.type),
-                "hash": self._supports(service.type).type_hash,
-                "request": _described(self._supports(service.type.Request)),
-                "response": _described(self._supports(service.type.Response)),
-                "servers": [asdict(each) for each in service.servers()],
-                "clients": [asdict(each) for each in service.asking()],
+                "type": type_name(service_type),
+                "hash": self._supports(service_type).type_hash,
+                "request": _described(self._supports(service_type.Request)),
+                "response": _described(self._supports(service_type.Response)),
+                "servers": [asdict(each) for each in services[name].servers()] if name in services else [],
+                "clients": [asdict(each) for each in services[name].asking()] if name in services else [],
             }
-            for name, service in self._graph.bus.services.items()
+            for name, service_type in types.items()
             if wanted is None or name in wanted
         }
 
@@ -161,6 +167,13 @@ class Questions:
             for unit in self._graph.units
             if wanted is None or unit.name == wanted
         }
+
+    def set_parameters(self, arguments: Mapping[str, Any]) -> object:
+        """Set `values` of a `node`, all or none: `{changed: [{name, old, new}], faults: [{path, message, fix}]}`."""
+        for unit in self._graph.units:
+            if unit.name == arguments["node"]:
+                return asdict(unit.runtime.parameters.set(arguments["values"]))
+        raise NoSuchTarget(f"there is no node {arguments['node']!r} in this process")
 
     def _named(self, name: str) -> Topic[Any]:
         topics = self._graph.bus.topics

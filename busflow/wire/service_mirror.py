@@ -5,15 +5,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from busflow.clients import Client
 from busflow.errors import BusflowError
+from busflow.message import ServiceType
+from busflow.parameter_store import ParameterStore
 from busflow.servers import Server
 from busflow.wire.keys import Kind, Token, split_name, topic_key
+from busflow.wire.parameter_services import ParameterServices
 from busflow.wire.service_inlet import RemoteServer
 from busflow.wire.service_outlet import ServiceOutlet
 
@@ -21,10 +25,13 @@ if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
     from busflow.bus import Bus
-    from busflow.services import Service
+    from busflow.message import Message
     from busflow.wire.sender import Sender
     from busflow.wire.typesupport import TypeSupport
 
+Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
+CALLER = "another process"
+"""Who asks, for a server's log."""
 Identify = Callable[[str], tuple[str, int, int]]
 """By a node's full name: the session, the node's number, and a new number for one of its ends."""
 
@@ -45,43 +52,45 @@ class ServiceMirror:
     ) -> None:
         self._bus, self._supports, self._session, self._sender = bus, supports, session, sender
         self._log, self._identify, self._on_loop = log, identify, on_loop
-        self._shown: dict[Server[Any, Any] | Client[Any, Any], zenoh.LivelinessToken] = {}
+        self._shown: dict[Shown, list[zenoh.LivelinessToken]] = {}
         self._gids: dict[str, bytes] = {}
-        self._outlets: dict[Server[Any, Any], ServiceOutlet] = {}
+        self._outlets: dict[Shown, list[ServiceOutlet]] = {}
         self._remote: dict[str, Token] = {}
         self._servers: dict[str, RemoteServer] = {}
 
     def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
         """Show an end of a service; a client is given the server that another process has."""
-        support = self._supports(end.type)
-        session, node_id, entity_id = self._identify(end.endpoint.node)
-        namespace, node = split_name(end.endpoint.node)
         kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT
         name = end.endpoint.service
-        token = Token(session, node_id, entity_id, kind, namespace, node, name, support.name, support.type_hash, _QOS)
-        self._shown[end] = self._session.liveliness().declare_token(str(token))
+        token = self._token(kind, end.endpoint.node, name, end.type)
+        self._shown[end] = [self._session.liveliness().declare_token(str(token))]
         service = self._bus.services[name]
         if isinstance(end, Server):
-            self._outlets[end] = ServiceOutlet(
-                service,
-                self._key(service),
-                self._supports,
-                session=self._session,
-                sender=self._sender,
-                on_loop=self._on_loop,
-            )
+            self._outlets[end] = [self._outlet(name, end.type, partial(service.call, caller=CALLER))]
             return
         self._gids[name] = token.gid
         for remote in [each for each in self._remote.values() if each.topic == name]:
             self._admit(remote)
 
+    def attach_parameters(self, store: ParameterStore) -> None:
+        """Answer ROS 2's services for a node's parameters; a restarted node's store takes the place of its former's."""
+        for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == store.node]:
+            self._hide(former)
+        self._shown[store], self._outlets[store] = [], []
+        for name, service_type, answer in ParameterServices(store).all():
+            token = self._token(Kind.SERVICE, store.node, name, service_type)
+            self._shown[store].append(self._session.liveliness().declare_token(str(token)))
+            self._outlets[store].append(self._outlet(name, service_type, answer))
+
     def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
         """Show it no more."""
-        token = self._shown.pop(end, None)
-        if token is not None:
+        self._hide(end)
+
+    def _hide(self, shown: Shown) -> None:
+        for token in self._shown.pop(shown, ()):
             token.undeclare()
-        if isinstance(end, Server) and end in self._outlets:
-            self._outlets.pop(end).close()
+        for outlet in self._outlets.pop(shown, ()):
+            outlet.close()
 
     def hear(self, text: str, token: Token, *, alive: bool) -> None:
         """A server of another process has come or gone."""
@@ -114,7 +123,7 @@ class ServiceMirror:
             self._servers[str(token)] = RemoteServer(
                 service,
                 token,
-                self._key(service),
+                self._key(service.name, service.type),
                 self._supports,
                 session=self._session,
                 sender=self._sender,
@@ -125,9 +134,29 @@ class ServiceMirror:
         except BusflowError as error:
             self._log.warning(f"{token.node_name} in another process is not asked for {service.name}: {error}")
 
-    def _key(self, service: Service[Any, Any]) -> str:
-        support = self._supports(service.type)
-        return topic_key(service.name, support.name, support.type_hash)
+    def _outlet(
+        self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]
+    ) -> ServiceOutlet:
+        return ServiceOutlet(
+            name,
+            service_type,
+            answer,
+            key=self._key(name, service_type),
+            supports=self._supports,
+            session=self._session,
+            sender=self._sender,
+            on_loop=self._on_loop,
+        )
+
+    def _token(self, kind: Kind, node: str, service: str, service_type: type[ServiceType]) -> Token:
+        support = self._supports(service_type)
+        session, node_id, entity_id = self._identify(node)
+        namespace, name = split_name(node)
+        return Token(session, node_id, entity_id, kind, namespace, name, service, support.name, support.type_hash, _QOS)
+
+    def _key(self, service: str, service_type: type[ServiceType]) -> str:
+        support = self._supports(service_type)
+        return topic_key(service, support.name, support.type_hash)
 
 
 _QOS = "::,10:,:,:,,"

@@ -1,4 +1,4 @@
-"""ServiceOutlet: lets other processes ask a service that a node of this one answers, as `rmw_zenoh` has it.
+"""ServiceOutlet: lets other processes ask what a node of this one answers, as `rmw_zenoh` has it.
 
 A request is a query on the service's key; its attachment comes back with the answer. ROS 2 knows no answer that says
 why there is none: busflow's is Zenoh's error reply, a JSON object with `kind` and `error`.
@@ -10,41 +10,42 @@ why there is none: busflow's is Zenoh's error reply, a JSON object with `kind` a
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.errors import BusflowError, MalformedMessage
-from busflow.services import Service
+from busflow.errors import BusflowError, ServiceUnavailable
+from busflow.message import Message, ServiceType
 from busflow.wire.refusal import encode_refusal
 
 if TYPE_CHECKING:
     from busflow.wire.sender import Sender
     from busflow.wire.typesupport import TypeSupport
 
-CALLER = "another process"
 _AT_ONCE = 1000
 """Requests that may be under way at once; the server's own queue is shorter and refuses first."""
 
 
 class ServiceOutlet:
-    """Asks a local service on behalf of others, and sends them what it answers."""
+    """Has the requests of others answered here, and sends them the answers."""
 
     def __init__(
         self,
-        service: Service[Any, Any],
+        name: str,
+        service_type: type[ServiceType],
+        answer: Callable[[Any], Awaitable[Message]],
+        *,
         key: str,
         supports: Callable[[type[Any]], TypeSupport],
-        *,
         session: zenoh.Session,
         sender: Sender,
         on_loop: Callable[..., None],
     ) -> None:
         """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
-        self._service, self._sender = service, sender
-        self._request, self._response = supports(service.type.Request), supports(service.type.Response)
+        self._name, self._answer, self._sender = name, answer, sender
+        self._request, self._response = supports(service_type.Request), supports(service_type.Response)
         self._tasks: set[asyncio.Task[None]] = set()
 
         def hear(query: zenoh.Query) -> None:
@@ -60,17 +61,16 @@ class ServiceOutlet:
 
     def _begin(self, query: zenoh.Query) -> None:
         if len(self._tasks) >= _AT_ONCE:
-            self._refuse(query, MalformedMessage(f"{_AT_ONCE} requests of {self._service.name} are under way already"))
+            self._refuse(query, ServiceUnavailable(f"{_AT_ONCE} requests of {self._name} are under way already"))
             return
-        task = asyncio.get_running_loop().create_task(self._answer(query), name=f"busflow.{self._service.name}")
+        task = asyncio.get_running_loop().create_task(self._serve(query), name=f"busflow.{self._name}")
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _answer(self, query: zenoh.Query) -> None:
+    async def _serve(self, query: zenoh.Query) -> None:
         try:
             request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
-            response = await self._service.call(request, caller=CALLER)
-            payload = self._response.encode(response)
+            payload = self._response.encode(await self._answer(request))
         except BusflowError as error:
             self._refuse(query, error)
         else:

@@ -9,6 +9,7 @@ Zenoh is imported when a session is opened, so a run without one works where Zen
 
 from __future__ import annotations
 
+import importlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +32,7 @@ def require_zenoh() -> None:
         InspectionUnavailable: Zenoh is missing, or broken.
     """
     try:
-        import zenoh as _zenoh  # noqa: F401  # whether it can be imported is what is asked
+        importlib.import_module("zenoh")
     except ImportError as error:
         raise InspectionUnavailable(f"Zenoh cannot be imported here ({error}); pip install eclipse-zenoh") from None
 
