@@ -41,6 +41,13 @@ def places(error: BaseException, *, within: Path | None = None) -> list[Place]:
     return found
 
 
+def line(file: str, number: int) -> Place:
+    """A whole line of code as a place."""
+    text = linecache.getline(file, number).rstrip()
+    start = len(text) - len(text.lstrip())
+    return Place(shown(file), number, start + 1, max(1, len(text) - start), text)
+
+
 def way(error: BaseException) -> list[str]:
     """The lines of code on the way to an exception, outermost first, without busflow's own."""
     return [

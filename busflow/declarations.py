@@ -10,12 +10,13 @@ import sys
 from collections.abc import Callable
 from fractions import Fraction
 from types import FrameType
-from typing import Any, Generic, Self, TypeVar, cast, overload
+from typing import Any, Generic, NoReturn, Self, TypeVar, cast, overload
 
+from busflow.blame import line
 from busflow.calls import Pair, Req, Res
 from busflow.clients import Client
-from busflow.errors import InvalidDeclaration
-from busflow.hints import names_used, resolve
+from busflow.errors import InvalidDeclaration, Place
+from busflow.hints import calling_line, line_of, names_used, resolve, takes_none
 from busflow.message import Message, ServiceType
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
@@ -35,10 +36,17 @@ class Declaration:
 
     name: str = ""
     owner: str = ""
+    written: tuple[str, int] | None = None
+    """The file and the line where it is written."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         """Learn which attribute of which class this is."""
         self.owner, self.name = owner.__name__, name
+
+    @property
+    def place(self) -> Place | None:
+        """Where it is written, for errors."""
+        return line(*self.written) if self.written is not None else None
 
     @property
     def origin(self) -> str:
@@ -69,7 +77,8 @@ class PublisherDeclaration(EndpointDeclaration[Publisher[M]]):
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
         self.type = checked_type(message_type, "publisher")
-        self.topic = topic
+        self.topic = checked_name(topic, f"publisher({message_type.__name__}, …)", "topic")
+        self.written = calling_line()
         self.qos = qos
 
 
@@ -78,8 +87,21 @@ class PullDeclaration(EndpointDeclaration[Subscription[M]]):
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
         self.type = checked_type(message_type, "subscription")
-        self.topic = topic
+        self.topic = checked_name(topic, f"subscription({message_type.__name__}, …)", "topic")
+        self.written = calling_line()
         self.qos = qos
+
+    def __call__(self, function: Any) -> NoReturn:
+        """Refuse to be a decorator.
+
+        Raises:
+            InvalidDeclaration: always; it says what to write.
+        """
+        name = getattr(function, "__name__", "on_message")
+        raise InvalidDeclaration(
+            f'above a method write @subscription("{self.topic}"): the method itself states the type, '
+            f"def {name}(self, message: {self.type.__name__})"
+        )
 
 
 class ClientDeclaration(EndpointDeclaration[Client[Req, Res]]):
@@ -87,6 +109,7 @@ class ClientDeclaration(EndpointDeclaration[Client[Req, Res]]):
 
     def __init__(self, service_type: type[Pair[Req, Res]], service: str) -> None:
         self.type = checked_service_type(service_type, "client")
+        self.written = calling_line()
         self.service = service
 
 
@@ -102,7 +125,11 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
     ) -> None:
         if isinstance(function, Declaration):
             raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
+        if not takes_none(function):
+            name = getattr(function, "__name__", "tick")
+            raise InvalidDeclaration(f"@timer calls {name} with nothing but the node: write def {name}(self)")
         self.function = function
+        self.written = line_of(function)
         self.missed = missed
         self._period_s = period_s
         self._hz = hz
@@ -147,6 +174,7 @@ class ParametersDeclaration(Declaration):
     def __init__(self, annotation: Any, frame: FrameType) -> None:
         self._annotation = annotation
         self._surroundings = names_used(annotation, frame) if isinstance(annotation, str) else {}
+        self.written = (frame.f_code.co_filename, frame.f_lineno)
 
     def parameters_class(self, module: str) -> type[Parameters]:
         """The class that the annotation names.
@@ -156,12 +184,19 @@ class ParametersDeclaration(Declaration):
         """
         found: Any = self._annotation
         if isinstance(found, str):
-            found = resolve(found, vars(sys.modules[module]), self._surroundings, self.origin)
+            try:
+                found = resolve(found, vars(sys.modules[module]), self._surroundings, self.origin)
+            except InvalidDeclaration as error:
+                error.place = self.place
+                raise
         if isinstance(found, type) and issubclass(cast("type[Any]", found), Parameters):
             return cast("type[Parameters]", found)
-        raise InvalidDeclaration(
-            f"{self.origin} must be annotated with a class derived from busflow.Parameters, not {printable(found)!r}"
+        refused = InvalidDeclaration(
+            f"{self.origin} must be annotated with a class derived from busflow.Parameters, "
+            f"not {printable(repr(found))}"
         )
+        refused.place = self.place
+        raise refused
 
 
 def publisher(message_type: type[M], topic: str, *, qos: QoS | None = None) -> PublisherDeclaration[M]:
@@ -188,6 +223,9 @@ def timer(
     A change of the parameter changes the timer; 0 is off. The first call comes after one period. A tick that could
     not be kept is skipped and counted, or made up for with `missed="burst"`.
     """
+    if callable(period_s):
+        name = getattr(period_s, "__name__", "tick")
+        raise InvalidDeclaration(f"@timer needs a period: write @timer(0.1), or @timer(hz=10), above {name}")
     if (period_s is None) == (hz is None):
         raise InvalidDeclaration("@timer takes either the period in seconds or hz=, and a number or a parameter's name")
     given = hz if period_s is None else period_s
@@ -199,6 +237,17 @@ def timer(
 
 def _is_period(given: object) -> bool:
     return isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given < float("inf")
+
+
+def checked_name(name: Any, what: str, kind: str) -> str:
+    """The name of a topic, if it is a text.
+
+    Raises:
+        InvalidDeclaration: it is anything else.
+    """
+    if not isinstance(name, str):
+        raise InvalidDeclaration(f"{what} needs the {kind}'s name, a text, not {printable(repr(name), limit=200)}")
+    return name
 
 
 def checked_type(message_type: Any, origin: str) -> Any:

@@ -34,6 +34,8 @@ class BusflowError(Exception):
     """Anything that went wrong in a way busflow can explain."""
 
     exit_code = ExitCode.FAILED
+    place: Place | None = None
+    """The line of the user's code that is at fault, where it is not where the exception was raised."""
 
 
 class InvalidName(BusflowError, ValueError):
@@ -239,7 +241,7 @@ class Problem:
         if self.place and self.place.excerpt:
             lines += _excerpt(self.place)
         if self.fix:
-            lines.append(f"  fix: {printable(self.fix)}")
+            lines.append(f"  {'' if self.fix.startswith('known: ') else 'fix: '}{printable(self.fix)}")
         lines += [f"  included from {place}" for place in self.included_from]
         return "\n".join(lines)
 

@@ -8,10 +8,10 @@ from types import FrameType
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
 
 from busflow.calls import Pair, Req, Res
-from busflow.declarations import Declaration, PullDeclaration, checked_service_type, checked_type
+from busflow.declarations import Declaration, PullDeclaration, checked_name, checked_service_type, checked_type
 from busflow.errors import InvalidDeclaration
 from busflow.events import Event
-from busflow.hints import message_annotation, names_used, resolve, takes_one
+from busflow.hints import line_of, message_annotation, names_used, resolve, takes_one
 from busflow.message import Message, ServiceType, type_name
 from busflow.qos import QoS
 from busflow.servers import DEPTH
@@ -55,6 +55,11 @@ class ParametersRole:
     """The `@on_parameters` of a handler."""
 
 
+_EXAMPLES: dict[type, tuple[str, str]] = {
+    SubscriptionRole: ("@subscription", "message: Imu"),
+    EventRole: ("@on_event", "event: DeadlineMissed"),
+}
+
 Role = SubscriptionRole | EventRole | ServiceRole | ParametersRole
 
 
@@ -72,7 +77,15 @@ class Handler(Declaration, Generic[P, R]):
             raise InvalidDeclaration("@timer stands alone: give the timer and the handler methods of their own")
         if len(roles) > 1 and ParametersRole() in roles:
             raise InvalidDeclaration("@on_parameters stands alone: a message or an event needs a method of its own")
+        for role in roles:
+            if isinstance(role, SubscriptionRole | EventRole) and not takes_one(function):
+                decorator, example = _EXAMPLES[type(role)]
+                name = getattr(function, "__name__", "on_message")
+                raise InvalidDeclaration(
+                    f"{decorator} calls {name} with the node and one thing more: write def {name}(self, {example})"
+                )
         self.function = function
+        self.written = line_of(function)
         self.roles = roles
         self._above = above
         self._surroundings: Mapping[str, Any] = {}
@@ -167,6 +180,9 @@ def subscription(
         if topic is not None:
             raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
         return _HandlerDecorator(SubscriptionRole(message_type, qos))
+    if not isinstance(message_type, type):
+        name = getattr(message_type, "__name__", "the method")
+        raise InvalidDeclaration(f'@subscription needs a topic\'s name: write @subscription("imu/data") above {name}')
     if topic is None:
         raise InvalidDeclaration(f"subscription({message_type.__name__}, …) needs the topic's name after the type")
     return PullDeclaration(message_type, topic, qos)
@@ -177,7 +193,7 @@ def on_event(topic: str) -> _HandlerDecorator:
 
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """
-    return _HandlerDecorator(EventRole(topic))
+    return _HandlerDecorator(EventRole(checked_name(topic, "@on_event(…)", "topic")))
 
 
 def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:

@@ -30,6 +30,29 @@ def takes_one(function: Callable[..., Any]) -> bool:
     return fewest <= 2 and (code.co_argcount >= 2 or bool(code.co_flags & inspect.CO_VARARGS))
 
 
+def takes_none(function: Callable[..., Any]) -> bool:
+    """Whether a method can be called with nothing but itself, as far as can be told."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return True
+    fewest = code.co_argcount - len(getattr(function, "__defaults__", None) or ())
+    return fewest <= 1 and (code.co_argcount >= 1 or bool(code.co_flags & inspect.CO_VARARGS))
+
+
+def line_of(function: object) -> tuple[str, int] | None:
+    """The file and the line where a function begins, its decorators included; None for what has no code."""
+    code = getattr(function, "__code__", None)
+    return None if code is None else (code.co_filename, code.co_firstlineno)
+
+
+def calling_line() -> tuple[str, int] | None:
+    """The file and the line outside this package from which it was called."""
+    frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  # as below
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("busflow."):
+        frame = frame.f_back
+    return None if frame is None else (frame.f_code.co_filename, frame.f_lineno)
+
+
 def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:
     """What an annotation's words mean in the function around a class, where there is one."""
     words = set(re.findall(r"[A-Za-z_]\w*", annotation))

@@ -77,6 +77,12 @@ class Node:
                 declared.__set_name__(cls, name)
                 cls.parameters = declared
                 continue
+            if name == "parameters":
+                wanted = f"{cls.__name__}Parameters"
+                raise InvalidDeclaration(
+                    f"{cls.__name__}.parameters is an annotation, not a value: write parameters: {wanted} in the "
+                    f"class, and above it class {wanted}(Parameters): …"
+                )
             raise InvalidDeclaration(f"{cls.__name__}.{name} hides Node.{name}; choose another name")
         for name in _HOOKS & vars(cls).keys():
             kind = "def" if name == "declare" else "async def"

@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard, cast
 
 from busflow import blame
-from busflow.errors import Place, PluginError, Problem
+from busflow.errors import BusflowError, Place, PluginError, Problem
 from busflow.outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.text import did_you_mean
 
@@ -265,7 +265,8 @@ def _raised_by_statement(error: BaseException) -> bool:
 def _import_problem(name: str, folder: Path | None, file: Path | None, error: BaseException) -> Problem:
     way = blame.places(error, within=folder)
     place = way.pop() if way else Place(blame.shown(file), 1, 1) if file else None
-    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", blame.reason(error))
+    told = str(error) if isinstance(error, BusflowError) else blame.reason(error)
+    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", told)
     code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", None
     if isinstance(error, SyntaxError):
         code = "plugin-syntax"

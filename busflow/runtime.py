@@ -23,7 +23,7 @@ from busflow.declarations import (
 )
 from busflow.endpoint import Endpoint, ServiceEndpoint
 from busflow.ends import Ends
-from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.event_handler import EventHandler
 from busflow.failure import Failure, is_failure
 from busflow.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
@@ -133,7 +133,11 @@ class NodeRuntime:
         self.starting.name = f"start() of {self.full_name}"
         self.parameters.stated = surroundings.parameter_source
         for attribute, declaration in declarations_of(type(self.node)).items():
-            endpoint = self._create(declaration)
+            try:
+                endpoint = self._create(declaration)
+            except BusflowError as error:
+                error.place = error.place or declaration.place
+                raise
             if endpoint is not None:
                 vars(self.node)[attribute] = endpoint
         self.node.declare()

@@ -237,15 +237,11 @@ def test_a_handler_without_an_annotation_is_told_what_to_write():
         @subscription("numbers")
         def on_number(self, number): ...
 
-        @subscription("numbers")
-        def alone(self): ...
-
         @on_event("numbers")
         def on_silence(self, event): ...
 
-    for handler in (Silent.on_number, Silent.alone):
-        with pytest.raises(InvalidDeclaration, match=rf"{handler.name}\(self, message: Imu\) -> None"):
-            handler.message_type()
+    with pytest.raises(InvalidDeclaration, match=r"on_number\(self, message: Imu\) -> None"):
+        Silent.on_number.message_type()
     with pytest.raises(InvalidDeclaration, match="event: DeadlineMissed"):
         Silent.on_silence.event_type()
 
@@ -348,12 +344,13 @@ def test_a_decorator_takes_its_qos_by_name():
 
 def test_a_method_is_a_timer_or_a_handler_but_not_both():
     def method(self, number: Int64) -> None: ...
+    def tick(self) -> None: ...
 
     for twice in (
         lambda: timer(1)(subscription("numbers")(method)),
-        lambda: subscription("numbers")(timer(1)(method)),
-        lambda: timer(1)(timer(2)(method)),
-        lambda: on_event("numbers")(timer(1)(method)),
+        lambda: subscription("numbers")(timer(1)(tick)),
+        lambda: timer(1)(timer(2)(tick)),
+        lambda: on_event("numbers")(timer(1)(tick)),
     ):
         with pytest.raises(InvalidDeclaration, match="methods of their own"):
             twice()

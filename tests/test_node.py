@@ -154,7 +154,7 @@ def test_an_attribute_that_hides_one_of_node_s_is_refused_with_its_name(name):
 
 
 def test_parameters_are_annotated_not_assigned():
-    with pytest.raises(InvalidDeclaration, match=r"Assigning\.parameters hides"):
+    with pytest.raises(InvalidDeclaration, match=r"Assigning\.parameters is an annotation, not a value"):
 
         class Assigning(Node):
             parameters = Rates()

@@ -114,11 +114,13 @@ class Preflight:
         plan.problems += _duplicate_names(plan.members)
         plan.problems += _type_conflicts(plan.members)
         plan.problems += _qos_conflicts(plan.members)
-        plan.problems += _idle_topic_specs(plan.members, topics)
         for member in plan.members:
             plan.problems += _idle_specs(member)
-        plan.problems += _one_ended_topics(plan.members, strict=self.strict)
-        plan.problems += _service_problems(plan.members, strict=self.strict)
+        if len(plan.members) == len(nodes) + sum(len(each.nodes) for each in descriptions):
+            # Of a node that could not be built nobody knows what it publishes: the others are not to blame.
+            plan.problems += _idle_topic_specs(plan.members, topics)
+            plan.problems += _one_ended_topics(plan.members, strict=self.strict)
+            plan.problems += _service_problems(plan.members, strict=self.strict)
         return plan
 
     def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec]) -> None:
@@ -135,7 +137,7 @@ class Preflight:
             plan.problems += parameter_problems(error, spec)
             return
         except BusflowError as error:
-            plan.problems.append(_problem("declaration", str(error), spec.plugin_origin))
+            plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
             return
         build: Callable[[], Node] = lambda: node_class(parameters, name=spec.name)  # noqa: E731  # guarded below
         node = _guarded(plan, spec, f"{spec.full_name} cannot be built", build)
@@ -166,7 +168,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
     try:
         return build()
     except BusflowError as error:
-        plan.problems.append(_problem("declaration", f"{what}: {error}", spec.origin if spec else None))
+        plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
     except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
         text = f"{what}: {type(error).__name__}: {error}"
         plan.problems.append(Problem("declaration", text, f"mend {type(error).__name__} there", blame(error)))
@@ -303,7 +305,7 @@ def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Pr
                     member,
                     "nobody-publishes",
                     f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",
-                    did_you_mean(endpoint.topic, published),
+                    did_you_mean(endpoint.topic, published) if published else None,
                     Severity.ERROR if strict else Severity.WARNING,
                 )
         for endpoint in member.publishers:
@@ -372,6 +374,15 @@ def _problem(
     if origin is None:
         return Problem(code, message, fix, severity=severity)
     return Problem(code, message, fix, origin.place, severity, origin.included_from)
+
+
+def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
+    """A node that declares what cannot be: at the line of its code, or where the launch file names it."""
+    place, text = error.place or blame(error), text.splitlines()[0]  # more lines only show where in a name it is
+    if place is None:
+        return _problem("declaration", text, origin)
+    named = (origin.place, *origin.included_from) if origin is not None and origin.place is not None else ()
+    return Problem("declaration", text, None, place, included_from=named)
 
 
 def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:

@@ -31,7 +31,7 @@ def test_all_problems_are_told_at_once_with_place_and_fix(capsys: Captured):
     assert "talk.yaml:7:13: error: there is no plugin 'talkr'" in out
     assert "fix: did you mean 'talker'?" in out
     assert "talk.yaml:11:13: error: the remap of number matches no topic" in out
-    assert out.endswith("2 errors, 1 warning\n")
+    assert out.endswith("2 errors\n")
 
 
 def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(capsys: Captured):
@@ -162,3 +162,59 @@ def test_a_graph_that_cannot_be_is_not_drawn(capsys: Captured):
     replace("plugin: talker", "plugin: talkr")
     assert main(["graph", "talk.yaml"]) == 2
     assert capsys.readouterr().out == ""
+
+
+MISTAKES = [
+    ("@timer\n    def tick(self): ...", "write @timer(0.1), or @timer(hz=10), above tick", 7),
+    ("@subscription\n    def on(self, number: Float64): ...", 'write @subscription("imu/data") above on', 7),
+    ("@on_event\n    def on(self, event: DeadlineMissed): ...", "@on_event(…) needs the topic's name", 7),
+    (
+        '@subscription(Float64, "numbers")\n    def on(self, number: Float64): ...',
+        'above a method write @subscription("numbers"): the method itself states the type, def on(self, message: ',
+        7,
+    ),
+    ('@subscription("numbers")\n    def on(number: Float64): ...', "write def on(self, message: Imu)", 7),
+    ('@subscription("numbers")\n    def on(self): ...', "write def on(self, message: Imu)", 7),
+    ('@on_event("numbers")\n    def on(self): ...', "write def on(self, event: DeadlineMissed)", 7),
+    ("@timer(1)\n    def tick(): ...", "write def tick(self)", 7),
+    ("@timer(1)\n    def tick(self, now): ...", "write def tick(self)", 7),
+    ("parameters = 3", "write parameters: WrongParameters in the class", 5),
+    ("parameters: int", "a class derived from busflow.Parameters, not <class 'int'>", 5),
+    ('@subscription("numbers")\n    def on(self, number): ...', "def on(self, message: Imu) -> None", 7),
+    ('@subscription("numbers")\n    def on(self, number: int): ...', "needs a message type", 7),
+    ('out = publisher(Float64, "not a name")', "topic name 'not a name': ' ' is not allowed", 7),
+    ("out = publisher(Float64, 3)", "publisher(Float64, …) needs the topic's name, a text, not 3", 7),
+    ('out = subscription(Float64, "1st")', "topic name '1st'", 7),
+    ('def declare(self):\n        self.create_publisher(Float64, "not a name")', "topic name 'not a name'", 8),
+]
+
+
+@pytest.mark.parametrize(("body", "remedy", "line"), MISTAKES, ids=[body for body, *_ in MISTAKES])
+def test_a_mistake_in_a_node_is_told_at_its_line_with_what_to_write(
+    body: str, remedy: str, line: int, capsys: Captured
+):
+    Path("plugins/wrong.py").write_text(
+        "from busflow import DeadlineMissed, Node, on_event, publisher, subscription, timer\n"
+        "from busflow.msgs.std_msgs import Float64\n"
+        "\n"
+        "\n"
+        "class Wrong(Node):\n"
+        '    """A node with a mistake."""\n'
+        f"    {body}\n"
+    )
+    Path("wrong.yaml").write_text("plugins: [plugins]\nnodes: {wrong: {plugin: wrong}}\n")
+    assert main(["check", "wrong.yaml"]) == 3
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith(f"plugins/wrong.py:{line}:")
+    assert remedy in first
+    assert "Error" not in first
+    assert "InvalidDeclaration" not in first
+
+
+def test_a_node_that_is_broken_lets_nothing_wrong_be_said_of_the_others(capsys: Captured):
+    Path("plugins/talker.py").write_text("import nothing_like_this\n")
+    assert main(["check", "talk.yaml", "--strict"]) == 3
+    out = capsys.readouterr().out
+    assert "nothing_like_this" in out
+    assert "nobody publishes" not in out
+    assert out.endswith("1 error\n")

@@ -95,7 +95,7 @@ def test_a_wrong_argument_is_told_at_its_column(folder, text: str, column: int, 
 
 def test_a_wrong_argument_of_a_caller_has_no_place(folder):
     assert folder.report(FILE, args={"rate_hz": "50", "count": True, "zzz": 1}) == (
-        "error: unknown argument zzz\n  fix: known: count, debug, gains, names, rate_hz, side\n"
+        "error: unknown argument zzz\n  known: count, debug, gains, names, rate_hz, side\n"
         "error: argument rate_hz must be a number, got text '50'\n  fix: remove the quotes\n"
         "error: argument count must be a whole number, got true"
     )
