@@ -50,6 +50,10 @@ async def test_a_change_is_told_with_its_node_and_its_time():
         assert event.stamp == lab.clock.now().to_msg()
         assert values(event.changed_parameters) == {"gain": 2.0, "name": "right"}
         assert (event.new_parameters, event.deleted_parameters) == ((), ())
+        lab.set_parameters(Tuned, gain=3)
+        assert values(events.latest.changed_parameters) == {"gain": 3.0}
+        (publisher,) = lab.graph.bus.topics["/parameter_events"].publishers
+        assert publisher.published == 2
 
 
 @virtual_time

@@ -7,8 +7,8 @@ import pytest
 from busflow import Node, Parameters, on_event, on_parameters, publisher, subscription, timer
 from busflow.errors import InvalidDeclaration
 from busflow.events import DeadlineMissed
-from busflow.msgs.std_msgs import Float64
-from busflow.testing import harness, virtual_time
+from busflow.msgs.std_msgs import Float64, Int64
+from busflow.testing import explore, harness, virtual_time
 
 
 class Gains(Parameters):
@@ -183,3 +183,61 @@ def test_it_takes_what_the_parameters_were_and_stands_alone():
             on_parameters(other(Method.hear))
     with pytest.raises(InvalidDeclaration, match="stands alone"):
         on_parameters(timer(1)(Method.tick))
+
+
+class Scaled(Parameters):
+    scale: int = 1
+
+
+class Scaler(Node):
+    """Keeps what it computes of a parameter, and says with each message which it used."""
+
+    parameters: Scaled
+
+    scaled = publisher(Int64, "scaled")
+
+    async def start(self) -> None:
+        self.kept = self.parameters.scale
+
+    @on_parameters
+    def keep(self, old: Scaled) -> None:
+        assert self.kept == old.scale
+        self.kept = self.parameters.scale
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        assert self.kept == self.parameters.scale, "the change was seen in part"
+        self.scaled.publish(Int64(data=number.data * self.kept))
+
+
+class Numbers(Node):
+    numbers = publisher(Int64, "numbers")
+
+    @timer(0.01)
+    def tick(self) -> None:
+        self.numbers.publish(Int64(data=1))
+        self.numbers.publish(Int64(data=1))
+
+
+class Tuner(Node):
+    async def start(self) -> None:
+        self.scale = 1
+
+    @timer(0.01)
+    async def tune(self) -> None:
+        self.scale += 1
+        await asyncio.sleep(0)
+        self.graph.set_parameters(Scaler, scale=self.scale)
+
+
+@explore(schedules=100)
+async def test_in_whatever_order_no_message_sees_half_a_change():
+    tuner = Tuner()
+    lab = harness(Scaler, Numbers, tuner)
+    tuner.graph = lab.graph
+    async with lab:
+        await lab.advance(0.2)
+        scales = [each.data for each in lab.received("scaled")]
+        assert scales == sorted(scales)
+        assert len(scales) == 40
+        assert lab.ledger.dropped == 0

@@ -186,7 +186,9 @@ def test_a_new_instance_of_the_node_goes_on_with_the_sources_and_the_count():
     assert store_of(former).set({"noise.imu": 0.5}).reason is None
     following.parameters = former.parameters
     store_of(following).take_over(store_of(former))
-    assert str(store_of(following).get("noise.imu").source) == "set at run time"
+    sources = {row.name: str(row.source) for row in store_of(following).describe()}
+    assert sources["noise.imu"] == "set at run time"
+    assert sources["noise.joints"] == sources["rate_hz"] == "default"
     assert store_of(following).times_set == 1
 
 

@@ -41,6 +41,10 @@ def print_summary(report: Report) -> None:
         if table.row_count:
             console.print()
             console.print(table)
+    for node in report.nodes:
+        if node.parameters_set:
+            times = "once" if node.parameters_set == 1 else f"{node.parameters_set} times"
+            console.print(f"\n{printable(node.name)}: parameters changed {times} while it ran")
     if lost := report.inbox_dropped + report.inbox_refused:
         console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
     click.echo(text.getvalue(), nl=False, color=True)  # rich has decided about colour already

@@ -106,6 +106,21 @@ def test_a_node_of_another_file_is_not_written_into_this_one(file):
         written_back("include: lab.yaml\n", file.parent / "outer.yaml", [drift])
 
 
+def test_a_node_of_that_place_in_another_file_is_another_node(file):
+    (drift,) = drifts(nodes(file)["/left"], {"rate_hz": 20.0})
+    other = FILE.replace("left:", "lift:")
+    with pytest.raises(LaunchError, match="is not stated in"):
+        written_back(other, file.parent / "other.yaml", [drift])
+
+
+def test_nodes_on_one_line_are_told_apart(file):
+    text = "plugins: [.]\nnodes: {left: {plugin: sensor}, right: {plugin: sensor}}\n"
+    file.write_text(text)
+    (drift,) = drifts(nodes(file)["/right"], {"rate_hz": 20.0})
+    expected = text.replace("right: {plugin: sensor}", "right: {plugin: sensor, parameters: {rate_hz: 20.0}}")
+    assert written_back(text, file, [drift]) == expected
+
+
 @virtual_time
 async def test_what_was_set_while_it_ran_is_saved(file):
     async with harness(file) as lab:
