@@ -68,6 +68,11 @@ class Publisher(Generic[M]):
         return self.endpoint.topic
 
     @property
+    def is_received(self) -> bool:
+        """Whether a subscription, here or in another process, receives what is published here."""
+        return self._outlet is not None or self.subscription_count > 0
+
+    @property
     def subscription_count(self) -> int:
         """How many subscriptions receive what is published here."""
         return len(self._topic.subscriptions) if self._topic else 0

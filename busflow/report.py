@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow import rosout
 from busflow.accounts import SubscriptionStatistics
 from busflow.message import type_name
 
@@ -91,8 +92,9 @@ class Report:
 
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
-    """The bus's topics by name, each with the ledger of those who received it."""
+    """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
     ledger = list(bus.ledger())
+    topics = [topic for topic in bus.topics.values() if topic.name != rosout.TOPIC or topic.published]
     return tuple(
         TopicReport(
             name=topic.name,
@@ -100,7 +102,7 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
             published=topic.published,
             subscriptions=tuple(line for line in ledger if line.topic == topic.name),
         )
-        for topic in sorted(bus.topics.values(), key=lambda topic: topic.name)
+        for topic in sorted(topics, key=lambda topic: topic.name)
     )
 
 

@@ -32,6 +32,7 @@ from busflow.outside import Outside
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.report import Report, node_reports, service_reports, topic_reports
+from busflow.rosout import Rosout
 from busflow.signals import SignalGuard
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Unit, outlast
@@ -75,6 +76,7 @@ class Graph:
         self._set_clock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus = Bus(self.clock, explore=explore)
+        self.rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
         self.on_start: list[Callable[[], None]] = []
         """Who hears, on the event loop, that the nodes are built and about to be connected."""

@@ -201,11 +201,11 @@ def _full(node: str) -> str:
 
 
 def _ros_type(row: Row) -> str:
-    return _ROS_TYPES[row["ros_type"]]
+    return _ROS_TYPES[int(row["ros_type"])]
 
 
 def _value(row: Row) -> str:
-    value = row["value"]
+    value: object = row["value"]
     return value if isinstance(value, str) else json.dumps(value)
 
 

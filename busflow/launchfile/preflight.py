@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from busflow import parameter_events, plugins
+from busflow import parameter_events, plugins, rosout
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
@@ -300,7 +300,7 @@ def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Pr
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     for member in members:
         for endpoint in member.subscriptions:
-            if endpoint.topic not in published:
+            if endpoint.topic not in published and endpoint.topic != rosout.TOPIC:
                 yield _about(
                     member,
                     "nobody-publishes",

@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
+from busflow import rosout
 from busflow.clients import Client
 from busflow.errors import BusflowError
 from busflow.parameter_store import ParameterStore
 from busflow.publishers import Publisher
+from busflow.qos import Durability
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.wire.answers import Answers
@@ -53,7 +55,7 @@ class Mirror:
         self._graph, self._session = graph, session
         self._log = graph.log.bind("busflow")
         self._sender = Sender()
-        self._history = History(graph.bus, history)
+        self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
         self._questions = Questions(graph, card, process, self._supports, self._history)
         self._process = process
@@ -91,6 +93,8 @@ class Mirror:
         def hear(sample: zenoh.Sample) -> None:
             self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
+        self._graph.rosout.announce(self._wanted_of_rosout())
+
         callback: Any = zenoh.handlers.Callback(hear, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
         self._ways.append(self._session.liveliness().declare_subscriber(everything, callback, history=True))
@@ -109,6 +113,12 @@ class Mirror:
         self._sender.close()
 
     # What is here.
+
+    def _wanted_of_rosout(self) -> Durability:
+        """What the nodes that receive the log, and are connected after its publisher, request of it."""
+        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.subscriptions]
+        latched = any(end.topic == rosout.TOPIC and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
+        return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
     def _on_attach(self, attached: Attached) -> None:
         if isinstance(attached, Server | Client):

@@ -17,6 +17,7 @@ from busflow.text import did_you_mean
 from busflow.wire.answers import Question, WithMessages
 from busflow.wire.history import History
 from busflow.wire.keys import Attachment
+from busflow.wire.log_book import DEPTH, LogBook
 from busflow.wire.meter import Meters
 from busflow.wire.parameter_services import ParameterServices
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from busflow.log import Log
     from busflow.parameter_store import LiveParameter
     from busflow.report import Report
+    from busflow.rosout import Rosout
     from busflow.supervisor import Unit
     from busflow.topic import Topic
     from busflow.wire.run_directory import RunCard
@@ -43,6 +45,7 @@ class Inspected(Protocol):
     clock: Clock
     bus: Bus
     log: Log
+    rosout: Rosout
     units: list[Unit]
 
     def report(self) -> Report:
@@ -64,6 +67,8 @@ class Questions:
     def __init__(self, graph: Inspected, card: RunCard, process: str, supports: Supports, history: History) -> None:
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history = supports, history
+        self._log_book = LogBook()
+        graph.log.sinks.append(self._log_book.write)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
 
     def all(self) -> Mapping[str, Question]:
@@ -78,6 +83,7 @@ class Questions:
             "measure": self.measure,
             "parameters": self.parameters,
             "set_parameters": self.set_parameters,
+            "log": self.log,
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
@@ -158,6 +164,12 @@ class Questions:
         topic = self._named(arguments["topic"])
         found = self._meters.read(str(arguments["reader"]), topic, sizes=bool(arguments.get("sizes")))
         return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
+
+    def log(self, arguments: Mapping[str, Any]) -> object:
+        """The last `count` lines of the log, oldest first, of `node` or of all, from `level` (a number) on."""
+        level, node = int(arguments.get("level", 0)), arguments.get("node")
+        lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
+        return {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
         """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""
