@@ -9,6 +9,7 @@ from pydantic import Field
 
 from busflow import Node, Parameters, on_parameters, timer
 from busflow.errors import InvalidParameter, NotRunning
+from busflow.launchfile.load import load
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.node import runtime_of
 from busflow.parameters import ReadOnly
@@ -85,6 +86,12 @@ async def test_a_value_from_a_launch_file_says_where_it_is_stated(tmp_path):
     assert str(rows["noise.imu"].source).endswith("lab.yaml:12:14")
     assert str(rows["rate_hz"].source).endswith("lab.yaml:4:14")
     assert [str(rows[name].source) for name in ("gain", "noise.joints")] == ["default", "default"]
+    given = load(file, assignments=["rate:=7"], sets=["nodes.sensor.parameters.gain=2"])
+    async with harness(given) as lab:
+        rows = {row.name: row for row in store_of(lab.node("sensor")).describe()}
+    assert (rows["gain"].value, str(rows["gain"].source), rows["gain"].source.place) == (2.0, "command line", None)
+    assert (rows["rate_hz"].value, rows["rate_hz"].source.place.line) == (7.0, 10)
+    assert str(rows["rate_hz"].source).endswith("lab.yaml:10:16, from command line")
 
 
 # Setting.
