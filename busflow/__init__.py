@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from busflow.node import Node as Node
     from busflow.parameters import Parameters as Parameters
     from busflow.parameters import ReadOnly as ReadOnly
+    from busflow.program import launch as launch
+    from busflow.program import run as run
     from busflow.publishers import Publisher as Publisher
     from busflow.qos import DEFAULT as DEFAULT
     from busflow.qos import SENSOR_DATA as SENSOR_DATA
@@ -49,8 +51,6 @@ if TYPE_CHECKING:
     from busflow.qos import QoS as QoS
     from busflow.qos import Reliability as Reliability
     from busflow.runner import Graph as Graph
-    from busflow.runner import launch as launch
-    from busflow.runner import run as run
     from busflow.servers import Server as Server
     from busflow.subscriptions import Subscription as Subscription
     from busflow.timers import Timer as Timer
@@ -95,11 +95,11 @@ _HOMES = {
     "Timer": "timers",
     "WouldBlock": "errors",
     "client": "declarations",
-    "launch": "runner",
+    "launch": "program",
     "on_event": "handlers",
     "on_parameters": "handlers",
     "publisher": "declarations",
-    "run": "runner",
+    "run": "program",
     "service": "handlers",
     "subscription": "handlers",
     "take": "message",

@@ -201,7 +201,8 @@ class Bus:
         """
         topic = self._topic(subscription.endpoint, subscription.type)
         for publisher in topic.publishers:
-            check_qos(publisher.endpoint, subscription.endpoint)
+            if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
+                check_qos(publisher.endpoint, subscription.endpoint)
         subscription.attach(topic, self.dispatcher, on_failure)
         self._tell(subscription)
 
@@ -272,6 +273,11 @@ class Bus:
     def tap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
         """Hear every message of a topic as it is published, before any queue has it."""
         topic.taps.append(tap)
+        topic.rebuild()
+
+    def keep_recent(self, topic: Topic[Any], depth: int) -> None:
+        """Keep the last messages of a topic from now on, whoever publishes them."""
+        topic.recent = deque(maxlen=depth) if depth else None
         topic.rebuild()
 
     def untap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:

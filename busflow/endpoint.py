@@ -24,6 +24,8 @@ class Endpoint:
     """The topic's name as the node wrote it, before namespaces and remapping."""
     remap_rule: str | None = None
     """The remap rule that applied, if one did."""
+    remote: bool = False
+    """Whether it is in another process, whose mistakes are no fault of a node here."""
 
 
 @dataclass(frozen=True, slots=True)

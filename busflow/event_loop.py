@@ -5,6 +5,10 @@ from __future__ import annotations
 import asyncio
 import select
 import selectors
+from collections.abc import Callable
+from typing import TypeAlias
+
+LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 _SELECT_LIMIT = 1024
 """The highest file descriptor that `select()` takes on Linux is one less."""

@@ -1,18 +1,12 @@
-"""Graph: starts the nodes of a launch description together, watches over them, and stops them in order.
-
-`launch(...)` makes one inside a program that already has an event loop; `run(...)` is the whole program.
-"""
+"""Graph: starts the nodes of a launch description together, watches over them, and stops them in order."""
 
 from __future__ import annotations
 
 import asyncio
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeAlias, TypeVar, cast, overload
-
-import anyio
+from typing import Any, Self, TypeVar, cast, overload
 
 from busflow.bus import Bus
 from busflow.calls import Pair, Req, Res
@@ -20,12 +14,11 @@ from busflow.clients import TIMEOUT_S
 from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
 from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, Severity
-from busflow.event_loop import new_event_loop
 from busflow.failure import Failure
 from busflow.ingredients import What, described, instance, is_simulated
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
-from busflow.log import Log, Sink, console_sink
+from busflow.log import Log, Sink
 from busflow.message import Message
 from busflow.node import Node, runtime_of
 from busflow.outside import Outside
@@ -33,7 +26,6 @@ from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.report import Report, node_reports, service_reports, topic_reports
 from busflow.rosout import Rosout
-from busflow.signals import SignalGuard
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Unit, outlast
 from busflow.surroundings import Surroundings
@@ -41,8 +33,6 @@ from busflow.text import did_you_mean
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
-
-LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 GRACE_S = 0.75
 """How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
@@ -80,6 +70,8 @@ class Graph:
         self.units: list[Unit] = []
         self.on_start: list[Callable[[], None]] = []
         """Who hears, on the event loop, that the nodes are built and about to be connected."""
+        self.on_end: list[Callable[[], None]] = []
+        """Who hears, there too, that all nodes have ended, or that one could not be connected."""
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
         self._nodes = [instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
@@ -125,10 +117,14 @@ class Graph:
         for member in plan.members:
             self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
-        for hear in self.on_start:
-            hear()
-        for unit in self.units:
-            unit.runtime.connect(self.bus)
+        try:
+            for hear in self.on_start:
+                hear()
+            for unit in self.units:
+                unit.runtime.connect(self.bus)
+        except BaseException:
+            self._tell_end()
+            raise
         self._loop = asyncio.get_running_loop()
         if self._asked_early is not None:
             self.ask_to_stop(self._asked_early)
@@ -203,8 +199,13 @@ class Graph:
             self._duration_s = self.clock.seconds()
             if self._outside is not None:
                 self._outside.close()
+            self._tell_end()
             self.bus.close()
             self._ready.set()
+
+    def _tell_end(self) -> None:
+        for hear in self.on_end:
+            hear()
 
     async def _await_starts(self) -> None:
         for unit in self.units:
@@ -337,63 +338,3 @@ class Graph:
         self._asked_early = code
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self.ask_to_stop, code)
-
-
-def launch(
-    *what: What, args: Mapping[str, object] | None = None, seed: int | None = None, strict: bool = False
-) -> Graph:
-    """A graph of launch files, node classes and instances, for a program that has an event loop already.
-
-    It installs no signal handlers and logs to standard error.
-
-        async with busflow.launch("configs/lab1.yaml", args={"rate_hz": 50}) as graph:
-            async for state in graph.subscribe(Float64, "balance_state"):
-                ...
-
-    Raises:
-        LaunchError: with every problem of the launch files; on start, with every problem of the graph.
-    """
-    return Graph(what, args=args, seed=seed, strict=strict, sinks=(console_sink(sys.stderr, colour=False),))
-
-
-def run(*what: What, args: Mapping[str, object] | None = None, seed: int | None = None) -> ExitCode:
-    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code."""
-    ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
-    if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in ready):
-        from busflow.testing.simulation import simulated_graph
-
-        sink = console_sink(sys.stderr, colour=False)
-        with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-            return run_graph(graph, loop_factory=loop_factory)
-    return run_graph(launch(*ready, seed=seed))
-
-
-def run_graph(
-    graph: Graph,
-    *,
-    for_s: float | None = None,
-    loop_factory: LoopFactory = new_event_loop,
-) -> ExitCode:
-    """Run a graph with signals, for a time if one is given.
-
-    Raises:
-        LaunchError: the graph cannot run.
-        NodeFailed: a node failed.
-    """
-
-    async def main() -> None:
-        await graph.start()
-        if for_s is not None:
-            with anyio.move_on_after(for_s):
-                await graph.wait()
-            await graph.clock.settle()
-            await graph.stop()
-        await graph.wait()
-
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1)
-    with guard, asyncio.Runner(loop_factory=loop_factory) as runner:
-        try:
-            runner.run(main())
-        finally:  # what still works in threads of its own does not keep the program from ending
-            guard.count_down(graph.exit_code)
-    return graph.exit_code

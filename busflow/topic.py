@@ -31,7 +31,7 @@ class Topic(Generic[M]):
 
     __slots__ = (
         "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "name", "perishable", "publishers",
-        "publishers_come", "pushes", "subscriptions", "subscriptions_come", "taps", "type", "waiting",
+        "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come", "taps", "type", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -51,6 +51,8 @@ class Topic(Generic[M]):
         self.pushes: tuple[Callable[[Any], None], ...] = ()
         self.blocking: tuple[Subscription[M], ...] = ()
         self.taps: list[Callable[[M], None]] = []
+        self.recent: deque[M | Perishable[M]] | None = None
+        """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
         self.waiting: deque[asyncio.Future[None]] = deque()
         self.publishers_come = 0
         self.subscriptions_come = 0
@@ -131,8 +133,9 @@ class Topic(Generic[M]):
         """Bring the tuple that a publish walks up to date with who is here."""
         # Once a message that can expire may wait somewhere, every taking looks, also after its publisher has gone.
         self.perishable = self.perishable or any(each.perishable for each in self.publishers)
+        recent = () if self.recent is None else (self.recent.append,)
         taps = map(self._guarded, self.taps)
-        self.pushes = (*taps, *(push for each in self.subscriptions for push in each.pushes))
+        self.pushes = (*recent, *taps, *(push for each in self.subscriptions for push in each.pushes))
         self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
         self._adjust()
         self.tell_changes()

@@ -14,10 +14,11 @@ import click
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
 from busflow.errors import ExitCode, LaunchError, NodeFailed
-from busflow.event_loop import new_event_loop
+from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
 from busflow.log import console_sink, json_sink
-from busflow.runner import Graph, LoopFactory, run_graph
+from busflow.program import inspectable, run_graph
+from busflow.runner import Graph
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
@@ -47,9 +48,7 @@ class Run:
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._description = description
         self._simulated = sim or is_simulated(description)
-        # On simulated time a run is over before anybody could look, and has to be the same every time.
-        self._inspect = inspect and not self._simulated
-        self._name = name or description.name
+        self._inspect: bool | str = name or True if inspect else False
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
         """Run it to its end, tell what it came to, and return the exit code.
@@ -59,7 +58,7 @@ class Run:
         """
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
-            with self._graph() as (graph, loop_factory), _traced(graph, trace), self._inspected(graph):
+            with self._graph() as (graph, loop_factory), _traced(graph, trace):
                 code = _run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:
@@ -72,19 +71,13 @@ class Run:
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
+        # On simulated time a run is over before anybody could look, and has to be the same every time.
         if not self._simulated:
-            return nullcontext((Graph([self._description], **self._options), new_event_loop))
+            graph = Graph([self._description], **self._options)
+            return nullcontext((inspectable(graph, self._inspect), new_event_loop))
         from busflow.testing.simulation import simulated_graph
 
         return simulated_graph([self._description], **self._options)
-
-    def _inspected(self, graph: Graph) -> AbstractContextManager[None]:
-        if not self._inspect:
-            return nullcontext()
-        from busflow.wire.inspection import inspected
-
-        history = {topic.topic: topic.history for topic in self._description.topics if topic.history is not None}
-        return inspected(graph, name=self._name, file=str(self._description.files[0].absolute()), history=history)
 
 
 def _run(graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:

@@ -7,9 +7,10 @@ from contextlib import closing, contextmanager
 from typing import Any
 
 from busflow.clock import SimClock
+from busflow.event_loop import LoopFactory
 from busflow.ingredients import What
 from busflow.launchfile.description import ClockMode, LaunchDescription
-from busflow.runner import Graph, LoopFactory
+from busflow.runner import Graph
 from busflow.testing.following import Following
 from busflow.testing.loop import VirtualLoop
 

@@ -11,6 +11,7 @@ replied as they travel, one reply each, before it. The number in the key is the 
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,12 +20,17 @@ from typing import TYPE_CHECKING, Any, cast
 import zenoh
 
 from busflow.errors import BusflowError
+from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
     from busflow.wire.sender import Sender
 
 PREFIX = "@busflow/1"
 _ARGUMENT_BYTES = 1 << 20
+_MOST_WAITING = 256
+"""Questions that may wait for the loop. One more is not taken: who asks a blocked run over and over is told nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,35 +55,52 @@ class Answers:
         questions: Mapping[str, Question],
         *,
         sender: Sender,
+        log: FilteringBoundLogger,
         on_loop: Callable[..., None],
     ) -> None:
         """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
-        self._questions, self._sender = questions, sender
-
-        def hear(query: zenoh.Query) -> None:
-            on_loop(self._answer, query)
-
-        key = f"{PREFIX}/{process}/*"
-        self._way = session.declare_queryable(key, zenoh.handlers.Callback(hear, indirect=False))
+        self._questions, self._sender, self._log, self._on_loop = questions, sender, log, on_loop
+        self._room = threading.Semaphore(_MOST_WAITING)
+        self._key = f"{PREFIX}/{process}/"
+        self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._hear, indirect=False))
 
     def close(self) -> None:
         """Answer no more."""
         self._way.undeclare()
 
-    def _answer(self, query: zenoh.Query) -> None:
-        # The reply leaves through the sender: a link whose reader has stopped would hold up the loop.
-        messages, text = self._told(query)
-        key = str(self._way.key_expr).removesuffix("*") + str(query.key_expr).rpartition("/")[2]
-        self._sender.hand(self, partial(_reply, query, key, messages, text))
+    def _hear(self, query: zenoh.Query) -> None:
+        """In Zenoh's thread: bring a question to the loop."""
+        if self._room.acquire(blocking=False):
+            self._on_loop(self._answer, query)
+        else:
+            query.drop()
 
-    def _told(self, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], str]:
+    def _answer(self, query: zenoh.Query) -> None:
+        self._room.release()
+        # The reply leaves through the sender: a link whose reader has stopped would hold up the loop.
+        name = str(query.key_expr).rpartition("/")[2]
+        messages, text = self._told(name, query)
+        size = len(text) + sum(len(payload) for payload, _ in messages)
+        self._sender.hand(self, partial(_reply, query, self._key + name, messages, text), size)
+
+    def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], str]:
         try:
-            name = str(query.key_expr).rpartition("/")[2]
-            found = self._questions[name](_arguments(query))
+            found = self._question(name)(_arguments(query))
             answer = found if isinstance(found, WithMessages) else WithMessages(found, ())
             return answer.messages, json.dumps({"answer": answer.answer}, default=str)
-        except (BusflowError, ValueError, LookupError, TypeError) as error:
-            return (), json.dumps({"error": str(error), "kind": type(error).__name__})
+        except KeyError as error:
+            return (), _refusal(ValueError(f"{name} needs the argument {error}"))
+        except (BusflowError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
+            return (), _refusal(error)
+        except Exception as error:  # noqa: BLE001  # who asks must not end a run, and both sides are told
+            self._log.error(f"the question {printable(name)} was not answered", exc_info=error)
+            return (), _refusal(error)
+
+    def _question(self, name: str) -> Question:
+        found = self._questions.get(name)
+        if found is None:
+            raise ValueError(f"there is no question {printable(name)!r}; {did_you_mean(name, self._questions)}")
+        return found
 
 
 def _arguments(query: zenoh.Query) -> Mapping[str, Any]:
@@ -90,6 +113,10 @@ def _arguments(query: zenoh.Query) -> Mapping[str, Any]:
     if not isinstance(found, dict):
         raise TypeError("a question's arguments are a JSON object")
     return cast("Mapping[str, Any]", found)
+
+
+def _refusal(error: Exception) -> str:
+    return json.dumps({"error": str(error), "kind": type(error).__name__})
 
 
 def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], text: str) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
+
+from busflow.limits import Perishable
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
@@ -20,20 +21,22 @@ class History:
     def __init__(self, bus: Bus, depths: Mapping[str, int]) -> None:
         """A history that costs one append of a deque per publish; `depths` by final topic name."""
         self._bus, self._depths = bus, depths
-        self._kept: dict[str, deque[Message]] = {}
 
     def follow(self, topic: Topic[Any]) -> None:
         """Keep what is published on a topic from now on; once is enough."""
-        if topic.name not in self._kept:
-            kept: deque[Message] = deque(maxlen=self.depth(topic.name))
-            self._kept[topic.name] = kept
-            if kept.maxlen:
-                self._bus.tap(topic, kept.append)
+        if topic.recent is None:
+            self._bus.keep_recent(topic, self.depth(topic.name))
 
     def depth(self, topic: str) -> int:
         """How many messages of a topic are kept."""
         return self._depths.get(topic, DEFAULT_DEPTH)
 
-    def last(self, topic: str, count: int) -> list[Message]:
-        """Up to `count` messages, the oldest first."""
-        return list(self._kept.get(topic, ()))[-count:] if count > 0 else []
+    def last(self, topic: Topic[Any], count: int) -> list[Message]:
+        """Up to `count` messages, the oldest first, also those that expired meanwhile."""
+        kept = tuple(topic.recent or ())[-count:] if count > 0 else ()
+        return [cast("Perishable[Message]", item).message if isinstance(item, Perishable) else item for item in kept]
+
+    def close(self) -> None:
+        """Keep nothing more."""
+        for topic in self._bus.topics.values():
+            self._bus.keep_recent(topic, 0)

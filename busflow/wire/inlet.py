@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections import Counter
-from collections.abc import Callable
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -20,8 +20,11 @@ import zenoh.ext
 
 from busflow.endpoint import Endpoint
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
+from busflow.fields import ArrayKind
+from busflow.message import Message, fields_of
 from busflow.publishers import Publisher
 from busflow.qos import Durability, QoS
+from busflow.text import printable
 from busflow.wire.keys import Attachment, Token, topic_key
 from busflow.wire.qos_form import from_text
 
@@ -32,12 +35,24 @@ if TYPE_CHECKING:
     from busflow.topic import Topic
     from busflow.wire.typesupport import TypeSupport
 
+Arrival = tuple[bytes, bytes | None]
+"""A message's bytes and its attachment."""
+
 _RING = 256
+_HEAVY_RING = 16
+"""For images, clouds and maps: a ring of the usual length would hold gigabytes."""
+_MOST_RING = 4096
+_BYTE_KINDS = {"uint8", "int8", "byte", "char"}
 _BURST = 64
+_BURST_BYTES = 4 * 1024 * 1024
 _BURSTS_AHEAD = 2
+_STRANGERS = 256
 _PATIENCE_S = 5.0
 _LAST_WORDS_S = 0.05
 """A token's end overtakes the messages in the ring: the drain has this long to bring the next one."""
+_MOST_LAST_WORDS = 20
+_MOST_DEPTH = 10_000
+"""What a publisher elsewhere may have kept here for late joiners, whatever it says."""
 
 
 class Inlet:
@@ -51,52 +66,87 @@ class Inlet:
         bus: Bus,
         session: zenoh.Session,
         log: FilteringBoundLogger,
+        losses: Counter[str],
         on_loop: Callable[..., None],
     ) -> None:
-        """Begin to listen; `on_loop` runs a function on the event loop, from any thread."""
+        """Begin to listen.
+
+        Args:
+            topic: where it is published.
+            support: how its messages travel.
+            bus: the bus of the topic.
+            session: where they come from.
+            log: where the first malformed one, and the first refused one, are told.
+            losses: the topic's count of what did not become a message: `lost` on the way, `malformed`, `refused` by a
+                full blocking queue, `incompatible`, or `unsigned`, from nobody who is there.
+            on_loop: runs a function on the event loop, from any thread.
+        """
         self.received = 0
-        self.losses: Counter[str] = Counter()
-        """What did not become a message: `lost` on the way, `malformed`, `refused` by a full blocking queue, or
-        `unsigned`, from nobody who is there."""
+        self.losses = losses
         self._topic, self._support, self._bus, self._log = topic, support, bus, log
         self._publishers: dict[bytes, Publisher[Any]] = {}
-        self._tokens: dict[str, bytes] = {}
+        self._ignored: set[bytes] = set()
         self._sequences: dict[bytes, int] = {}
         self._on_loop = on_loop
         self._ahead = threading.Semaphore(_BURSTS_AHEAD)
+        self._bursts: deque[list[Arrival]] = deque()
+        self._feeder: asyncio.Task[None] | None = None
         self._closed = False
         key = topic_key(topic.name, support.name, support.type_hash)
-        latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in topic.subscriptions)
-        self._way: Any = _latched(session, key) if latched else _plain(session, key)
+        kept = [each.endpoint.qos for each in topic.subscriptions]
+        latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
+        ring = zenoh.handlers.RingChannel(_ring(topic))
+        self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
+        self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._drain, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
     # Who is there.
 
-    def admit(self, token: Token, endpoint: Endpoint) -> None:
-        """Let a publisher of another process publish here.
+    def admits(self, token: Token) -> bool:
+        """Whether this publisher of another process publishes here."""
+        return token.gid in self._publishers
 
-        Raises:
-            IncompatibleQoS: a subscription here requests more than it offers.
-        """
-        publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
-        self._bus.attach_publisher(publisher)
-        self._publishers[token.gid] = publisher
-        self._tokens[str(token)] = token.gid
+    def admit(self, token: Token, endpoint: Endpoint) -> None:
+        """Let a publisher of another process publish here; once is enough."""
+        self._ignored.discard(token.gid)
+        if token.gid not in self._publishers:
+            publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
+            self._bus.attach_publisher(publisher)
+            self._publishers[token.gid] = publisher
+
+    def ignore(self, token: Token) -> None:
+        """Receive nothing of a publisher that does not fit; what it sends is counted as incompatible."""
+        self._ignored.add(token.gid)
+        self._expel(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """A publisher of another process has gone; it leaves the topic when what it sent has come out of the ring."""
-        asyncio.get_running_loop().call_later(_LAST_WORDS_S, self._leave, token, self.received, then)
+        self._ignored.discard(token.gid)
+        self._await_last_words(token, then, _MOST_LAST_WORDS)
 
-    def _leave(self, token: Token, seen: int, then: Callable[[], None]) -> None:
-        if self.received != seen:
-            self.dismiss(token, then)
+    def _await_last_words(self, token: Token, then: Callable[[], None], patience: int) -> None:
+        publisher = self._publishers.get(token.gid)
+        seen = 0 if publisher is None else publisher.published
+        loop = asyncio.get_running_loop()
+        loop.call_later(_LAST_WORDS_S, self._leave, token, publisher, seen, then, patience)
+
+    def _leave(
+        self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], patience: int
+    ) -> None:
+        if self._closed:
             return
-        gid = self._tokens.pop(str(token), None)
-        if gid is not None:
-            self._publishers.pop(gid).close()
-            self._sequences.pop(gid, None)
+        if publisher is not None and (self._bursts or self._feeder or (patience and publisher.published != seen)):
+            self._await_last_words(token, then, max(0, patience - 1))
+            return
+        self._expel(token.gid)
         then()
+
+    def _expel(self, gid: bytes) -> None:
+        publisher = self._publishers.pop(gid, None)
+        self._sequences.pop(gid, None)
+        if publisher is not None:
+            publisher.close()
 
     @property
     def deserted(self) -> bool:
@@ -106,11 +156,13 @@ class Inlet:
     def close(self) -> None:
         """Listen no more."""
         self._closed = True
+        if self._feeder is not None:
+            self._feeder.cancel()
         self._way.undeclare()
         self._ahead.release()
         self._thread.join(_PATIENCE_S)
-        for publisher in self._publishers.values():
-            publisher.close()
+        for gid in tuple(self._publishers):
+            self._expel(gid)
 
     # What arrives.
 
@@ -118,47 +170,90 @@ class Inlet:
         """In the inlet's own thread: take what arrives, a burst at a time."""
         try:
             while not self._closed:
-                burst = [self._way.recv()]
-                while len(burst) < _BURST and (sample := self._way.try_recv()) is not None:
-                    burst.append(sample)
-                parts = [(each.payload.to_bytes(), each.attachment and each.attachment.to_bytes()) for each in burst]
+                burst = [_arrival(self._arrivals.recv())]
+                size = len(burst[0][0])
+                while len(burst) < _BURST and size < _BURST_BYTES and (sample := self._arrivals.try_recv()) is not None:
+                    burst.append(_arrival(sample))
+                    size += len(burst[-1][0])
                 self._ahead.acquire()
-                self._on_loop(self._take, parts)
+                self._on_loop(self._take, burst)
+                del burst
         except zenoh.ZError:
             pass  # closed, which is how a waiting recv() ends
 
-    def _take(self, burst: list[tuple[bytes, bytes | None]]) -> None:
+    def _take(self, burst: list[Arrival]) -> None:
+        if self._closed:
+            return
+        if self._topic.blocking or self._feeder is not None:
+            self._bursts.append(burst)
+            if self._feeder is None:
+                name = f"busflow.inlet.{self._topic.name}"
+                self._feeder = asyncio.get_running_loop().create_task(self._feed(), name=name)
+            return
         self._ahead.release()
-        if not self._closed:
-            self._bus.dispatcher.run_now(lambda: self._publish(burst))
+        self._bus.dispatcher.run_now(lambda: self._publish(burst))
 
-    def _publish(self, burst: list[tuple[bytes, bytes | None]]) -> None:
+    def _publish(self, burst: list[Arrival]) -> None:
+        for publisher, message in self._read(burst):
+            try:
+                publisher.publish(message)
+            except (WouldBlock, NotRunning) as error:  # whoever published is far away: the count is how it is told
+                self._refuse(error)
+
+    async def _feed(self) -> None:
+        """Publish as a blocking queue has room; meanwhile the ring fills up, and loses its oldest."""
+        try:
+            while self._bursts:
+                for publisher, message in self._read(self._bursts.popleft()):
+                    try:
+                        await publisher.send(message)
+                    except (WouldBlock, NotRunning) as error:
+                        self._refuse(error)
+                self._ahead.release()
+        finally:
+            self._feeder = None
+
+    def _refuse(self, error: Exception) -> None:
+        self.losses["refused"] += 1
+        if self.losses["refused"] == 1:
+            self._log.warning(f"what arrives on {self._topic.name} from another process has no room: {error}")
+
+    def _read(self, burst: list[Arrival]) -> Iterator[tuple[Publisher[Any], Message]]:
+        """The messages of a burst, and who publishes each of them here."""
         for payload, attachment in burst:
             self.received += 1
             try:
-                publisher = self._sender(attachment)
-                if publisher is None:
-                    self.losses["unsigned"] += 1
-                else:
-                    publisher.publish(self._support.decode(payload))
+                publisher = self._publisher_of(attachment)
+                message = self._support.decode(payload) if publisher is not None else None
             except MalformedMessage as error:
                 self.losses["malformed"] += 1
                 if self.losses["malformed"] == 1:
                     self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
-            except (WouldBlock, NotRunning):  # whoever published is far away: the count is how it is told
-                self.losses["refused"] += 1
+            else:
+                if publisher is not None and message is not None:
+                    yield publisher, message
 
-    def _sender(self, attachment: bytes | None) -> Publisher[Any] | None:
+    def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
         """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
         known = None
         if attachment:
             told = Attachment.decode(attachment)
+            if told.gid in self._ignored:
+                self.losses["incompatible"] += 1
+                return None
             known = self._publishers.get(told.gid)
-            if known is not None:  # what strangers count is not kept: there may be any number of them
-                last = self._sequences.get(told.gid, told.sequence - 1)
-                self._sequences[told.gid] = told.sequence
-                self.losses["lost"] += max(0, told.sequence - last - 1)
-        return known or next(iter(self._publishers.values()), None)
+            self._count_lost(told)
+        found = known or next(iter(self._publishers.values()), None)
+        if found is None:
+            self.losses["unsigned"] += 1
+        return found
+
+    def _count_lost(self, told: Attachment) -> None:
+        last = self._sequences.get(told.gid)
+        if last is not None and told.sequence > last + 1:
+            self.losses["lost"] += told.sequence - last - 1
+        if last is not None or len(self._sequences) < _STRANGERS:  # there may be any number of strangers
+            self._sequences[told.gid] = told.sequence if last is None else max(last, told.sequence)
 
 
 def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
@@ -169,28 +264,45 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     """
     told = from_text(token.qos)
     words: dict[str, Any] = {
-        "depth": max(1, told.depth),
+        "depth": min(max(1, told.depth), _MOST_DEPTH),
         "reliability": told.reliability,
         "durability": told.durability,
+        "liveliness": told.liveliness,
     }
-    words["liveliness"] = told.liveliness
     limits = {"deadline": told.deadline_ns, "lifespan": told.lifespan_ns, "lease": told.lease_ns}
     stated = {word: limit / 1e9 for word, limit in limits.items() if limit}
-    qos = QoS.model_validate(words | stated)
-    return Endpoint(token.node_name, topic.name, topic.type, qos, f"{token.node_name} (another process)", topic.name)
+    try:
+        qos = QoS.model_validate(words | stated)
+    except (ValueError, OverflowError):
+        raise MalformedMessage(f"{printable(token.qos, limit=200)} is a QoS that cannot be") from None
+    origin = f"{token.node_name} (another process)"
+    return Endpoint(token.node_name, topic.name, topic.type, qos, origin, topic.name, remote=True)
 
 
-def _plain(session: zenoh.Session, key: str) -> Any:
-    return session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING), allowed_origin=zenoh.Locality.REMOTE)
+def _arrival(sample: zenoh.Sample) -> Arrival:
+    attachment = sample.attachment
+    return sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes()
 
 
-def _latched(session: zenoh.Session, key: str) -> Any:
+def _ring(topic: Topic[Any]) -> int:
+    """How many messages may wait to be taken in: as many as the deepest subscription wants, and some."""
+    fields = fields_of(topic.type)
+    heavy = any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
+    deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
+    return min(max(deepest, _HEAVY_RING if heavy else _RING), _MOST_RING)
+
+
+def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
+    return session.declare_subscriber(key, ring, allowed_origin=zenoh.Locality.REMOTE)
+
+
+def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:
     """As `rmw_zenoh` declares a transient_local subscription."""
     return zenoh.ext.declare_advanced_subscriber(
         session,
         key,
-        zenoh.handlers.RingChannel(_RING),
+        ring,
         allowed_origin=zenoh.Locality.REMOTE,
-        history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=_RING),
+        history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth),
         recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
     )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from busflow.errors import InspectionUnavailable
@@ -12,59 +11,74 @@ from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
 from busflow.wire.session import open_session
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from busflow.wire.mirror import Mirror
     from busflow.wire.questions import Inspected
 
     class Startable(Inspected, Protocol):
-        """A graph that says when it starts."""
+        """A graph that says when it starts, and when it ends."""
 
         on_start: list[Callable[[], None]]
+        on_end: list[Callable[[], None]]
 
 
-@contextmanager
-def inspected(graph: Startable, *, name: str, file: str = "", history: Mapping[str, int]) -> Generator[None]:
-    """Let a graph that is about to run be looked into, while the block lasts.
+def inspect(graph: Startable, *, name: str, file: str = "", history: Mapping[str, int] | None = None) -> None:
+    """Let a graph be looked into from when it starts until it has ended.
 
     Where that cannot be (no Zenoh, no safe directory), the graph's log says why, and it runs all the same.
 
     Args:
-        graph: what runs inside the block.
+        graph: what is yet to be started.
         name: the name under which it is found; another one of that name makes it `name-2`.
         file: its launch file.
         history: by final topic name, how many messages are kept for `--last`.
     """
-    tell = graph.log.bind("busflow")
-    try:
-        directory = RunDirectory.claim(name)
-    except (InspectionUnavailable, OSError) as error:
-        tell.warning(f"this run cannot be looked into: {error}")
-        yield
-        return
-    try:
+    inspection = Inspection(graph, name=name, file=file, history=history or {})
+    graph.on_start.append(inspection.begin)
+    graph.on_end.append(inspection.end)
+
+
+class Inspection:
+    """A graph's directory and session, while it has them."""
+
+    def __init__(self, graph: Startable, *, name: str, file: str, history: Mapping[str, int]) -> None:
+        self._graph, self._name, self._file, self._history = graph, name, file, history
+        self._log = graph.log.bind("busflow")
+        self._directory: RunDirectory | None = None
+        self._mirror: Mirror | None = None
+
+    def begin(self) -> None:
+        """Be found, on the event loop, before the first end of a topic comes."""
+        try:
+            self._directory = RunDirectory.claim(self._name)
+            self._show(self._directory)
+        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a graph from running
+            known = isinstance(error, (InspectionUnavailable, OSError))
+            why = str(error) if known else f"{type(error).__name__}: {error}"
+            self._log.warning(f"this run cannot be looked into: {why}")
+            self.end()
+
+    def end(self) -> None:
+        """Be found no more."""
+        mirror, self._mirror = self._mirror, None
+        directory, self._directory = self._directory, None
+        try:
+            if mirror is not None:
+                mirror.close()
+        finally:
+            if directory is not None:
+                directory.close()
+
+    def _show(self, directory: RunDirectory) -> None:
         session = open_session(directory.path, listen=SOCKET)
-    except InspectionUnavailable as error:
-        directory.close()
-        tell.warning(f"this run cannot be looked into: {error}")
-        yield
-        return
-    from busflow.wire.mirror import Mirror
+        from busflow.wire.mirror import Mirror  # which needs Zenoh
 
-    card = RunCard(directory.path.name, os.getpid(), graph.clock.now().nanoseconds, file, _version())
-    mirror = Mirror(graph, session, card, SOCKET.removesuffix(".sock"), history)
-
-    def begin() -> None:
-        mirror.begin()
+        name, process = directory.path.name, SOCKET.removesuffix(".sock")
+        card = RunCard(name, os.getpid(), self._graph.clock.now().nanoseconds, self._file, _version())
+        self._mirror = Mirror(self._graph, session, card, process, self._history)
+        self._mirror.begin()
         directory.write_card(card)
-        if directory.path.name != name:
-            tell.info(f"another run is called {name}, so this one is {directory.path.name}")
-
-    graph.on_start.append(begin)
-    try:
-        yield
-    finally:
-        mirror.close()
-        directory.close()
+        if name != self._name:
+            self._log.info(f"other terminals find this run as {name}")
 
 
 def _version() -> str:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _NS_PER_S = 1_000_000_000
 _PATIENCE_S = 5.0
 """A meter nobody has read for this long is taken off again: who asked may have been killed."""
+_MOST = 1000
 
 
 @dataclass(slots=True)
@@ -57,11 +58,17 @@ class Meter:
         if self._last_ns is not None:
             self._periods.add((now_ns - self._last_ns) / _NS_PER_S)
         self._last_ns = now_ns
-        if self._size is not None:
-            self._sizes.add(self._size(message))
+        try:
+            self._weigh(message)
+        except (BusflowError, AttributeError, TypeError, ValueError, ArithmeticError):
+            self._odd += 1  # who measures must never be the reason why a publish fails
+
+    def _weigh(self, message: Message) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if stamp is not None:
             self._ages.add((self._clock.now().nanoseconds - stamp.sec * _NS_PER_S - stamp.nanosec) / _NS_PER_S)
+        if self._size is not None:
+            self._sizes.add(self._size(message))
 
     def read(self) -> dict[str, Any]:
         """What it counted since it was last read, or put on: and it begins anew."""
@@ -73,6 +80,7 @@ class Meter:
             "periods_s": asdict(self._periods),
             "sizes": asdict(self._sizes),
             "ages_s": asdict(self._ages),
+            "odd": self._odd,
         }
         self._restart()
         return found
@@ -80,6 +88,8 @@ class Meter:
     def _restart(self) -> None:
         self._since_ns = self._clock.monotonic_ns()
         self._count = 0
+        self._odd = 0
+        """Messages whose size or age cannot be told."""
         self._periods, self._sizes, self._ages = Spread(), Spread(), Spread()
 
 
@@ -100,19 +110,27 @@ class Meters:
         key = (reader, topic.name)
         meter = self._meters.get(key)
         if meter is None:
-            if len(self._meters) >= 1000:
-                raise BusflowError("a thousand meters are read already; end some of the commands that do")
+            if len(self._meters) >= _MOST:
+                raise BusflowError(f"{_MOST} meters are read already; end some of the commands that do")
             meter = self._meters[key] = Meter(topic, self._bus.clock, self._size_of(topic) if sizes else None)
             self._bus.tap(topic, meter.hear)
             self._expire_later(key)
         self._read_at[key] = self._bus.clock.monotonic_ns()
         return meter.read()
 
+    def close(self) -> None:
+        """Take every meter off."""
+        for meter in self._meters.values():
+            self._bus.untap(meter.topic, meter.hear)
+        self._meters.clear()
+
     def _expire_later(self, key: tuple[str, str]) -> None:
         after_ns = round(_PATIENCE_S * _NS_PER_S)
         self._bus.clock.call_at(self._bus.clock.monotonic_ns() + after_ns, lambda: self._expire(key))
 
     def _expire(self, key: tuple[str, str]) -> None:
+        if key not in self._meters:
+            return
         if self._bus.clock.monotonic_ns() - self._read_at[key] < _PATIENCE_S * _NS_PER_S:
             self._expire_later(key)
             return

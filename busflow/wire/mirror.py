@@ -1,7 +1,8 @@
-"""Mirror: a bus as the other processes of its run see it, and they as the bus sees them.
+"""Mirror: a bus as the other processes of its run see it.
 
-Every end of a topic has a liveliness token, an outlet if it publishes, and a way in if others publish what it receives.
-Everything here happens on the event loop; what Zenoh tells in its own threads is brought there first.
+Every node and every end of a topic has a liveliness token; a publisher has an outlet. What others publish is the
+business of `Neighbours`, and services are that of `ServiceMirror`. Everything here happens on the event loop; what
+Zenoh tells in its own threads is brought there first.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -19,16 +20,17 @@ import zenoh
 
 from busflow import rosout
 from busflow.clients import Client
-from busflow.errors import BusflowError
+from busflow.errors import MalformedMessage
 from busflow.parameter_store import ParameterStore
 from busflow.publishers import Publisher
 from busflow.qos import Durability
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
+from busflow.timers import Timer
 from busflow.wire.answers import Answers
 from busflow.wire.history import History
-from busflow.wire.inlet import Inlet, remote_endpoint
 from busflow.wire.keys import DOMAIN, GRAPH, Kind, Token, split_name
+from busflow.wire.neighbours import Neighbours
 from busflow.wire.outlet import Outlet
 from busflow.wire.qos_form import to_text
 from busflow.wire.questions import Inspected, Questions
@@ -52,26 +54,26 @@ class Mirror:
         self, graph: Inspected, session: zenoh.Session, card: RunCard, process: str, history: Mapping[str, int]
     ) -> None:
         """A mirror that shows nothing until `begin`, which the event loop has to call."""
-        self._graph, self._session = graph, session
+        self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
-        self._sender = Sender()
+        # Who asks is not to wait behind the images of somebody who has stopped reading them.
+        self._sender = Sender("busflow.sender", on_error=self._tell_bug)
+        self._replier = Sender("busflow.replier", on_error=self._tell_bug)
         self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
-        self._questions = Questions(graph, card, process, self._supports, self._history)
-        self._process = process
+        self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
+        self._questions = Questions(graph, card, process, self._supports, self._history, self._neighbours.losses)
         self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0
-        self._tokens: dict[object, zenoh.LivelinessToken] = {}
+        self._nodes: dict[str, zenoh.LivelinessToken] = {}
+        self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
-        self._inlets: dict[str, Inlet] = {}
-        self._remote: dict[str, Token] = {}
-        self._admitting = False
         self._services = ServiceMirror(
             graph.bus,
             self._supports,
             session=session,
-            sender=self._sender,
+            sender=self._replier,
             log=self._log,
             identify=self._identify,
             on_loop=self._on_loop,
@@ -86,8 +88,13 @@ class Mirror:
             self._node_id(unit.name)
         self._graph.bus.on_attach.append(self._on_attach)
         self._graph.bus.on_detach.append(self._on_detach)
-        self._answers = Answers(
-            self._session, self._process, self._questions.all(), sender=self._sender, on_loop=self._on_loop
+        answers = Answers(
+            self._session,
+            self._process,
+            self._questions.all(),
+            sender=self._replier,
+            log=self._log,
+            on_loop=self._on_loop,
         )
 
         def hear(sample: zenoh.Sample) -> None:
@@ -97,20 +104,24 @@ class Mirror:
 
         callback: Any = zenoh.handlers.Callback(hear, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
-        self._ways.append(self._session.liveliness().declare_subscriber(everything, callback, history=True))
+        self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
     def close(self) -> None:
-        """Show and take in nothing more, and close the session; the event loop may have ended."""
-        self._graph.bus.on_attach = [hear for hear in self._graph.bus.on_attach if hear != self._on_attach]
-        self._graph.bus.on_detach = [hear for hear in self._graph.bus.on_detach if hear != self._on_detach]
+        """Show and take in nothing more, and close the session."""
+        bus = self._graph.bus
+        if self._loop is not None:
+            bus.on_attach.remove(self._on_attach)
+            bus.on_detach.remove(self._on_detach)
         self._loop = None
         for publisher in self._outlets:
             publisher.send_through(None)
+        self._history.close()
+        self._questions.close()
         self._session.close()  # which ends what waits in recv() and put()
-        for inlet in self._inlets.values():
-            inlet.close()
+        self._neighbours.close()
         self._services.close()
         self._sender.close()
+        self._replier.close()
 
     # What is here.
 
@@ -121,47 +132,61 @@ class Mirror:
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
     def _on_attach(self, attached: Attached) -> None:
-        if isinstance(attached, Server | Client):
-            self._services.attach(attached)
-        if isinstance(attached, ParameterStore):
-            self._services.attach_parameters(attached)
-        if self._admitting or not isinstance(attached, Publisher | Subscription):
-            return
-        end: End = attached
-        self._history.follow(self._graph.bus.topics[end.topic])
-        kind = Kind.PUBLISHER if isinstance(end, Publisher) else Kind.SUBSCRIPTION
-        token = self._token(end.endpoint, self._supports(end.type), kind)
+        try:
+            if isinstance(attached, Server | Client):
+                self._services.attach(attached)
+            elif isinstance(attached, ParameterStore):
+                self._services.attach_parameters(attached)
+            elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:
+                self._show(attached)
+        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
+            origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
+            self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
+
+    def _show(self, end: End) -> None:
+        topic = self._graph.bus.topics[end.topic]
+        self._history.follow(topic)
         if isinstance(end, Publisher):
-            self._outlets[end] = Outlet(
-                end,
-                self._supports(end.type),
-                token,
-                session=self._session,
-                sender=self._sender,
-                clock=self._graph.clock,
-                log=self._log,
-                on_loop=self._on_loop,
-            )
+            former = _predecessor(end, self._outlets, topic.publishers)
+            if former is None:
+                self._outlets[end] = self._outlet(end)
+            else:
+                self._outlets[end] = outlet = self._outlets.pop(former)
+                outlet.follow(end)
             return
-        self._tokens[_key(end)] = self._session.liveliness().declare_token(str(token))
-        for remote in [each for each in self._remote.values() if each.topic == end.topic]:
-            self._admit(remote)
+        former = _predecessor(end, self._subscriptions, topic.subscriptions)
+        if former is None:
+            token = self._token(end.endpoint, self._supports(end.type), Kind.SUBSCRIPTION)
+            self._subscriptions[end] = self._session.liveliness().declare_token(str(token))
+        else:
+            self._subscriptions[end] = self._subscriptions.pop(former)
+        self._neighbours.serve(end)
 
     def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher):
             outlet = self._outlets.pop(end, None)
             if outlet is not None:
                 outlet.close()
-            return
-        if not isinstance(end, Subscription):
+        elif isinstance(end, Subscription):
+            token = self._subscriptions.pop(end, None)
+            if token is not None:
+                token.undeclare()
+            self._neighbours.leave(self._graph.bus.topics[end.topic])
+        else:
             self._services.detach(end)
-            return
-        token = self._tokens.pop(_key(end), None)
-        if token is not None:
-            token.undeclare()
-        topic = self._graph.bus.topics[end.topic]
-        if not topic.subscriptions and topic.name in self._inlets:
-            self._inlets.pop(topic.name).close()
+
+    def _outlet(self, publisher: Publisher[Any]) -> Outlet:
+        support = self._supports(publisher.type)
+        return Outlet(
+            publisher,
+            support,
+            self._token(publisher.endpoint, support, Kind.PUBLISHER),
+            session=self._session,
+            sender=self._sender,
+            clock=self._graph.clock,
+            log=self._log,
+            on_loop=self._on_loop,
+        )
 
     def _token(self, endpoint: Endpoint, support: TypeSupport, kind: Kind) -> Token:
         session, node_id, entity_id = self._identify(endpoint.node)
@@ -193,61 +218,27 @@ class Mirror:
             found = self._node_ids[name] = self._ids
             namespace, node = split_name(name)
             token = Token(self._zid, found, found, Kind.NODE, namespace, node)
-            self._tokens[name] = self._session.liveliness().declare_token(str(token))
+            self._nodes[name] = self._session.liveliness().declare_token(str(token))
         return found
 
     # What is elsewhere.
 
     def _on_token(self, text: str, alive: bool) -> None:
-        if f"/{self._zid}/" in text:
+        if self._loop is None:
             return
         try:
             token = Token.parse(text)
-        except BusflowError as error:
+        except MalformedMessage as error:
             self._log.debug(f"a token of another process is not understood: {error}")
+            return
+        if token.session == self._zid:
             return
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
-        if token.kind is not Kind.PUBLISHER:
-            return
-        if alive:
-            self._remote[text] = token
-            self._admit(token)
-        elif self._remote.pop(text, None):
-            self._dismiss(token)
-
-    def _admit(self, token: Token) -> None:
-        """Let a publisher of another process publish here, if anybody here receives its topic."""
-        topic = self._graph.bus.topics.get(token.topic)
-        if topic is None or not topic.subscriptions:
-            return
-        support = self._supports(topic.type)
-        if (token.type, token.hash) != (support.name, support.type_hash):
-            told = "of another definition" if token.type == support.name else f"as {token.type}"
-            self._log.warning(f"{token.node_name} in another process publishes {topic.name} {told}: it is not received")
-            return
-        self._admitting = True
-        try:
-            endpoint = remote_endpoint(token, topic)
-            if topic.name not in self._inlets:
-                self._inlets[topic.name] = Inlet(
-                    topic, support, bus=self._graph.bus, session=self._session, log=self._log, on_loop=self._on_loop
-                )
-            self._inlets[topic.name].admit(token, endpoint)
-        except (BusflowError, ValueError) as error:
-            self._log.warning(f"{token.node_name} in another process is not received on {topic.name}: {error}")
-        finally:
-            self._admitting = False
-
-    def _dismiss(self, token: Token) -> None:
-        inlet = self._inlets.get(token.topic)
-        if inlet is not None:
-            inlet.dismiss(token, lambda: self._close_if_deserted(token.topic))
-
-    def _close_if_deserted(self, topic: str) -> None:
-        inlet = self._inlets.get(topic)
-        if inlet is not None and inlet.deserted:
-            self._inlets.pop(topic).close()
+        elif alive:
+            self._neighbours.come(token)
+        else:
+            self._neighbours.go(token)
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Have the event loop do this, from any thread."""
@@ -256,7 +247,18 @@ class Mirror:
             with suppress(RuntimeError):  # the loop has ended meanwhile: there is nobody to tell
                 loop.call_soon_threadsafe(work, *arguments)
 
+    def _tell_bug(self, error: Exception) -> None:
+        """What nobody foresaw; from any thread."""
+        self._on_loop(lambda: self._log.error("busflow's wire failed at something", exc_info=error))
 
-def _key(subscription: Subscription[Any]) -> object:
-    """What stays the same when a restarted node's subscription takes over its predecessor's place."""
-    return subscription.endpoint.node, subscription.topic, subscription.endpoint.origin
+
+def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> Any:
+    """The end of an earlier life of the same node whose place this one has taken, if there is one."""
+    for each in known:
+        if _place(each) == _place(end) and each is not end and each not in present:
+            return each
+    return None
+
+
+def _place(end: End) -> object:
+    return end.endpoint.node, end.topic, end.endpoint.origin

@@ -53,16 +53,28 @@ class Outlet:
         """Messages that could not be put into bytes."""
         self._publisher, self._support, self._sender = publisher, support, sender
         self._clock, self._log, self._gid = clock, log, token.gid
+        self._wanted = self._closed = False
         latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
         self._way = _latched(session, publisher, support) if latched else _plain(session, publisher, support)
         self._token = session.liveliness().declare_token(str(token))
         if latched:
-            publisher.send_through(self._send)
+            self._want(True)
         else:
             self._listen(on_loop)
 
+    @property
+    def publisher(self) -> Publisher[Any]:
+        """Whose way out this is."""
+        return self._publisher
+
+    def follow(self, publisher: Publisher[Any]) -> None:
+        """Be the way out of the publisher that took over from this one, when its node was restarted."""
+        self._publisher = publisher
+        self._want(self._wanted)
+
     def close(self) -> None:
         """Take the publisher back."""
+        self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
         self._way.undeclare()
@@ -76,6 +88,9 @@ class Outlet:
         self._want(way.matching_status.matching)
 
     def _want(self, wanted: bool) -> None:
+        if self._closed:
+            return
+        self._wanted = wanted
         self._publisher.send_through(self._send if wanted else None)
 
     def _send(self, message: Message) -> None:
@@ -91,7 +106,7 @@ class Outlet:
         if len(payload) < LARGE and not self._sender.busy(self):
             self._put(payload, attachment)
         else:
-            self._sender.hand(self, partial(self._put, payload, attachment))
+            self._sender.hand(self, partial(self._put, payload, attachment), len(payload))
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
         try:
@@ -105,6 +120,7 @@ def _plain(session: zenoh.Session, publisher: Publisher[Any], support: TypeSuppo
         topic_key(publisher.topic, support.name, support.type_hash),
         congestion_control=zenoh.CongestionControl.DROP,
         reliability=_reliability(publisher),
+        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
 
 
@@ -121,6 +137,7 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
         else None,
         congestion_control=zenoh.CongestionControl.DROP,
         reliability=_reliability(publisher),
+        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
 
 

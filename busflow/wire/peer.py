@@ -10,43 +10,34 @@ from __future__ import annotations
 
 import json
 import os
-import queue
-import threading
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import zenoh
+import zenoh.ext
 
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
 from busflow.wire.answers import PREFIX
 from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
+from busflow.wire.listener import Listener, Received
+from busflow.wire.qos_form import from_text
 from busflow.wire.refusal import refusal, service_refusal
 from busflow.wire.run_directory import FoundRun, find_run
 from busflow.wire.session import open_session
+from busflow.wire.speaker import Speaker
 from busflow.wire.view import GraphView, TopicView, view
 
 if TYPE_CHECKING:
-    from busflow.clock import Clock
     from busflow.wire.foreign import ForeignType
 
 ANSWER_TIMEOUT_S = 5.0
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
-
-
-@dataclass(frozen=True, slots=True)
-class Received:
-    """One message as it arrived."""
-
-    payload: bytes
-    sequence: int
-    """Counts its publisher's messages from 1; 0 where nobody said."""
-    stamp_ns: int
-    """When it was published, by the publisher's clock; 0 where nobody said."""
-    gid: bytes
+_LATCHED = "transient_local"
+_LATCHED_QOS = ":1:,10:,:,:,,"
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,13 +105,13 @@ class Peer:
                 continue
             who = str(reply.ok.key_expr)
             if reply.ok.attachment is not None:
-                messages.setdefault(who, []).append(_received(reply.ok))
+                messages.setdefault(who, []).append(Received.of(reply.ok))
                 continue
-            told = json.loads(reply.ok.payload.to_bytes())
-            if "error" in told:
-                refusals.append(refusal(told["kind"], told["error"]))
-            else:
+            told = _told(reply.ok.payload.to_bytes())
+            if "answer" in told:
                 found.append((told["answer"], messages.pop(who, [])))
+            else:
+                refusals.append(refusal(str(told.get("kind")), str(told.get("error"))))
         if not found:
             raise (
                 refusals[0]
@@ -165,13 +156,22 @@ class Peer:
 
     @contextmanager
     def listen(self, topic: TopicView, *, depth: int = 1000) -> Generator[Listener]:
-        """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost."""
+        """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost.
+
+        What transient_local publishers keep for late joiners comes first.
+        """
         type_ = self.type(topic.types[0])
-        with self._present(Kind.SUBSCRIPTION, topic.name, type_, _DEFAULT_QOS):
+        latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
+        with self._present(Kind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
             listener = Listener(depth)
             key = topic_key(topic.name, type_.name, type_.type_hash)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
-            way = self.session.declare_subscriber(key, callback)
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
+            way: Any = (
+                zenoh.ext.declare_advanced_subscriber(self.session, key, callback, history=history)
+                if latched
+                else self.session.declare_subscriber(key, callback)
+            )
             try:
                 yield listener
             finally:
@@ -182,9 +182,18 @@ class Peer:
         """Publish a topic while the block lasts; `qos` in the form of `qos_form.to_text`."""
         from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
 
+        told = from_text(qos)
         with self._present(Kind.PUBLISHER, topic, type_, qos) as token:
             key = topic_key(topic, type_.name, type_.type_hash)
-            way = self.session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+            drop = zenoh.CongestionControl.DROP
+            cache = zenoh.ext.CacheConfig(max_samples=told.depth)
+            way: Any = (
+                zenoh.ext.declare_advanced_publisher(
+                    self.session, key, cache=cache, publisher_detection=True, congestion_control=drop
+                )
+                if told.durability == _LATCHED
+                else self.session.declare_publisher(key, congestion_control=drop)
+            )
             try:
                 yield Speaker(way, type_, token.gid, SystemClock())
             finally:
@@ -244,77 +253,6 @@ class Peer:
             yield end
 
 
-class Listener:
-    """Messages of one topic, as they arrive."""
-
-    def __init__(self, depth: int) -> None:
-        self.dropped = 0
-        """Messages that were not read in time."""
-        self.lost = 0
-        """Messages that never arrived: gaps in a publisher's sequence."""
-        self._arrived: queue.Queue[Received] = queue.Queue(depth)
-        self._sequences: dict[bytes, int] = {}
-
-    def put(self, sample: zenoh.Sample) -> None:
-        """Take a message in, in Zenoh's thread."""
-        received = _received(sample)
-        while True:
-            try:
-                self._arrived.put_nowait(received)
-            except queue.Full:
-                with suppress(queue.Empty):
-                    self._arrived.get_nowait()
-                    self.dropped += 1
-            else:
-                return
-
-    def get(self, timeout_s: float | None = None) -> Received | None:
-        """The next message, waited for; None when none came in time."""
-        try:
-            received = self._arrived.get(timeout=timeout_s)
-        except queue.Empty:
-            return None
-        last = self._sequences.get(received.gid)
-        if received.sequence:
-            if last is not None and received.sequence > last + 1:
-                self.lost += received.sequence - last - 1
-            self._sequences[received.gid] = received.sequence
-        return received
-
-
-class Speaker:
-    """What this process publishes on one topic."""
-
-    def __init__(self, way: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
-        self.published = 0
-        self._way, self._type, self._gid, self._clock = way, type_, gid, clock
-        self._heard = threading.Event()
-        callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
-        self._matching = way.declare_matching_listener(callback)
-        if matches(way):
-            self._heard.set()
-
-    def wait_for_listener(self, timeout_s: float | None) -> bool:
-        """Wait until somebody receives the topic; False when nobody did in time."""
-        return self._heard.wait(timeout_s)
-
-    def publish(self, values: Mapping[str, Any]) -> None:
-        """Publish one message, given as plain values; what is not given has its default.
-
-        Raises:
-            MalformedMessage: a value does not fit.
-        """
-        payload = self._type.encode(values)
-        self.published += 1
-        self._way.put(payload, attachment=Attachment(self.published, self._clock.now().nanoseconds, self._gid).encode())
-
-    def _on_match(self, status: Any) -> None:
-        if status.matching:
-            self._heard.set()
-        else:
-            self._heard.clear()
-
-
 @contextmanager
 def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Generator[Peer]:
     """Be a member of a run while the block lasts; without a name, of the only one there is.
@@ -332,15 +270,12 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
         peer.close()
 
 
-def matches(way: Any) -> bool:
-    """Whether anybody receives what is published this way."""
-    return bool(way.matching_status.matching)
-
-
-def _received(sample: zenoh.Sample) -> Received:
-    attachment = sample.attachment
+def _told(payload: bytes) -> dict[str, Any]:
+    """What a process answered; a refusal where that is no answer."""
     try:
-        told = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
-    except MalformedMessage:  # whoever signs in another way is still heard
-        told = Attachment(0, 0, b"")
-    return Received(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
+        found = json.loads(payload)
+    except (ValueError, RecursionError):
+        found = None
+    return (
+        found if isinstance(found, dict) else {"kind": "", "error": "a process of the run gave an answer that is none"}
+    )

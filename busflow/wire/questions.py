@@ -64,12 +64,26 @@ class Supports(Protocol):
 class Questions:
     """The answers of one process; every method takes a question's arguments."""
 
-    def __init__(self, graph: Inspected, card: RunCard, process: str, supports: Supports, history: History) -> None:
+    def __init__(
+        self,
+        graph: Inspected,
+        card: RunCard,
+        process: str,
+        supports: Supports,
+        history: History,
+        losses: Mapping[str, Mapping[str, int]],
+    ) -> None:
+        """The answers; `losses` tells by topic what came from other processes and became no message."""
         self._graph, self._card, self._process = graph, card, process
-        self._supports, self._history = supports, history
+        self._supports, self._history, self._losses = supports, history, losses
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
+
+    def close(self) -> None:
+        """Measure nothing more, and keep no lines of the log."""
+        self._meters.close()
+        self._graph.log.sinks.remove(self._log_book.write)
 
     def all(self) -> Mapping[str, Question]:
         """Each question's name, and who answers it."""
@@ -119,12 +133,10 @@ class Questions:
     def types(self, arguments: Mapping[str, Any]) -> object:
         """By type name, what a peer needs to read messages: `{hash, encoding, description}`; `names` limits them."""
         wanted = arguments.get("names")
-        found: dict[str, Any] = {}
-        for topic in self._graph.bus.topics.values():
-            support = self._supports(topic.type)
-            if wanted is None or support.name in wanted:
-                found[support.name] = _described(support)
-        return found
+        if not (wanted is None or isinstance(wanted, list)):
+            raise ValueError("names is a list of type names")
+        supports = [self._supports(topic.type) for topic in self._graph.bus.topics.values()]
+        return {each.name: _described(each) for each in supports if wanted is None or each.name in wanted}
 
     def services(self, arguments: Mapping[str, Any]) -> object:
         """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
@@ -150,7 +162,7 @@ class Questions:
         """The last `count` messages of `topic`, oldest first; the answer says how many are kept, and of which type."""
         topic = self._named(arguments["topic"])
         support = self._supports(topic.type)
-        messages = self._history.last(topic.name, int(arguments.get("count", 1)))
+        messages = self._history.last(topic, int(arguments.get("count", 1)))
         first = topic.published - len(messages) + 1
         replies = [
             (support.encode(message), Attachment(first + place, 0, _NO_GID).encode())
@@ -206,6 +218,7 @@ class Questions:
             "publishers": [_publisher(each) for each in topic.publishers],
             "subscriptions": [_subscription(each) for each in topic.subscriptions],
             "gone": [asdict(each) for each in topic.gone],
+            "losses": dict(self._losses.get(topic.name, {})),
         }
 
 

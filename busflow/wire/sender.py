@@ -1,4 +1,4 @@
-"""Sender: the one thread that does what may wait for the link, so that the loop never does.
+"""Sender: a thread that does what may wait for the link, so that the loop never does.
 
 A message of some hundred bytes is handed to Zenoh in a microsecond, whoever reads it and however slowly. A large one is
 copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 50 ms (measured).
@@ -12,17 +12,23 @@ from collections.abc import Callable
 
 LARGE = 64 * 1024
 """Payloads from this size on leave through the sender, bytes."""
-_DEPTH = 64
-"""What may wait to be sent; the oldest gives way."""
+DEPTH = 64
+"""How much may wait to be done; the oldest gives way."""
+MOST_BYTES = 64 * 1024 * 1024
+"""The same in bytes; what is larger than all of it goes alone."""
 _PATIENCE_S = 5.0
 
 
 class Sender:
-    """Runs what it is handed, one after the other, in a thread of its own."""
+    """Runs what it is handed, one after the other, in a thread of its own, which is started when first needed."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str, *, on_error: Callable[[Exception], None]) -> None:
+        """A sender; `on_error` hears, in its thread, of what fails in a way that nobody foresaw."""
+        self.name = name
         self.dropped = 0
-        self._work: deque[tuple[object, Callable[[], None]]] = deque()
+        self._on_error = on_error
+        self._work: deque[tuple[object, int, Callable[[], None]]] = deque()
+        self._bytes = 0
         self._unfinished: Counter[object] = Counter()
         self._arrived = threading.Condition()
         self._closed = False
@@ -32,15 +38,19 @@ class Sender:
         """Whether something of this lane is still to be done: what is small must not overtake what is large."""
         return self._unfinished[lane] > 0
 
-    def hand(self, lane: object, work: Callable[[], None]) -> None:
-        """Do this soon; when too much waits already, the oldest is not done and counted as dropped."""
+    def hand(self, lane: object, work: Callable[[], None], size: int = 0) -> None:
+        """Do this soon; where too much waits already, the oldest is not done and counted as dropped."""
         with self._arrived:
+            if self._closed:
+                self.dropped += 1
+                return
             if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="busflow.sender", daemon=True)
+                self._thread = threading.Thread(target=self._run, name=self.name, daemon=True)
                 self._thread.start()
-            if len(self._work) >= _DEPTH:
+            while self._work and (len(self._work) >= DEPTH or self._bytes + size > MOST_BYTES):
                 self._drop_oldest()
-            self._work.append((lane, work))
+            self._work.append((lane, size, work))
+            self._bytes += size
             self._unfinished[lane] += 1
             self._arrived.notify()
 
@@ -55,9 +65,15 @@ class Sender:
             self._thread.join(_PATIENCE_S)
 
     def _drop_oldest(self) -> None:
-        lane, _ = self._work.popleft()
-        self._unfinished[lane] -= 1
+        lane, size, _ = self._work.popleft()
+        self._bytes -= size
+        self._finish(lane)
         self.dropped += 1
+
+    def _finish(self, lane: object) -> None:
+        self._unfinished[lane] -= 1
+        if not self._unfinished[lane]:
+            del self._unfinished[lane]  # lanes come and go with their publishers
 
     def _run(self) -> None:
         while True:
@@ -66,9 +82,13 @@ class Sender:
                     if self._closed:
                         return
                     self._arrived.wait()
-                lane, work = self._work.popleft()
+                lane, size, work = self._work.popleft()
+                self._bytes -= size
             try:
                 work()
+            except Exception as error:  # noqa: BLE001  # the thread has more to do, and whoever owns it is told
+                self._on_error(error)
             finally:
                 with self._arrived:
-                    self._unfinished[lane] -= 1
+                    self._finish(lane)
+            del work  # what it holds is not to wait here for the next

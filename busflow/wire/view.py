@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from busflow.errors import NoSuchTarget
+from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.text import did_you_mean, printable
 from busflow.wire.keys import Kind, Token
 from busflow.wire.qos_form import WireQoS, from_text
@@ -108,11 +108,19 @@ def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> Graph
     ends: dict[Kind, list[EndView]] = {kind: [] for kind in Kind}
     for token in tokens:
         if token.kind is not Kind.NODE:
-            ends[token.kind].append(EndView(token, from_text(token.qos), told.end(token)))
+            ends[token.kind].append(EndView(token, _qos(token), told.end(token)))
     names = {token.node_name for token in tokens} | set(told.nodes)
     nodes = {name: _node(name, ends, told.nodes.get(name, {})) for name in sorted(names)}
     topics = _topics(ends[Kind.PUBLISHER], ends[Kind.SUBSCRIPTION], told.topics)
     return GraphView(nodes, topics, _topics(ends[Kind.SERVICE], ends[Kind.CLIENT], {}))
+
+
+def _qos(token: Token) -> WireQoS:
+    """The QoS that a token tells; the default where it tells none, which is no reason to show nothing."""
+    try:
+        return from_text(token.qos)
+    except MalformedMessage:
+        return WireQoS()
 
 
 def is_hidden(name: str) -> bool:

@@ -1,0 +1,59 @@
+"""Speaker: what a process that has joined a run publishes there on one topic."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.wire.keys import Attachment
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.wire.foreign import ForeignType
+
+
+class Speaker:
+    """What this process publishes on one topic."""
+
+    def __init__(self, way: Any, type_: ForeignType, gid: bytes, clock: Clock) -> None:
+        self.published = 0
+        self._way, self._type, self._gid, self._clock = way, type_, gid, clock
+        self._heard = threading.Event()
+        callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
+        self._matching = way.declare_matching_listener(callback)
+        if matches(way):
+            self._heard.set()
+
+    def wait_for_listener(self, timeout_s: float | None) -> bool:
+        """Wait until somebody receives the topic; False when nobody did in time."""
+        return self._heard.wait(timeout_s)
+
+    def publish(self, values: Mapping[str, Any]) -> None:
+        """Publish one message, given as plain values; what is not given has its default.
+
+        Raises:
+            MalformedMessage: a value does not fit.
+        """
+        self.publish_bytes(self._type.encode(values))
+
+    def publish_bytes(self, payload: bytes) -> None:
+        """Publish one message that is encoded already."""
+        self.published += 1
+        self._way.put(payload, attachment=Attachment(self.published, self._clock.now().nanoseconds, self._gid).encode())
+
+    def _on_match(self, status: Any) -> None:
+        if status.matching:
+            self._heard.set()
+        else:
+            self._heard.clear()
+
+
+def matches(way: Any) -> bool:
+    """Whether anybody receives what is published this way."""
+    return bool(way.matching_status.matching)
