@@ -28,8 +28,8 @@ class ParameterEvents:
         self._publisher: Publisher[ParameterEvent] | None = None
 
     def declare(self) -> None:
-        """Publish from the start, since a node of the graph listens: both ends are checked before anything runs."""
-        if self._runtime.parameters.infos:
+        """Publish from now on: a node of the graph listens, and both ends are checked before anything runs."""
+        if self._publisher is None and self._runtime.parameters.infos:
             self._publisher = self._created()
 
     def tell_all(self) -> None:

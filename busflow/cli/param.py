@@ -1,4 +1,7 @@
-"""`busflow param`: the parameters of running nodes: what each is, what it may be, and where its value came from."""
+"""`busflow param`: the parameters of running nodes: what each is, what it may be, and where its value came from.
+
+The verbs that change something are in `param_changes`.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +27,11 @@ _VERBS = {
     "get": ("busflow.cli.param:get", "Show the value of a parameter."),
     "describe": ("busflow.cli.param:describe", "Show type, description, range, default and source of parameters."),
     "dump": ("busflow.cli.param:dump", "Write a node's parameters as YAML."),
+    "set": ("busflow.cli.param_changes:set_", "Set parameters of a node, all of them or none."),
+    "load": ("busflow.cli.param_changes:load", "Set a node's parameters from a YAML file."),
+    "diff": ("busflow.cli.param_changes:diff", "Show where parameters are no longer what the launch file says."),
+    "save": ("busflow.cli.param_changes:save", "Write a node's parameters back into its launch file."),
+    "watch": ("busflow.cli.param_changes:watch", "Show each change of a parameter as it is made."),
     "sources": ("busflow.cli.param:sources", "Show where the value of each parameter came from."),
 }
 _EXAMPLES = """\b
@@ -31,6 +39,8 @@ Examples:
   busflow param list sensor_publisher
   busflow param get sensor_publisher rate_hz
   busflow param describe sensor_publisher noise.imu
+  busflow param set sensor_publisher noise.imu 0.5 rate_hz 20
+  busflow param save sensor_publisher
   busflow param dump sensor_publisher --output publisher.yaml
   busflow param sources"""
 
@@ -43,7 +53,7 @@ _ROS_TYPES = (
 Row = Mapping[str, Any]
 """A parameter as its process tells of it."""
 
-param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes.", epilog=_EXAMPLES)
+param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes, and set them.", epilog=_EXAMPLES)
 
 
 def complete_parameters(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -53,7 +63,7 @@ def complete_parameters(context: click.Context, _parameter: click.Parameter, inc
 
     try:
         with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
-            rows = _of_node(peer, context.params["node"])
+            rows = parameters_of(peer, context.params["node"])
     except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
         return []
     return [CompletionItem(row["name"], help=row["description"]) for row in rows if row["name"].startswith(incomplete)]
@@ -90,9 +100,9 @@ def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> int:
 def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -> int:
     """Show the value of the parameter NAME of NODE; a nested one has a dotted name."""
     with joined(run) as peer:
-        (row,) = _named(_of_node(peer, node), [name], node)
+        (row,) = _named(parameters_of(peer, node), [name], node)
     if as_json:
-        print_answer({"run": peer.run.name, "node": _full(node), **_as_json(row)})
+        print_answer({"run": peer.run.name, "node": full_name(node), **_as_json(row)})
         return 0
     value = printable(_value(row))
     if hide_type:
@@ -112,10 +122,10 @@ def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -
 def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) -> int:
     """Show what the parameters NAMES of NODE are, all of them where none is named."""
     with joined(run) as peer:
-        rows = _of_node(peer, node)
+        rows = parameters_of(peer, node)
     chosen = _named(rows, names, node) if names else rows
     if as_json:
-        _print_nodes(peer, {_full(node): chosen})
+        _print_nodes(peer, {full_name(node): chosen})
         return 0
     for row in chosen:
         click.echo("\n".join(_description(row)))
@@ -131,13 +141,13 @@ def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) 
 def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> int:
     """Write the parameters of NODE as YAML, in the form in which ROS 2 reads and writes them."""
     with joined(run) as peer:
-        rows = _of_node(peer, node)
+        rows = parameters_of(peer, node)
     if as_json:
-        _print_nodes(peer, {_full(node): rows})
+        _print_nodes(peer, {full_name(node): rows})
         return 0
     from yaml import safe_dump
 
-    text = safe_dump({_full(node): {"ros__parameters": _nested(rows)}}, allow_unicode=False)
+    text = safe_dump({full_name(node): {"ros__parameters": _nested(rows)}}, allow_unicode=False)
     if output is None:
         click.echo(text)
     else:
@@ -168,15 +178,20 @@ def sources(run: str | None, node: str | None, as_json: bool) -> int:
 def _by_node(peer: Peer, node: str | None) -> dict[str, list[Row]]:
     """The parameters of every node by its name, or of one."""
     if node is not None:
-        return {_full(node): _of_node(peer, node)}
+        return {full_name(node): parameters_of(peer, node)}
     found: dict[str, list[Row]] = {}
     for answer in peer.ask("parameters"):
         found |= answer
     return dict(sorted(found.items()))
 
 
-def _of_node(peer: Peer, node: str) -> list[Row]:
-    full = _full(node)
+def parameters_of(peer: Peer, node: str) -> list[Row]:
+    """The parameters of a node, as its process tells of them.
+
+    Raises:
+        NoSuchTarget: There is no such node, or it is not busflow's.
+    """
+    full = full_name(node)
     for answer in peer.ask("parameters", node=full):
         if full in answer:
             return answer[full]
@@ -189,14 +204,15 @@ def _named(rows: Sequence[Row], names: Iterable[str], node: str) -> list[Row]:
     known = {row["name"]: row for row in rows}
     for name in names:
         if name not in known:
-            raise NoSuchTarget(f"{printable(_full(node))} has no parameter {name!r}; {did_you_mean(name, known)}")
+            raise NoSuchTarget(f"{printable(full_name(node))} has no parameter {name!r}; {did_you_mean(name, known)}")
     return [known[name] for name in names]
 
 
 # How it is shown.
 
 
-def _full(node: str) -> str:
+def full_name(node: str) -> str:
+    """A node's name with the slash that may be left out."""
     return f"/{node.removeprefix('/')}"
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow import rosout
+from busflow import parameter_events, rosout
 from busflow.clients import Client
 from busflow.errors import MalformedMessage
 from busflow.parameter_store import ParameterStore
@@ -137,6 +137,7 @@ class Mirror:
                 self._services.attach(attached)
             elif isinstance(attached, ParameterStore):
                 self._services.attach_parameters(attached)
+                self._questions.parameter_log.follow(attached)
             elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:
                 self._show(attached)
         except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
@@ -235,10 +236,17 @@ class Mirror:
             return
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
+        elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:
+            self._announce_parameters()
         elif alive:
             self._neighbours.come(token)
         else:
             self._neighbours.go(token)
+
+    def _announce_parameters(self) -> None:
+        """Let every node tell of its parameters from now on: somebody outside listens."""
+        for unit in self._graph.units:
+            unit.runtime.parameter_events.declare()
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
         """Have the event loop do this, from any thread."""

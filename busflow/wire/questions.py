@@ -19,6 +19,7 @@ from busflow.wire.history import History
 from busflow.wire.keys import Attachment
 from busflow.wire.log_book import DEPTH, LogBook
 from busflow.wire.meter import Meters
+from busflow.wire.parameter_log import ParameterLog
 from busflow.wire.parameter_services import ParameterServices
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ class Questions:
         """The answers; `losses` tells by topic what came from other processes and became no message."""
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history, self._losses = supports, history, losses
+        self.parameter_log = ParameterLog(graph.clock)
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
@@ -97,6 +99,7 @@ class Questions:
             "measure": self.measure,
             "parameters": self.parameters,
             "set_parameters": self.set_parameters,
+            "parameter_changes": self.parameter_changes,
             "log": self.log,
         }
 
@@ -198,6 +201,12 @@ class Questions:
             if unit.name == arguments["node"]:
                 return asdict(unit.runtime.parameters.set(arguments["values"]))
         raise NoSuchTarget(f"there is no node {arguments['node']!r} in this process")
+
+    def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
+        """What was set `since` a change, whose number is given by process; only the last number without `since`."""
+        since = arguments.get("since")
+        number = None if since is None else int(since.get(self._process, 0))
+        return {"process": self._process} | self.parameter_log.since(number)
 
     def _named(self, name: str) -> Topic[Any]:
         topics = self._graph.bus.topics

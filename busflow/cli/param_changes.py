@@ -1,0 +1,209 @@
+"""The verbs of `busflow param` that change something: what a node is told now, and what its launch file says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING, Any, cast
+
+import click
+
+from busflow.cli.joining import complete_nodes, joined, joins, print_answer, print_line
+from busflow.cli.output import print_columns, tell
+from busflow.cli.param import complete_parameters, full_name, parameters_of
+from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.launchfile.drift import Drift
+    from busflow.wire.peer import Peer
+
+_POLL_S = 0.2
+_PAUSE = Event()
+"""Never set: waiting for it is how the watch pauses."""
+_node = click.argument("node", shell_complete=complete_nodes)
+
+
+@click.command("set")
+@_node
+@click.argument(
+    "assignments", nargs=-1, required=True, metavar="NAME VALUE [NAME VALUE]...", shell_complete=complete_parameters
+)
+@joins
+def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool) -> int:
+    """Set parameters of NODE: all of them, or none and the reasons.
+
+    A value is written as in a launch file: 0.5, true, imu_link, "[1.0, 2.0]".
+    """
+    if len(assignments) % 2:
+        raise click.UsageError(f"{printable(assignments[-1])} has no value: write NAME VALUE for each parameter")
+    values = {name: _value(text) for name, text in zip(assignments[::2], assignments[1::2], strict=True)}
+    with joined(run) as peer:
+        return _set(peer, node, values, as_json=as_json)
+
+
+@click.command()
+@_node
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@joins
+def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
+    """Set the parameters of NODE that FILE states, all of them or none.
+
+    FILE is what `busflow param dump` and `ros2 param dump` write, or the parameters alone.
+    """
+    from busflow.launchfile.document import read_file
+
+    stated = _of_node(read_file(file, str(file)).data, node)
+    if not isinstance(stated, dict):
+        raise click.BadParameter(f"{printable(file)} holds no parameters: a mapping is needed", param_hint="FILE")
+    with joined(run) as peer:
+        return _set(peer, node, cast("dict[str, Any]", stated), as_json=as_json)
+
+
+@click.command()
+@_node
+@joins
+def diff(run: str | None, node: str, as_json: bool) -> int:
+    """Show which parameters of NODE differ from what its launch file comes to; exit code 3 where any does."""
+    with joined(run) as peer:
+        found = _drifts(peer, node, Path(peer.run.card.file))
+    if as_json:
+        rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
+        print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
+    else:
+        print_columns((each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found)
+    return ExitCode.DIFFERENT if found else ExitCode.OK
+
+
+@click.command()
+@_node
+@click.option(
+    "--into", metavar="FILE", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Another launch file."
+)
+@joins
+def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
+    """Write the parameters of NODE that were changed back into its launch file; comments and order stay."""
+    from busflow.launchfile.drift import written_back
+
+    with joined(run) as peer:
+        file = into or Path(peer.run.card.file)
+        found = _drifts(peer, node, file)
+    with file.open(encoding="utf-8", newline="") as stream:
+        text = stream.read()
+    edited = written_back(text, file, found)
+    if edited != text:
+        draft = file.with_name(f".{file.name}.new")
+        with draft.open("w", encoding="utf-8", newline="") as stream:
+            stream.write(edited)
+        draft.chmod(file.stat().st_mode)
+        draft.replace(file)
+    if as_json:
+        saved = [{"name": each.name, "before": each.stated, "after": each.value} for each in found]
+        print_answer({"run": peer.run.name, "node": full_name(node), "file": str(file), "saved": saved})
+    else:
+        for each in found:
+            click.echo(f"{printable(each.name)}: {_shown(each.stated)} → {_shown(each.value)}")
+        click.echo(f"{len(found)} written into {printable(file)}" if found else f"{printable(file)} says so already")
+    return 0
+
+
+@click.command()
+@click.argument("node", required=False, shell_complete=complete_nodes)
+@joins
+def watch(run: str | None, node: str | None, as_json: bool) -> int:
+    """Show each change of a parameter of NODE, or of any node, as it is made, until Ctrl-C or the end of the run."""
+    from busflow.wire.run_directory import find_run
+
+    with joined(run) as peer:
+        if node is not None:
+            parameters_of(peer, node)
+        known: dict[str, int] = {answer["process"]: answer["last"] for answer in peer.ask("parameter_changes")}
+        while True:
+            try:
+                answers = peer.ask("parameter_changes", since=known)
+            except InspectionUnavailable:
+                find_run(peer.run.name)  # which is raised at its end; else it does not answer for another reason
+                raise
+            for answer in answers:
+                _print_changes(answer, known, node, as_json=as_json)
+            _PAUSE.wait(_POLL_S)
+
+
+# Setting.
+
+
+def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) -> int:
+    """Set parameters, and tell what came of it."""
+    parameters_of(peer, node)  # which is raised for a node that there is not
+    results = peer.ask("set_parameters", node=full_name(node), values=values)
+    changed, faults = results[0]["changed"], results[0]["faults"]
+    if as_json:
+        print_answer({"run": peer.run.name, "node": full_name(node), "changed": changed, "faults": faults})
+    elif faults:
+        tell("Setting parameter failed: nothing was set")
+        for fault in faults:
+            tell(f"error: {fault['message']}" + (f"\n  fix: {fault['fix']}" if fault["fix"] else ""))
+    else:
+        click.echo("Set parameter successful" if len(values) == 1 else "Set parameters successful")
+        for change in changed:
+            if len(values) > 1:
+                click.echo(f"  {printable(change['name'])}: {_shown(change['old'])} → {_shown(change['new'])}")
+    return ExitCode.FAILED if faults else ExitCode.OK
+
+
+def _of_node(stated: object, node: str) -> object:
+    """The parameters of a node in a file that states those of several, or the whole."""
+    if isinstance(stated, dict):
+        members = cast("dict[str, Any]", stated)
+        for key in (full_name(node), node.removeprefix("/"), "/**"):
+            if isinstance(members.get(key), dict):
+                found = cast("dict[str, Any]", members[key])
+                return cast("object", found.get("ros__parameters", found))
+        return members
+    return stated
+
+
+def _value(text: str) -> object:
+    from busflow.launchfile.document import parse_value
+
+    return parse_value(text, "command line").data
+
+
+# Against the launch file.
+
+
+def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
+    from busflow.launchfile.drift import drifts
+    from busflow.launchfile.load import load as load_file
+
+    values = {row["name"]: row["value"] for row in parameters_of(peer, node)}
+    for spec in load_file(file).nodes:
+        if spec.full_name == full_name(node):
+            return drifts(spec, values)
+    raise NoSuchTarget(f"{printable(file)} has no node {printable(full_name(node))}")
+
+
+# How it is shown.
+
+
+def _print_changes(answer: Mapping[str, Any], known: dict[str, int], node: str | None, *, as_json: bool) -> None:
+    """Print what one process tells, and remember how far that went."""
+    first = answer["changes"][0]["sequence"] if answer["changes"] else answer["last"] + 1
+    missed = first - known.get(answer["process"], 0) - 1
+    if missed:
+        tell(f"warning: {missed} changes were forgotten before they could be shown")
+    known[answer["process"]] = answer["last"]
+    for change in answer["changes"]:
+        if node is not None and change["node"] != full_name(node):
+            continue
+        if as_json:
+            print_line(change)
+        else:
+            values = f"{_shown(change['old'])} → {_shown(change['new'])}"
+            click.echo(f"{printable(change['node'])} {printable(change['name'])}: {values}")
+
+
+def _shown(value: object) -> str:
+    return printable(value if isinstance(value, str) else json.dumps(value), limit=200)

@@ -1,0 +1,161 @@
+"""`busflow param set|load|diff|save|watch`: a running node is told something else, and its launch file too."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+PUBLISHER = """
+from busflow import Node, Parameters, ReadOnly
+from pydantic import BaseModel, Field
+
+
+class Noise(BaseModel, frozen=True, extra="forbid"):
+    imu: float = Field(default=0.1, ge=0, le=10)
+
+
+class SensorParameters(Parameters):
+    rate_hz: float = Field(default=10.0, gt=0)
+    frame_id: ReadOnly[str] = "imu_link"
+    noise: Noise = Noise()
+
+
+class Sensor(Node):
+    parameters: SensorParameters
+
+    async def run(self) -> None:
+        self.log.info("works")
+"""
+
+LAUNCH = """\
+name: sensors
+plugins: [plugins]
+nodes:
+  sensor:  # the only one
+    plugin: sensor
+    parameters:
+      rate_hz: 10.0  # Hz
+"""
+
+
+@pytest.fixture
+def launch_file(tmp_path: Path, start_run: Callable[..., object]) -> Path:
+    """A run of one node; commands of this process see it."""
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/sensor.py").write_text(PUBLISHER)
+    file = tmp_path / "sensors.yaml"
+    file.write_text(LAUNCH)
+    start_run(tmp_path, str(file)).wait_for("works")
+    return file
+
+
+def got(capsys: Captured, name: str) -> object:
+    capsys.readouterr()
+    assert main(["param", "get", "sensor", name, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)["value"]
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_one_is_set_in_ros2_s_words(capsys: Captured):
+    assert main(["param", "set", "sensor", "rate_hz", "20"]) == 0
+    assert capsys.readouterr() == ("Set parameter successful\n", "")
+    assert got(capsys, "rate_hz") == 20.0
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_several_are_set_together_or_not_at_all(capsys: Captured):
+    assert main(["param", "set", "sensor", "rate_hz", "20", "noise.imu", "99"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "noise.imu must be at most 10, got 99" in err
+    assert got(capsys, "rate_hz") == 10.0
+    assert main(["param", "set", "sensor", "rate_hz", "20", "noise.imu", "2"]) == 0
+    assert "rate_hz: 10.0 → 20.0\n  noise.imu: 0.1 → 2.0" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_what_cannot_be_set_is_said_with_the_reason(capsys: Captured):
+    for name, value, reason in (
+        ("rate_hz", "abc", "rate_hz must be a number, got text 'abc'"),
+        ("rate_hzz", "1", "did you mean 'rate_hz'?"),
+        ("frame_id", "other", "frame_id is read-only"),
+    ):
+        assert main(["param", "set", "sensor", name, value]) == 1
+        assert reason in capsys.readouterr().err
+    assert main(["param", "set", "sensr", "rate_hz", "1"]) == 4
+    assert "did you mean '/sensor'?" in capsys.readouterr().err
+    assert main(["param", "set", "sensor", "rate_hz"]) == 2
+    assert "rate_hz has no value" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_a_refusal_is_data_too(capsys: Captured):
+    assert main(["param", "set", "sensor", "noise.imu", "99", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["version"], told["changed"], told["faults"][0]["code"]) == (1, [], "range")
+
+
+def test_what_dump_wrote_is_loaded(launch_file: Path, capsys: Captured):
+    dump = launch_file.with_name("dump.yaml")
+    assert main(["param", "set", "sensor", "rate_hz", "20"]) == 0
+    assert main(["param", "dump", "sensor", "--output", str(dump)]) == 0
+    assert main(["param", "set", "sensor", "rate_hz", "30"]) == 0
+    assert main(["param", "load", "sensor", str(dump)]) == 0
+    assert got(capsys, "rate_hz") == 20.0
+    dump.write_text("noise: {imu: 3.0}\n")
+    assert main(["param", "load", "sensor", str(dump)]) == 0
+    assert got(capsys, "noise.imu") == 3.0
+    dump.write_text("[1, 2]\n")
+    assert main(["param", "load", "sensor", str(dump)]) == 2
+    assert "a mapping is needed" in capsys.readouterr().err
+
+
+def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Path, capsys: Captured):
+    assert main(["param", "diff", "sensor"]) == 0
+    assert main(["param", "set", "sensor", "rate_hz", "20", "noise.imu", "2.5"]) == 0
+    capsys.readouterr()
+    assert main(["param", "diff", "sensor"]) == 3
+    assert [line.split()[:4] for line in capsys.readouterr().out.splitlines()] == [
+        ["rate_hz", "10.0", "→", "20.0"],
+        ["noise.imu", "0.1", "→", "2.5"],
+    ]
+    assert main(["param", "save", "sensor"]) == 0
+    text = launch_file.read_text()
+    assert "rate_hz: 20.0  # Hz" in text
+    assert "sensor:  # the only one" in text
+    assert main(["param", "diff", "sensor"]) == 0
+    capsys.readouterr()
+    assert main(["param", "save", "sensor"]) == 0
+    assert "says so already" in capsys.readouterr().out
+    assert launch_file.read_text() == text
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_watch_tells_each_change_as_it_is_made_and_ends_with_the_run():
+    command = [sys.executable, "-u", "-m", "busflow", "param", "watch", "sensor", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as watch:
+        heard = None
+        for value in range(20, 200):  # until it has joined, what is set is not for it
+            assert main(["param", "set", "sensor", "rate_hz", str(value)]) == 0
+            heard = _line(watch)
+            if heard:
+                break
+        told = json.loads(heard or "{}")
+        assert (told["version"], told["node"], told["name"]) == (1, "/sensor", "rate_hz")
+        watch.terminate()
+
+
+def _line(process: "subprocess.Popen[str]") -> str:
+    """A line of output, if one comes within a moment."""
+    import select
+
+    assert process.stdout is not None
+    ready, _, _ = select.select([process.stdout], [], [], 0.5)
+    return process.stdout.readline() if ready else ""
