@@ -124,7 +124,9 @@ def choices(annotation: object) -> tuple[object, ...] | None:
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Enum):
-        return tuple(member.value for member in annotation)
+        # An enum may have members that nobody chooses: words of others, which are only read.
+        offered: Callable[[], list[Enum]] = getattr(annotation, "__offered__", lambda: list(annotation))
+        return tuple(member.value for member in offered())
     return None
 
 

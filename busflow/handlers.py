@@ -180,7 +180,7 @@ def subscription(
         if topic is not None:
             raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
         return _HandlerDecorator(SubscriptionRole(message_type, qos))
-    if not isinstance(message_type, type):
+    if not isinstance(message_type, type):  # type: ignore[redundant-expr]  # users without a type checker
         name = getattr(message_type, "__name__", "the method")
         raise InvalidDeclaration(f'@subscription needs a topic\'s name: write @subscription("imu/data") above {name}')
     if topic is None:

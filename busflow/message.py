@@ -173,6 +173,8 @@ class Message(BaseModel, metaclass=_Frozen):
             "use a tuple of the fields that matter as the key"
         )
 
+    __str__ = BaseModel.__repr__
+
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         for name, value in super().__repr_args__():
             yield name, _shown(value)

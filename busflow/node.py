@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction, isfunction
-from typing import Any, TypeVar, TypeVarTuple, Unpack
+from typing import Any, TypeVar, TypeVarTuple, Unpack, overload
 
 import anyio.to_thread
 from structlog.typing import FilteringBoundLogger
@@ -25,7 +25,7 @@ from busflow.runtime import NodeRuntime
 from busflow.servers import DEPTH, RequestHandler, Server
 from busflow.subscriptions import MessageHandler, Subscription
 from busflow.surroundings import Rng
-from busflow.timers import Missed, Timer, TimerHandler
+from busflow.timers import Missed, Timer, TimerHandler, exact_period
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
@@ -179,12 +179,32 @@ class Node:
         """
         return self._runtime.create_client(service_type, service, origin=f"{self.name}: create_client")
 
+    @overload
     def create_timer(
         self, period_s: float, handler: TimerHandler, *, name: str | None = None, missed: str = Missed.SKIP
+    ) -> Timer: ...
+    @overload
+    def create_timer(
+        self, *, hz: float, handler: TimerHandler, name: str | None = None, missed: str = Missed.SKIP
+    ) -> Timer: ...
+    def create_timer(
+        self,
+        period_s: float | None = None,
+        handler: TimerHandler | None = None,
+        *,
+        hz: float | None = None,
+        name: str | None = None,
+        missed: str = Missed.SKIP,
     ) -> Timer:
-        """Call a handler periodically from now on; 0 is off."""
+        """Call a handler periodically from now on: `create_timer(0.1, self.tick)`, or `hz=10, handler=self.tick`.
+
+        0 is off.
+        """
+        if handler is None:
+            raise InvalidDeclaration("create_timer needs a handler: create_timer(0.1, self.tick)")
         shown = name or getattr(handler, "__name__", "timer")
-        return self._runtime.create_timer(period_s, handler, name=shown, missed=Missed(missed))
+        period = exact_period(period_s, hz, shown)
+        return self._runtime.create_timer(period, handler, name=shown, missed=Missed(missed))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._runtime.full_name}>"

@@ -12,6 +12,7 @@ from busflow.message import Message, type_name
 from busflow.node import Node, runtime_of
 from busflow.publishers import Publisher
 from busflow.qos import QoS
+from busflow.runtime import NodeRuntime
 from busflow.subscriptions import Subscription
 from busflow.surroundings import Surroundings
 
@@ -26,32 +27,37 @@ class Outside:
     """The program around a graph that runs."""
 
     def __init__(self, bus: Bus, surroundings: Surroundings) -> None:
-        self._runtime = runtime_of(_Outside(name="_outside"))
-        self._runtime.declare(surroundings)
-        self._runtime.connect(bus)
+        self._bus = bus
+        self._surroundings = surroundings
+        self._runtime: NodeRuntime | None = None
         self._publishers: dict[str, Publisher[Any]] = {}
         self._clients: dict[str, Client[Any, Any]] = {}
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message, as a publisher with the topic's default QoS."""
+        """Publish a message from any thread, as a publisher with the topic's default QoS."""
         publisher = self._publishers.get(topic)
-        if publisher is None:
-            publisher = self._publishers[topic] = self.advertise(type(message), topic)
+        if publisher is None:  # whichever thread comes first, the publisher is made on the loop's
+            publisher = self._bus.call(lambda: self._publisher(type(message), topic))
         publisher.publish(message)
+
+    def _publisher(self, message_type: type[M], topic: str) -> Publisher[M]:
+        if topic not in self._publishers:
+            self._publishers[topic] = self.advertise(message_type, topic)
+        return self._publishers[topic]
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
         """A publisher of the program's own."""
-        return self._runtime.create_publisher(message_type, topic, qos, origin="Graph.advertise")
+        return self._own().create_publisher(message_type, topic, qos, origin="Graph.advertise")
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """A subscription of the program's own, to pull from."""
-        return self._runtime.create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+        return self._own().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
 
     def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
         """The program's client of a service."""
         client = self._clients.get(service)
         if client is None:
-            client = self._clients[service] = self._runtime.create_client(service_type, service, origin="Graph.call")
+            client = self._clients[service] = self._own().create_client(service_type, service, origin="Graph.call")
         wanted = cast("Any", service_type)
         if client.type is not wanted:
             raise IncompatibleType(f"{client.service} is a {type_name(client.type)}, not a {type_name(wanted)}")
@@ -59,4 +65,13 @@ class Outside:
 
     def close(self) -> None:
         """Leave every topic and service."""
-        self._runtime.disconnect()
+        if self._runtime is not None:
+            self._runtime.disconnect()
+
+    def _own(self) -> NodeRuntime:
+        """What the ends are made with, from the first of them on: most programs have none."""
+        if self._runtime is None:
+            self._runtime = runtime_of(_Outside(name="_outside"))
+            self._runtime.declare(self._surroundings)
+            self._runtime.connect(self._bus)
+        return self._runtime

@@ -43,7 +43,8 @@ def launch(
     Raises:
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
     """
-    graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(console_sink(sys.stderr, colour=False),))
+    sink = console_sink(sys.stderr, colour=False)
+    graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True)
     return inspectable(graph, inspect)
 
 
@@ -55,13 +56,13 @@ def run(
     On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
     """
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
+    sink = console_sink(sys.stderr, colour=False)
     if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in ready):
         from busflow.testing.simulation import simulated_graph
 
-        sink = console_sink(sys.stderr, colour=False)
         with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
             return run_graph(graph, loop_factory=loop_factory)
-    return run_graph(launch(*ready, seed=seed, inspect=inspect))
+    return run_graph(inspectable(Graph(ready, seed=seed, sinks=(sink,)), inspect))
 
 
 def inspectable(graph: Graph, name: bool | str) -> Graph:
@@ -97,6 +98,8 @@ def run_graph(
     async def main() -> None:
         await graph.start()
         if for_s is not None:
+            if graph.clock.kind == "system":
+                guard.end_after(for_s)
             with anyio.move_on_after(for_s):
                 await graph.wait()
             await graph.clock.settle()

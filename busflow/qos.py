@@ -100,6 +100,11 @@ class _Policy(_Word):
         """What a peer says; UNKNOWN where this version does not know the word."""
         return cls(text) if text in cls.__members__.values() else cls("unknown")
 
+    @classmethod
+    def __offered__(cls) -> list[Self]:
+        """What a profile may state: not what only others say, nor what is decided when the other ends are known."""
+        return [member for member in cls if member.value not in ("unknown", "best_available")]
+
     @property
     def word(self) -> str | None:
         """The word to tell a peer; there is none for UNKNOWN."""

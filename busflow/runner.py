@@ -13,11 +13,12 @@ from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
 from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
 from busflow.dispatcher import Chooser
-from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, Severity
+from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning
 from busflow.failure import Failure
 from busflow.ingredients import What, described, instance, is_simulated
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
+from busflow.launchfile.problems import tell
 from busflow.log import Log, Sink
 from busflow.message import Message
 from busflow.node import Node, runtime_of
@@ -56,6 +57,7 @@ class Graph:
         log_level: str = "info",
         sinks: tuple[Sink, ...] = (),
         explore: Chooser | None = None,
+        embedded: bool = False,
     ) -> None:
         descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.descriptions = descriptions
@@ -74,10 +76,12 @@ class Graph:
         """Who hears, there too, that all nodes have ended, or that one could not be connected."""
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
+        self.embedded = embedded
+        """Whether a program is around it, which may publish what no node does."""
         self._nodes = [instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
-        self._outside: Outside | None = None
+        self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
         self._main: asyncio.Task[None] | None = None
         self._host: asyncio.Task[Any] | None = None
         self._host_cancelling = 0
@@ -113,7 +117,7 @@ class Graph:
         plan = self.plan()
         if plan.errors:
             raise LaunchError(plan.errors)
-        self._tell_warnings(plan)
+        tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
         for member in plan.members:
             self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
@@ -197,8 +201,7 @@ class Graph:
                 await self._stop_units()
         finally:
             self._duration_s = self.clock.seconds()
-            if self._outside is not None:
-                self._outside.close()
+            self._outside.close()
             self._tell_end()
             self.bus.close()
             self._ready.set()
@@ -230,12 +233,6 @@ class Graph:
         for unit in late:
             unit.give_up()
 
-    def _tell_warnings(self, plan: Plan) -> None:
-        log = self.log.bind("busflow")
-        for problem in plan.problems:
-            tell = log.warning if problem.severity is Severity.WARNING else log.debug
-            tell(problem.message, **{key: str(at) for key, at in (("at", problem.place), ("fix", problem.fix)) if at})
-
     def _on_failure(self, failure: Failure) -> None:
         self.failures.append(failure)
         self.exit_code = ExitCode.FAILED
@@ -247,7 +244,7 @@ class Graph:
     # What the program around the graph does.
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message from outside, as a publisher with the topic's default QoS."""
+        """Publish a message from outside, from any thread, as a publisher with the topic's default QoS."""
         self._around().publish(topic, message)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
@@ -329,8 +326,6 @@ class Graph:
             raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
         if self._duration_s is not None:
             raise NotRunning(f"the graph {self.name} has ended; launch another one")
-        if self._outside is None:
-            self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
         return self._outside
 
     def ask_to_stop_from_thread(self, code: ExitCode) -> None:

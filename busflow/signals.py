@@ -24,6 +24,8 @@ from busflow.text import printable
 
 _ENDED = 0
 """No signal has this number: the run itself says that it has ended."""
+_LIMITED = 255
+"""Nor this one: from now on the run has so long, and then its grace."""
 _CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 _BUSFLOW = str(Path(__file__).parent) + os.sep
 _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
@@ -38,6 +40,7 @@ class SignalGuard:
         self._before: dict[signal.Signals, Any] = {}
         self._before_fd = -1
         self._code = ExitCode.FAILED
+        self._limit_s = 0.0
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
@@ -61,6 +64,12 @@ class SignalGuard:
         self._before.clear()
         self._writer.close()  # the guard's thread reads the end and returns
 
+    def end_after(self, seconds: float) -> None:
+        """Start the countdown by itself after a time that the run is given, whatever blocks it then."""
+        if self._before:
+            self._limit_s = seconds
+            self._writer.send(bytes([_LIMITED]))
+
     def count_down(self, code: ExitCode) -> None:
         """The run has ended: give the rest of the program the grace to do so too."""
         if self._before:
@@ -78,19 +87,28 @@ class SignalGuard:
             self._writer.send(bytes([number]))
 
     def _watch(self) -> None:
-        asked = False
+        asked = limited = False
         with self._reader:
             while True:
                 try:
                     received = self._reader.recv(1)
                 except TimeoutError:
+                    if limited:
+                        limited = False
+                        self._reader.settimeout(self._grace_s)
+                        continue
                     _end_process(self._code, f"the run did not end within {self._grace_s:g} s")
                     return
                 if not received:
                     return
-                if received[0] == _ENDED:
+                if received[0] == _LIMITED:
+                    limited = True
+                    self._reader.settimeout(self._limit_s)
+                elif received[0] == _ENDED:
+                    limited = False
                     self._reader.settimeout(self._grace_s)
                 elif received[0] in _CODES:  # a signal that is somebody else's wakes us too
+                    limited = False
                     self._reader.settimeout(self._grace_s)
                     if asked:
                         _end_process(self._code, "ended at once, at a second signal")

@@ -251,6 +251,27 @@ class Timer:
         return f"<Timer {self.name} of {self.node}: {self.period_s:g} s, {self.fired} fired, {self.missed} missed>"
 
 
+def exact_period(period_s: float | None, hz: float | None, name: str) -> Fraction:
+    """The period of a timer that is given either the period or how often it ticks; 0 is off.
+
+    Raises:
+        InvalidDeclaration: both or none is given, or no timer can run so.
+    """
+    if (period_s is None) == (hz is None):
+        raise InvalidDeclaration(
+            f"timer {name} takes either the period in seconds or hz=, got period {period_s!r}, hz {hz!r}"
+        )
+    if period_s is not None:
+        return checked_period(period_s, name)
+    try:
+        rate = Fraction(str(hz))
+    except ValueError:
+        rate = Fraction(-1)
+    if rate < 0:
+        raise InvalidDeclaration(f"timer {name}: hz= is 0 (off) or a positive number, got {hz!r}")
+    return checked_period(1 / rate if rate else rate, name)
+
+
 def checked_period(period_s: float | Fraction, name: str) -> Fraction:
     """The period as the decimal number it was written as: 0.1 means a tenth, not the nearest binary fraction.
 

@@ -179,6 +179,11 @@ def test_what_comes_out_of_a_pickle_is_checked():
         restore(cls, values | {"x": "one"})
 
 
+def test_a_message_is_printed_with_the_name_of_its_class():
+    assert str(Vector3(x=1.0)) == repr(Vector3(x=1.0)) == "Vector3(x=1.0, y=0.0, z=0.0)"
+    assert f"{Time(sec=1)}" == "Time(sec=1, nanosec=0)"
+
+
 def test_a_large_array_is_printed_short():
     text = repr(Image(data=np.zeros(921600, np.uint8)))
     assert "data=[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, … 921600 × uint8]" in text

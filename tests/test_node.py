@@ -327,6 +327,24 @@ class Number(Message, package="test"):
     data: int
 
 
+@pytest.mark.parametrize(("hz", "ticks"), [(3, 6), (0.5, 1), (0, 0)])
+@virtual_time
+async def test_a_timer_is_created_with_its_rate_too(hz, ticks):
+    class Ticking(Node):
+        count = 0
+
+        def declare(self):
+            self.timer = self.create_timer(hz=hz, handler=self.tick)
+
+        def tick(self):
+            self.count += 1
+
+    async with graph_of(Ticking) as graph:
+        await asyncio.sleep(2.001)
+        assert graph.node(Ticking).count == ticks
+        assert graph.report().timers[0].name == "tick"
+
+
 @virtual_time
 async def test_declare_creates_what_only_the_parameters_decide():
     class Many(Parameters):
@@ -403,6 +421,11 @@ async def test_an_endpoint_created_later_is_checked_at_once():
             (InvalidName, lambda: late.create_publisher(Number, "two words")),
             (InvalidDeclaration, lambda: late.create_publisher("numbers", Number)),
             (InvalidDeclaration, lambda: late.create_timer(-1, print)),
+            (InvalidDeclaration, lambda: late.create_timer(hz=-1, handler=print)),
+            (InvalidDeclaration, lambda: late.create_timer(hz=float("nan"), handler=print)),
+            (InvalidDeclaration, lambda: late.create_timer(1, print, hz=1)),
+            (InvalidDeclaration, lambda: late.create_timer(handler=print)),
+            (InvalidDeclaration, lambda: late.create_timer(1)),
             (InvalidDeclaration, lambda: late.create_timer(1, print, missed="never")),
         ):
             with pytest.raises(error):

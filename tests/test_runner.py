@@ -663,12 +663,55 @@ def test_launch_logs_to_standard_error(monkeypatch):
     stream = io.StringIO()
     monkeypatch.setattr("sys.stderr", stream)
 
+    class Chatty(Node):
+        async def start(self) -> None:
+            self.log.info("good morning")
+
     async def main() -> None:
-        async with launch(Listener):
+        async with launch(Chatty):
             pass
 
     asyncio.run(main())
-    assert "which nobody publishes" in stream.getvalue()
+    assert "good morning" in stream.getvalue()
+
+
+@pytest.mark.parametrize(("embedded", "level"), [(False, "warning"), (True, "debug")])
+@virtual_time
+async def test_a_topic_that_no_node_publishes_is_worth_a_warning_where_nobody_else_can(embedded, level):
+    log: list[LogRecord] = []
+    async with Graph([Listener], clock=SimClock(), log_level="debug", sinks=(log.append,), embedded=embedded):
+        pass
+    assert [record.level for record in log if "which nobody publishes" in record.event] == [level]
+
+
+def test_a_program_that_launches_a_graph_may_be_the_one_that_publishes(monkeypatch):
+    stream = io.StringIO()
+    monkeypatch.setattr("sys.stderr", stream)
+
+    async def main() -> None:
+        async with launch(Listener) as graph:
+            graph.publish("numbers", Number(data=1))
+
+    asyncio.run(main())
+    assert stream.getvalue() == ""
+
+
+def test_another_thread_may_be_the_first_to_publish():
+    async def main() -> tuple[set[int], int]:
+        threads: set[int] = set()
+        async with launch(Listener) as graph:
+            graph.bus.on_attach.append(lambda _: threads.add(threading.get_ident()))
+
+            def publish_from_there() -> None:
+                for data in range(3):
+                    graph.publish("numbers", Number(data=data))
+
+            received = graph.subscribe(Number, "numbers")
+            await asyncio.gather(*(asyncio.to_thread(publish_from_there) for _ in range(2)))
+            assert sorted([(await anext(received)).data for _ in range(6)]) == [0, 0, 1, 1, 2, 2]
+            return threads, len(graph.bus.topics["/numbers"].publishers)
+
+    assert asyncio.run(main()) == ({threading.get_ident()}, 1)
 
 
 @virtual_time

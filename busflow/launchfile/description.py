@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from busflow.launchfile.value import Origin, Value
 
 if TYPE_CHECKING:
+    from busflow.errors import Problem
     from busflow.qos import QoS
 
 
@@ -125,5 +126,6 @@ class LaunchDescription:
     seed: int | None = None
     expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`
     shutdown_grace_s: float | None = None
+    warnings: tuple[Problem, ...] = ()  # what is not wrong, but probably not meant
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -63,6 +63,8 @@ class Scope:
     broken: frozenset[str] = frozenset()
     """Arguments whose own problem is told already: whatever uses them fails without a word."""
     budget: Budget = field(default_factory=Budget)
+    used: set[str] = field(default_factory=set[str])
+    """The arguments that some expression names."""
 
 
 @dataclass(slots=True)
@@ -254,6 +256,7 @@ class _Template:
         if name in _WORDS:
             return lambda: (_WORDS[name], None)
         if group == "args" and member:
+            self._scope.used.add(member)
             if member in self._scope.broken:
                 raise LaunchError([])
             value = self._scope.args.get(member)

@@ -7,19 +7,19 @@ collected; what is wrong is left out, and the rest is looked at all the same.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import islice
 from pathlib import Path
 
-from busflow.errors import KeyPath, LaunchError, Place, Problem
+from busflow.errors import KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
 from busflow.launchfile.build import Builder
 from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
 from busflow.launchfile.document import Limits, read_file
 from busflow.launchfile.expression import Budget, Resolver, Scope
-from busflow.launchfile.faults import problem_at, problems
+from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.model import IncludeKeys, LaunchKeys, key_faults
 from busflow.launchfile.problems import Problems
@@ -108,6 +108,7 @@ class _Loader:
     def __init__(self, environment: Mapping[str, str]) -> None:
         self.problems = Problems()
         self.files: list[Path] = []
+        self._scopes: list[tuple[Value, Scope]] = []
         self._environment = environment
         self._budget = Budget()
         self._limits = Limits()
@@ -131,7 +132,16 @@ class _Loader:
         if not description.nodes and not self.problems:
             message, fix = "the file names no nodes: there is nothing to run", "add `nodes:`"
             self.problems.add(problem_at("no-nodes", message, fix, root.origin))
-        return description
+        return replace(description, warnings=tuple(self._unused_arguments()))
+
+    def _unused_arguments(self) -> Iterator[Problem]:
+        """Arguments that no expression names: whoever gives them a value waits in vain for what it does."""
+        for root, scope in self._scopes:
+            for name, entry in root.section("args").items():
+                if name not in scope.used:
+                    message, fix = f"nothing uses the argument {name}", f"write ${{args.{name}}} where it is meant"
+                    problem = problem_at("unused-argument", message, fix, key_origin(entry))
+                    yield replace(problem, severity=Severity.WARNING)
 
     def _read(self, path: Path, entry: Value | None, via: tuple[Place, ...]) -> Value | None:
         """A file's content. What keeps it from being read is told at the `entry` that names it."""
@@ -156,6 +166,7 @@ class _Loader:
         resolver = Resolver(Scope(self._environment, budget=self._budget), self.problems)
         bound = arguments.bind(root.members.get("args"), given, resolver)
         scope = Scope(self._environment, bound.values, frozenset(bound.broken), self._budget)
+        self._scopes.append((root, scope))
         return bound, Resolver(scope, self.problems)
 
     def _part(self, path: Path, root: Value, resolver: Resolver, around: str, chain: tuple[Path, ...]) -> Part:

@@ -105,6 +105,7 @@ class Preflight:
         plan = Plan()
         topics = [topic for description in descriptions for topic in description.topics]
         for description in descriptions:
+            plan.problems += description.warnings
             for spec in description.nodes:
                 plan.problems += _not_yet(spec)
                 self._add(plan, spec, topics)

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from busflow.errors import LaunchError, Problem
+from busflow.errors import LaunchError, Problem, Severity
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
 
 MOST = 100
 
@@ -49,3 +53,17 @@ class Problems:
         if len(self._found) > MOST:
             found.append(Problem("more-problems", f"there are more than {MOST} problems", "begin with these"))
         return tuple(found)
+
+
+def tell(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
+    """Log what does not keep a graph from running.
+
+    Args:
+        problems: Those of its plan.
+        log: Where to.
+        embedded: Whether a program is around the graph: it may publish yet what no node does.
+    """
+    for problem in problems:
+        quiet = problem.severity is not Severity.WARNING or (embedded and problem.code == "nobody-publishes")
+        values = {key: str(at) for key, at in (("at", problem.place), ("fix", problem.fix)) if at}
+        (log.debug if quiet else log.warning)(problem.message, **values)

@@ -65,6 +65,7 @@ class Harness:
             log_level=log_level,
             sinks=(self.log.append,),
             explore=loop.schedule,
+            embedded=True,
         )
         self._loop = loop
         self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=keep))

@@ -218,3 +218,32 @@ def test_a_node_that_is_broken_lets_nothing_wrong_be_said_of_the_others(capsys: 
     assert "nothing_like_this" in out
     assert "nobody publishes" not in out
     assert out.endswith("1 error\n")
+
+
+def test_an_argument_that_nothing_uses_is_worth_a_warning(capsys: Captured):
+    replace("args:", "args:\n  gain: {type: float, default: 1.0}")
+    assert main(["check", "talk.yaml"]) == 0
+    assert capsys.readouterr().out == (
+        "talk.yaml:4:3: warning: nothing uses the argument gain\n"
+        "    gain: {type: float, default: 1.0}\n"
+        "    ^^^^\n"
+        "  fix: write ${args.gain} where it is meant\n"
+        "1 warning\n"
+    )
+
+
+@pytest.mark.parametrize("use", ["name: ${args.gain}", "name: x${args.rate_hz or args.gain}"])
+def test_an_argument_is_used_wherever_an_expression_names_it(use: str, capsys: Captured):
+    replace("args:", "args:\n  gain: {type: str, default: talk}")
+    replace("name: talk", use)
+    main(["check", "talk.yaml"])
+    assert "nothing uses" not in capsys.readouterr().out
+
+
+def test_the_words_of_a_qos_policy_are_those_that_a_profile_may_state(capsys: Captured):
+    replace("plugin: listener", "plugin: listener\n    subscriptions: {numbers: {reliability: often, liveliness: 3}}")
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert "reliability must be one of system_default, reliable, best_effort, got text 'often'" in out
+    assert "unknown" not in out
+    assert "best_available" not in out

@@ -75,9 +75,9 @@ NODES = {
 class Terminal:
     """A `busflow run` in a terminal of its own."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *options: str) -> None:
         self.mine, theirs = pty.openpty()
-        command = [sys.executable, "-m", "busflow", "run", "launch.yaml"]
+        command = [sys.executable, "-m", "busflow", "run", "launch.yaml", *options]
         self.process = subprocess.Popen(
             command, cwd=folder, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
             preexec_fn=take_terminal,  # noqa: PLW1509  # there are no threads yet
@@ -118,13 +118,13 @@ def take_terminal() -> None:
 
 @pytest.fixture
 def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
-    name = request.param
+    name, *options = request.param if isinstance(request.param, tuple) else (request.param,)
     (tmp_path / "plugins").mkdir()
     imports = "import asyncio\nimport signal\nimport time\nfrom busflow import Node, timer\n"
     code = f"{imports}\nclass Plugin(Node):\n{NODES[name]}"
     (tmp_path / "plugins" / f"{name}.py").write_text(code.replace("\n    ", "\n"))
     (tmp_path / "launch.yaml").write_text(f"plugins: [plugins]\nnodes:\n  {name}:\n    plugin: {name}\n")
-    opened = Terminal(tmp_path)
+    opened = Terminal(tmp_path, *options)
     yield opened
     opened.process.kill()
     opened.process.wait()
@@ -166,6 +166,19 @@ def test_ctrl_c_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told:
     terminal.read_until("ticking")
     terminal.press_ctrl_c()
     assert terminal.end() == 130
+    assert told in terminal.shown
+    assert "Traceback" not in terminal.shown
+
+
+@pytest.mark.parametrize(
+    ("terminal", "told"),
+    [(("busy", "--for", "0.2"), "plugins/busy.py:"), (("asleep", "--for", "0.2"), "plugins/asleep.py:")],
+    indirect=["terminal"],
+    ids=["busy", "asleep"],
+)
+def test_a_time_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told: str):
+    assert terminal.end() == 1
+    assert "ticking" in terminal.shown
     assert told in terminal.shown
     assert "Traceback" not in terminal.shown
 
