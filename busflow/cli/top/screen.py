@@ -31,6 +31,7 @@ _PLOTTED = 200
 _LOGGED = 200
 _ECHO_S = 0.1
 """The shortest time between two messages that are shown: nobody reads faster."""
+_LEVELS = {50: "bold red", 40: "red", 30: "yellow"}
 _STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim"}
 
 
@@ -107,10 +108,7 @@ class Top(App[None]):
 
     def _log_lines(self) -> list[dict[str, Any]]:
         """What was logged since the last look, the oldest first."""
-        try:
-            found = [record for answer in self._peer.ask("log", count=_LOGGED) for record in answer["records"]]
-        except BusflowError:
-            return []
+        found = [line for answer in self._peer.ask("log", count=_LOGGED) for line in answer["lines"]]
         found.sort(key=lambda each: each["stamp_ns"])
         new = [each for each in found if each["stamp_ns"] > self._last_log_ns]
         if new:
@@ -123,7 +121,7 @@ class Top(App[None]):
 
     # On the screen.
 
-    def _show(self, look: Look, run: dict[str, Any], records: list[dict[str, Any]]) -> None:
+    def _show(self, look: Look, run: dict[str, Any], log_lines: list[dict[str, Any]]) -> None:
         while len(self._looks) > 1 and look.at_s - self._looks[1].at_s >= _RATED_S:
             self._looks.popleft()
         self._looks.append(look)
@@ -132,9 +130,9 @@ class Top(App[None]):
         self._fill("topics", [row.cells() for row in topic_rows(look, self._looks[0])])
         self._fill("nodes", [row.cells() for row in node_rows(look)])
         log = self.query_one("#log", RichLog)
-        for record in records:
-            style = {"warning": "yellow", "error": "red", "critical": "bold red"}.get(record["level"], "")
-            log.write(Text(printable(f"{record['level']:8} {record['node']}: {record['event']}"), style))
+        for line in log_lines:
+            style = next((style for level, style in _LEVELS.items() if line["level"] >= level), "")
+            log.write(Text(printable(f"{line['node']}: {line['text']}"), style))
 
     def _fill(self, name: str, rows: list[tuple[str, ...]]) -> None:
         """Bring a table up to date row by row, so that the cursor stays where it is."""

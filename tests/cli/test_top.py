@@ -1,0 +1,125 @@
+"""`busflow top`, on a running graph: its screen driven by keys, and the command in a real terminal."""
+
+import asyncio
+import os
+import pty
+import select
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import DataTable, RichLog, Static
+
+from busflow.cli import main
+from busflow.cli.top.screen import Top
+from busflow.wire.peer import join
+
+PATIENCE_S = 30.0
+
+
+def rows(app: Top, name: str) -> dict[str, list[str]]:
+    table: DataTable[Any] = app.query_one(f"#{name}", DataTable)
+    return {str(key.value): [str(cell) for cell in table.get_row(key)] for key in table.rows}
+
+
+def text(app: Top, name: str) -> str:
+    return str(app.query_one(f"#{name}", Static).render())
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
+    """Let the screen go on until something is so."""
+    async with asyncio.timeout(PATIENCE_S):
+        while not holds():
+            await pilot.pause(0.02)
+
+
+def driven(play: Callable[[Top, Pilot[None]], Any]) -> None:
+    """Run the screen on the lab that runs, and play on its keys."""
+
+    async def go() -> None:
+        with join() as peer:
+            app = Top(peer, 0.1)
+            async with app.run_test(size=(160, 50)) as pilot:
+                await until(pilot, lambda: bool(rows(app, "topics")))
+                await play(app, pilot)
+
+    asyncio.run(go())
+
+
+@pytest.mark.usefixtures("lab")
+def test_nodes_topics_and_rates_are_shown():
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        await until(pilot, lambda: rows(app, "topics")["/imu/data"][2] not in ("", "0.0"))
+        name, type_, rate, published, ends, dropped, queued = rows(app, "topics")["/imu/data"]
+        assert (name, type_, ends, dropped, queued) == ("/imu/data", "sensor_msgs/msg/Imu", "1 → 1", "0", "0")
+        assert float(rate) > 0
+        assert int(published) > 0
+        assert rows(app, "nodes")["/imu_publisher"][1:3] == ["running", "imu_publisher"]
+        assert "imu_lab" in text(app, "head")
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("lab")
+def test_a_chosen_topic_is_echoed_and_a_number_of_it_plotted():
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        table: DataTable[Any] = app.query_one("#topics", DataTable)
+        table.move_cursor(row=table.get_row_index("/imu/data"))
+        await pilot.press("e")
+        await until(pilot, lambda: "linear_acceleration:" in text(app, "message"))
+        await pilot.press("p", *"header.stamp.sec", "enter")
+        await until(pilot, lambda: "header.stamp.sec = " in text(app, "message"))
+        await pilot.press("p", *"nothing", "enter")
+        await until(pilot, lambda: "there is no number nothing" in text(app, "message"))
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("lab")
+def test_a_pause_keeps_the_picture_and_goes_on():
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        await pilot.press("space")
+        await until(pilot, lambda: "paused" in text(app, "head"))
+        await pilot.press("space")
+        await until(pilot, lambda: "every 0.1 s" in text(app, "head"))
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_log_is_shown():
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        await until(pilot, lambda: any("works" in line.text for line in app.query_one("#log", RichLog).lines))
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("place")
+def test_without_a_terminal_or_a_run_it_says_so(capsys: pytest.CaptureFixture[str]):
+    assert main(["top"]) == 2
+    assert "needs a terminal" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("lab")
+@pytest.mark.parametrize(("key", "code"), [(b"q", 0), (b"\x03", 130)])
+def test_in_a_real_terminal_q_and_ctrl_c_end_it(key: bytes, code: int):
+    screen, terminal = pty.openpty()
+    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "40"}
+    command = [sys.executable, "-m", "busflow", "top", "--interval", "0.1"]
+    with subprocess.Popen(command, stdin=terminal, stdout=terminal, stderr=terminal, env=environment) as top:
+        os.close(terminal)
+        shown = b""
+        while b"/imu/data" not in shown:
+            ready, _, _ = select.select([screen], [], [], PATIENCE_S)
+            assert ready, shown
+            shown += os.read(screen, 65536)
+        os.write(screen, key)
+        with suppress(OSError):  # how Linux says that nobody has the terminal any more
+            while os.read(screen, 65536):
+                pass
+        assert top.wait(PATIENCE_S) == code
+        os.close(screen)
