@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 PREFIX = "@busflow/1"
 _ARGUMENT_BYTES = 1 << 20
-_MOST_WAITING = 256
+_MOST_WAITING = 64
 """Questions that may wait for the loop. One more is not taken: who asks a blocked run over and over is told nothing."""
 
 
