@@ -24,6 +24,7 @@ _COMMANDS = {
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
+    "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
     "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),

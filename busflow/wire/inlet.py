@@ -23,10 +23,10 @@ from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.fields import ArrayKind
 from busflow.message import Message, fields_of
 from busflow.publishers import Publisher
-from busflow.qos import Durability, QoS
+from busflow.qos import Durability
 from busflow.text import printable
 from busflow.wire.keys import Attachment, Token, topic_key
-from busflow.wire.qos_form import from_text
+from busflow.wire.qos_form import as_qos, from_text
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -262,17 +262,8 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     Raises:
         MalformedMessage: its QoS is none.
     """
-    told = from_text(token.qos)
-    words: dict[str, Any] = {
-        "depth": min(max(1, told.depth), _MOST_DEPTH),
-        "reliability": told.reliability,
-        "durability": told.durability,
-        "liveliness": told.liveliness,
-    }
-    limits = {"deadline": told.deadline_ns, "lifespan": told.lifespan_ns, "lease": told.lease_ns}
-    stated = {word: limit / 1e9 for word, limit in limits.items() if limit}
     try:
-        qos = QoS.model_validate(words | stated)
+        qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
     except (ValueError, OverflowError):
         raise MalformedMessage(f"{printable(token.qos, limit=200)} is a QoS that cannot be") from None
     origin = f"{token.node_name} (another process)"

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from busflow.wire.run_directory import RunCard
 
 End = Publisher[Any] | Subscription[Any]
+_MOST = 10_000
+"""Tokens of other processes that are told of: whoever shows more is at fault, or means harm."""
 
 
 class Mirror:
@@ -62,7 +64,10 @@ class Mirror:
         self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
         self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
-        self._questions = Questions(graph, card, process, self._supports, self._history, self._neighbours.losses)
+        self._elsewhere: set[str] = set()
+        """The tokens of other processes: of two that only look, neither is linked to the other."""
+        losses = self._neighbours.losses
+        self._questions = Questions(graph, card, process, self._supports, self._history, losses, self._elsewhere)
         self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0
@@ -234,6 +239,10 @@ class Mirror:
             return
         if token.session == self._zid:
             return
+        if not alive:
+            self._elsewhere.discard(text)
+        elif len(self._elsewhere) < _MOST:
+            self._elsewhere.add(text)
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
         elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:

@@ -133,7 +133,19 @@ class Peer:
 
     def graph(self) -> GraphView:
         """The run's nodes and topics as they are now."""
-        return view(self.tokens(), self.ask("graph"))
+        return view(*self.look())
+
+    def look(self) -> tuple[list[Token], list[Any]]:
+        """What a view of the graph is made of: every token, and each process's answer to `graph`.
+
+        Those of others that only look are told by the run's processes: they have no link to this one.
+        """
+        tokens, answers = {str(token): token for token in self.tokens()}, self.ask("graph")
+        for text in {text for answer in answers for text in answer.get("elsewhere", ())} - tokens.keys():
+            token = Token.parse(text)
+            if token.session != self._zid:
+                tokens[text] = token
+        return list(tokens.values()), answers
 
     def type(self, name: str) -> ForeignType:
         """A message type that the run uses, ready to read and write its messages.

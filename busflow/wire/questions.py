@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -73,10 +73,22 @@ class Questions:
         supports: Supports,
         history: History,
         losses: Mapping[str, Mapping[str, int]],
+        elsewhere: Collection[str],
     ) -> None:
-        """The answers; `losses` tells by topic what came from other processes and became no message."""
+        """The answers about a graph.
+
+        Args:
+            graph: what runs.
+            card: what it says of itself.
+            process: this process's name.
+            supports: how each message class travels.
+            history: what is kept for `--last`.
+            losses: counts by topic what came from other processes and became no message.
+            elsewhere: the tokens of other processes.
+        """
         self._graph, self._card, self._process = graph, card, process
-        self._supports, self._history, self._losses = supports, history, losses
+        self._supports, self._history = supports, history
+        self._losses, self._elsewhere = losses, elsewhere
         self.parameter_log = ParameterLog(graph.clock)
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
@@ -117,20 +129,26 @@ class Questions:
         }
 
     def report(self, _arguments: Mapping[str, Any]) -> object:
-        """The report as `--report` writes it, as it stands now."""
-        return self._graph.report().as_json()
+        """The report as `--report` writes it, as it stands now; each topic with its `losses` on the way in."""
+        report = self._graph.report().as_json()
+        for topic in report["topics"]:
+            topic["losses"] = dict(self._losses.get(topic["name"], {}))
+        return report
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
-        """Every node and topic of this process: `{process, pid, nodes: […], topics: […], timers: […]}`."""
+        """All of this process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, timers, elsewhere}`."""
         topics = self._graph.bus.topics.values()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.timers]
         return {
             "process": self._process,
             "pid": os.getpid(),
             "elapsed_s": self._graph.clock.seconds(),
+            "clock": self._graph.clock.kind,
+            "inbox": {"dropped": self._graph.bus.inbox.dropped, "refused": self._graph.bus.inbox.refused},
             "nodes": [_node(unit) for unit in self._graph.units],
             "topics": [self._topic(topic) for topic in topics],
             "timers": timers,
+            "elsewhere": sorted(self._elsewhere),
         }
 
     def types(self, arguments: Mapping[str, Any]) -> object:

@@ -139,6 +139,34 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
     return sorted(found, key=lambda run: run.card.since_ns)
 
 
+@dataclass(frozen=True, slots=True)
+class Folder:
+    """A place where runs of this user may be."""
+
+    path: Path
+    exists: bool
+    fault: str = ""
+    """Why it cannot be used; empty where it can."""
+    remains: tuple[str, ...] = ()
+    """Directories in it that dead runs have left, until somebody looks for runs."""
+
+
+def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
+    """Where runs are looked for, in that order; nothing is removed."""
+    found: list[Folder] = []
+    for path in _folders(environment, search=True):
+        if not os.path.lexists(path):
+            found.append(Folder(path, exists=False))
+            continue
+        try:
+            names = sorted(each.name for each in _own(path).iterdir() if each.is_dir() and not each.is_symlink())
+        except (InspectionUnavailable, OSError) as error:
+            found.append(Folder(path, exists=True, fault=str(error)))
+            continue
+        found.append(Folder(path, exists=True, remains=tuple(name for name in names if not _lives(path / name))))
+    return found
+
+
 def find_run(name: str | None = None, environment: Mapping[str, str] = os.environ) -> FoundRun:
     """The run of a name, or the only one there is.
 

@@ -1,0 +1,191 @@
+"""`busflow doctor`: what there is on this machine, whether each run answers, and what is wrong in it."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import busflow
+from busflow.cli.joining import complete_runs, print_answer
+from busflow.cli.output import print_columns, print_problems
+from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
+
+if TYPE_CHECKING:
+    from busflow.wire.roll_call import PresentRun
+    from busflow.wire.run_directory import Folder
+
+_EXAMPLES = """\b
+Examples:
+  busflow doctor
+  busflow doctor --run lab1 --json | jq '.findings[].message'"""
+
+
+@dataclass(frozen=True, slots=True)
+class _Examined:
+    """One run, and what was found wrong in it."""
+
+    present: PresentRun
+    clock: str
+    topics: int
+    findings: tuple[Problem, ...]
+
+
+@click.command(epilog=_EXAMPLES)
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Only this run; see busflow ps.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def doctor(run: str | None, as_json: bool) -> int:
+    """Tell versions, run directories and runs, and what is wrong in each graph that runs; exit code 3 if something is.
+
+    Directories that dead runs have left are removed.
+    """
+    from busflow.wire.run_directory import find_run, folders
+
+    if run is not None:
+        find_run(run)
+    places = folders()
+    findings = [*_about_versions(), *_about(places)]
+    examined = [_examine(present) for present in _present(run, findings)]
+    findings += [problem for each in examined for problem in each.findings]
+    if as_json:
+        told = [{"run": name, **problem.as_json()} for name, problem in _by_run(findings, examined)]
+        runs = [_run_json(each) for each in examined]
+        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": told})
+    else:
+        _print(places, examined, findings)
+    return ExitCode.DIFFERENT if findings else ExitCode.OK
+
+
+def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
+    from busflow.wire.roll_call import call_roll
+
+    try:
+        for present in call_roll():
+            if run in (None, present.run.name):
+                yield present
+    except InspectionUnavailable:
+        if not findings:  # an unsafe folder is told of already
+            raise
+
+
+# Examining.
+
+
+def _versions() -> dict[str, str | None]:
+    try:
+        zenoh = version("eclipse-zenoh")
+    except PackageNotFoundError:
+        zenoh = None
+    return {"busflow": busflow.__version__, "python": platform.python_version(), "zenoh": zenoh}
+
+
+def _about_versions() -> Iterator[Problem]:
+    from busflow.wire.session import require_zenoh
+
+    try:
+        require_zenoh()
+    except InspectionUnavailable as error:
+        yield Problem("no-zenoh", f"runs cannot be looked into: {error}", "pip install eclipse-zenoh")
+
+
+def _about(folders: list[Folder]) -> Iterator[Problem]:
+    for each in folders:
+        if each.fault:
+            yield Problem("unsafe-folder", each.fault, f"look who made it: ls -ld {each.path}")
+
+
+def _examine(present: PresentRun) -> _Examined:
+    if present.silence:
+        fix = f"look at process {present.run.card.pid}: a handler must not block; use run_sync for what does"
+        return _Examined(present, "?", 0, (Problem("silent", present.silence, fix),))
+    from busflow.wire.checkup import findings
+    from busflow.wire.peer import Peer
+    from busflow.wire.view import view
+
+    try:
+        with closing(Peer(present.run)) as peer:
+            tokens, answers = peer.look()
+    except BusflowError as error:
+        return _Examined(present, "?", 0, (Problem("silent", str(error), "ask again"),))
+    graph = view(tokens, answers)
+    clocks = ", ".join(dict.fromkeys(answer["clock"] for answer in answers))
+    topics = sum(not topic.hidden for topic in graph.topics.values())
+    return _Examined(present, clocks, topics, (*_about_age(present), *findings(graph, tokens, answers)))
+
+
+def _about_age(present: PresentRun) -> Iterator[Problem]:
+    theirs = present.run.card.version
+    if theirs != busflow.__version__:
+        text = f"it runs busflow {theirs or 'of an unknown version'}, and this is {busflow.__version__}"
+        yield Problem("other-version", text, "start it anew, or use its own busflow", severity=Severity.WARNING)
+
+
+def _by_run(findings: list[Problem], examined: list[_Examined]) -> Iterator[tuple[str | None, Problem]]:
+    names = {id(problem): each.present.run.name for each in examined for problem in each.findings}
+    yield from ((names.get(id(problem)), problem) for problem in findings)
+
+
+# Showing.
+
+
+def _print(folders: list[Folder], examined: list[_Examined], findings: list[Problem]) -> None:
+    versions = _versions()
+    print_columns(
+        [
+            ("busflow", versions["busflow"]),
+            ("Python", f"{versions['python']} on {platform.system()} {platform.release()}"),
+            ("Zenoh", versions["zenoh"] or "missing"),
+            *(("runs in", f"{each.path}: {_state(each)}") for each in folders),
+            *((each.present.run.name, _sentence(each)) for each in examined),
+        ]
+    )
+    if not examined:
+        click.echo("nothing is running")
+    for name, problem in _by_run(findings, examined):
+        click.echo(f"\n{name}:" if name else "")
+        print_problems([problem])
+    click.echo(f"\n{_count(len(findings))}")
+
+
+def _count(findings: int) -> str:
+    return f"{findings} finding{'s' * (findings > 1)}" if findings else "nothing is wrong"
+
+
+def _state(folder: Folder) -> str:
+    if not folder.exists:
+        return "not there, which is fine"
+    if folder.fault:
+        return "not safe"
+    return "safe" + (f"; removed what is left of {', '.join(folder.remains)}" if folder.remains else "")
+
+
+def _sentence(each: _Examined) -> str:
+    if each.present.silence:
+        return "does not answer"
+    answer = f"answers in {each.present.answered_in_s * 1000:.1f} ms"
+    return f"{each.present.nodes} nodes, {each.topics} topics, {each.clock} clock, {answer}"
+
+
+def _surroundings(folders: list[Folder]) -> Mapping[str, Any]:
+    told = [
+        {"path": str(each.path), "exists": each.exists, "safe": not each.fault, "removed": list(each.remains)}
+        for each in folders
+    ]
+    return {"versions": _versions(), "folders": told}
+
+
+def _run_json(each: _Examined) -> dict[str, Any]:
+    present = each.present
+    return {
+        "run": present.run.name,
+        "state": present.state,
+        "nodes": present.nodes,
+        "topics": None if present.silence else each.topics,
+        "clock": None if present.silence else each.clock,
+        "answered_in_ms": None if present.silence else present.answered_in_s * 1000,
+    }

@@ -1,0 +1,108 @@
+"""`busflow doctor`: what it finds in graphs that run, and around them."""
+
+import json
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.cli import main
+from busflow.msgs.std_msgs import String
+from busflow.wire.foreign import ForeignType
+from busflow.wire.peer import join
+from busflow.wire.typesupport import TypeSupport
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def string() -> ForeignType:
+    support = TypeSupport(String)
+    return ForeignType(support.name, support.type_hash, support.description)
+
+
+@pytest.mark.e2e
+def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
+    assert main(["doctor"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.splitlines()[0].split() == ["busflow", "0.1.0"]
+    (line,) = (line for line in captured.out.splitlines() if line.startswith("talk "))
+    assert line.split("  ")[-1].strip().startswith("2 nodes, 2 topics, system clock, answers in ")
+    assert captured.out.endswith("\nnothing is wrong\n")
+
+
+@pytest.mark.e2e
+def test_what_another_process_does_wrong_is_found_with_a_fix(
+    project: Path, start_run: Callable[..., Any], capsys: Captured, string: ForeignType
+):
+    start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
+    with join() as peer:
+        numbers = peer.type("std_msgs/msg/Float64")
+        with peer.advertise("/numbers", string), peer.advertise("/numbers", numbers, qos="2::,10:,:,:,,"):
+            assert main(["doctor"]) == 3
+            out = capsys.readouterr().out
+            assert main(["doctor", "--json"]) == 3
+            told = json.loads(capsys.readouterr().out)
+    assert "talk:\nerror: /numbers carries std_msgs/msg/" in out
+    assert "reliability: best_effort is offered, reliable is requested" in out
+    assert "  fix: set reliability: best_effort on the subscription" in out
+    assert {each["code"] for each in told["findings"]} >= {"type-mismatch", "qos-mismatch"}
+    assert {each["run"] for each in told["findings"]} == {"talk"}
+    assert (told["version"], told["ok"]) == (1, False)
+
+
+@pytest.mark.e2e
+def test_messages_lost_on_the_way_in_are_found(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
+    with join() as peer, peer.advertise("/numbers", peer.type("std_msgs/msg/Float64")) as speaker:
+        assert speaker.wait_for_listener(5)
+        speaker.publish({"data": 1.0})
+        speaker.published += 3  # which are lost between here and there
+        speaker.publish({"data": 2.0})
+        while not peer.graph().topic("numbers").details["losses"].get("lost"):
+            pass
+        (answer,) = peer.ask("report")
+        assert [topic["losses"] for topic in answer["topics"] if topic["name"] == "/numbers"] == [{"lost": 3}]
+        assert main(["doctor"]) == 3
+    assert "3 messages on /numbers from other processes never arrived" in capsys.readouterr().out
+
+
+@pytest.mark.e2e
+def test_remains_of_a_dead_run_are_told_and_removed(
+    project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured
+):
+    run = start_run(project, "talk.yaml")
+    run.wait_for("heard")
+    os.kill(run.process.pid, signal.SIGKILL)
+    run.process.wait()
+    assert main(["doctor"]) == 0
+    out = capsys.readouterr().out
+    assert f"{place.path}: safe; removed what is left of talk\n" in out
+    assert "nothing is running" in out
+    assert not (place.path / "talk").exists()
+
+
+def test_a_folder_that_others_can_open_is_a_finding(place: Any, capsys: Captured):
+    place.path.chmod(0o755)
+    assert main(["doctor"]) == 3
+    assert "can be opened by others (mode 0755); chmod 700 it" in capsys.readouterr().out
+
+
+@pytest.mark.e2e
+def test_a_run_that_hangs_is_a_finding(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    run = start_run(project, "talk.yaml")
+    run.wait_for("heard")
+    run.process.send_signal(signal.SIGSTOP)
+    assert main(["doctor", "--run", "talk"]) == 3
+    out = capsys.readouterr().out
+    assert "talk     does not answer" in out
+    assert "run_sync" in out
+
+
+@pytest.mark.usefixtures("place")
+def test_a_run_that_is_not_there():
+    assert main(["doctor", "--run", "talk"]) == 4

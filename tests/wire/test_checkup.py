@@ -1,0 +1,115 @@
+"""What is wrong in a graph, found in its tokens and its processes' answers."""
+
+from dataclasses import replace
+from typing import Any
+
+from busflow.errors import Severity
+from busflow.qos import SENSOR_DATA, QoS
+from busflow.wire.checkup import findings
+from busflow.wire.keys import Kind, Token
+from busflow.wire.qos_form import to_text
+from busflow.wire.view import view
+
+FLOAT = "std_msgs/msg/Float64"
+
+
+def token(kind, node, topic="", *, type_=FLOAT, hash_="RIHS01_1", qos=None, session="a", number=1):
+    return Token(session, 1, number, kind, "/", node, topic, type_ if topic else "", hash_, to_text(qos or QoS()))
+
+
+def subscription(node="/sink", **counts) -> dict[str, Any]:
+    return {"node": node, "depth": 5, "published": 10, "dropped": 0, "drops": {}, **counts}
+
+
+def topic(name="/x", *, subscriptions=(), losses=None) -> dict[str, Any]:
+    return {"name": name, "type": FLOAT, "publishers": [], "subscriptions": subscriptions, "losses": losses or {}}
+
+
+def answer(**parts) -> dict[str, Any]:
+    empty: dict[str, Any] = {"process": "main", "pid": 1, "nodes": [], "topics": [], "timers": [], "inbox": {}}
+    return empty | parts
+
+
+def found(tokens=(), *answers):
+    answers = answers or (answer(),)
+    return findings(view(tokens, answers), tokens, answers)
+
+
+def test_a_graph_in_which_all_fits_is_healthy():
+    ends = [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x")]
+    timer = {"node": "/source", "name": "tick", "fired": 1000, "missed": 1}
+    assert found(ends, answer(topics=[topic(subscriptions=[subscription()])], timers=[timer])) == []
+
+
+def test_two_types_and_two_definitions_of_one_are_named_with_who_has_them():
+    other = token(Kind.SUBSCRIPTION, "sink", "/x", type_="std_msgs/msg/String")
+    (problem,) = found([token(Kind.PUBLISHER, "source", "/x"), other])
+    assert (problem.code, problem.severity) == ("type-mismatch", Severity.ERROR)
+    assert problem.message == f"/x carries {FLOAT} (/source) and std_msgs/msg/String (/sink)"
+    (problem,) = found(
+        [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x", hash_="RIHS01_2")]
+    )
+    assert problem.message == f"/x carries 2 definitions of {FLOAT} (/source) and {FLOAT} (/sink)"
+
+
+def test_a_pair_that_does_not_fit_is_told_also_of_other_processes():
+    ends = [
+        token(Kind.PUBLISHER, "source", "/x", qos=SENSOR_DATA, session="b"),
+        token(Kind.SUBSCRIPTION, "sink", "/x", qos=QoS(deadline_s=0.5)),
+    ]
+    (problem,) = found(ends)
+    assert problem.code == "qos-mismatch"
+    assert "/sink cannot receive /x from /source: reliability: best_effort is offered" in problem.message
+    assert "deadline: null is offered, 500ms is requested" in problem.message
+    assert problem.fix is not None
+    assert "on the publisher" in problem.fix
+
+
+def test_what_nobody_publishes_is_told_with_the_nearest():
+    ends = [token(Kind.PUBLISHER, "source", "/imu/data"), token(Kind.SUBSCRIPTION, "sink", "/imu/dta")]
+    (problem,) = found(ends)
+    assert problem.message == "/sink receives /imu/dta, which nobody publishes"
+    assert problem.fix == "did you mean '/imu/data'?"
+    assert found([token(Kind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
+
+
+def test_two_nodes_of_one_name():
+    (problem,) = found([token(Kind.NODE, "arm"), token(Kind.NODE, "arm", session="b")])
+    assert problem.message == "2 nodes are called /arm"
+
+
+def test_what_the_ledger_lost_is_told_with_its_reason_and_remedy():
+    ends = [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x")]
+    lost = subscription(dropped=4, drops={"expired": 1, "overflow": 3})
+    (problem,) = found(ends, answer(topics=[topic(subscriptions=[lost])]))
+    assert problem.message == "/sink lost 4 of 10 messages on /x (expired 1, overflow 3), depth 5"
+    assert problem.fix == "raise its depth, make its handler faster, or choose overflow: block"
+
+
+def test_what_was_lost_on_the_way_in_in_the_inbox_and_by_timers():
+    told = answer(
+        topics=[topic(losses={"lost": 3, "malformed": 1, "refused": 0})],
+        inbox={"dropped": 2, "refused": 0},
+        timers=[{"node": "/source", "name": "tick", "fired": 90, "missed": 10}],
+    )
+    assert [problem.message for problem in found((), told)] == [
+        "3 messages on /x from other processes never arrived",
+        "1 messages on /x from other processes could not be read",
+        "2 messages that threads published were too many at once",
+        "the timer tick of /source missed 10 of 100 ticks",
+    ]
+
+
+def test_a_failed_node_comes_first():
+    nodes = [{"name": "/arm", "state": "failed", "failures": ["failed in Arm.tick: ValueError: no"]}]
+    told = answer(nodes=nodes, inbox={"dropped": 2})
+    first, second = found((), told)
+    assert first.message == "/arm has failed: failed in Arm.tick: ValueError: no"
+    assert second.severity is Severity.WARNING
+
+
+def test_a_qos_that_nobody_can_read_is_no_reason_to_show_nothing():
+    strange = token(Kind.PUBLISHER, "source", "/x")
+    strange = replace(strange, qos="::,99:999999999999999999999999,0:,:,,")
+    (problem,) = found([strange, token(Kind.SUBSCRIPTION, "sink", "/x")])
+    assert problem.message.startswith("/sink cannot receive /x from /source: one of their QoS cannot be: ")
