@@ -225,6 +225,20 @@ async def test_exploring_keeps_to_the_budget_too():
     assert BUDGET_MESSAGES <= len(log) < BUDGET_MESSAGES + QUANTUM
 
 
+def test_exploring_lets_others_go_first_although_more_wait_in_line():
+    @virtual_time
+    async def main(seed):
+        dispatcher, log = opened(explore=Schedule(seed)), []
+        for name in "abc":
+            dispatcher.schedule(Backlog(dispatcher, log, name, 3))
+        await asyncio.sleep(0)
+        return len(log)
+
+    served_in_one_turn = {main(seed) for seed in range(40)}
+    assert max(served_in_one_turn) == 9
+    assert min(served_in_one_turn) < 9
+
+
 @pytest.mark.parametrize(("virtual", "explore", "share"), [(True, None, BUDGET_MESSAGES), (True, Schedule(1), QUANTUM)])
 def test_a_batch_of_an_async_handler_has_its_share_of_messages_in_virtual_time(virtual, explore, share):
     dispatcher = Dispatcher(virtual=virtual, explore=explore)

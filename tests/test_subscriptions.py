@@ -643,6 +643,19 @@ async def test_every_observer_of_a_subscription_that_is_pulled_from_hears(make_b
 
 
 @virtual_time
+async def test_who_has_left_waits_for_no_deadline(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(deadline_s=1)
+    subscription = bench.subscription(lambda _message: None, deadline_s=1)
+    publish(publisher, 1)
+    await asyncio.sleep(1.5)
+    subscription.close()
+    publisher.close()
+    await asyncio.sleep(10)
+    assert (publisher.deadlines_missed, subscription.statistics().deadlines_missed) == (1, 1)
+
+
+@virtual_time
 async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_of_drops(make_bench):
     bench, events, told = make_bench(), [], []
     publisher = bench.publisher(deadline_s=1)

@@ -239,3 +239,11 @@ def test_the_seed_of_the_clock_is_the_run_s(tmp_path, expecting):
     (tmp_path / path).write_text(FILE + "seed: 3\nclock:\n  mode: sim\n  seed: 7\n")
     with pytest.raises(Exception, match=r"seed is 3 and clock.seed is 7; state it once"):
         load(path)
+
+
+def test_trials_do_not_keep_the_rate_that_a_file_asks_for(tmp_path, expecting):
+    path = tmp_path / "slow.yaml"
+    path.write_text(f"include: {expecting('no_errors: true')}\nclock: {{mode: sim, rate: 0.001}}\n")
+    trials = Trials(load(path), 2)  # more than half an hour at that rate
+    trials.run([1])
+    assert trials.seeds == [1]

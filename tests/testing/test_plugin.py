@@ -3,9 +3,11 @@
 import subprocess
 import sys
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).parents[2]
 PLUGIN = "busflow.testing.plugin"
 
 TESTS = """
@@ -152,7 +154,8 @@ def run(folder, tests, *options, **environment):
         "asyncio_default_fixture_loop_scope = function\n"
     )
     command = [sys.executable, "-m", "pytest", "-W", "ignore:Unknown config option", *options]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    ours = {"PYTHONPATH": str(ROOT), **environment}  # the plugin of this tree, whichever is installed
+    done = subprocess.run(command, cwd=folder, env=ours, capture_output=True, text=True)
     return done.returncode, done.stdout + done.stderr
 
 

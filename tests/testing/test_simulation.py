@@ -15,6 +15,32 @@ FOLDER = Path(__file__).parents[2]
 LAB = str(FOLDER / "configs/lab1.yaml")
 
 
+NODES = """
+import asyncio
+
+from busflow import Node, publisher, subscription, timer
+from busflow.msgs.std_msgs import Float64
+
+
+class A(Node):
+    numbers = publisher(Float64, "numbers")
+    count = 0
+
+    @timer(0.1)
+    def tick(self) -> None:
+        self.count += 1
+        self.numbers.publish(Float64(data=self.count))
+
+
+class B(Node):
+    @subscription("numbers")
+    async def hear(self, number: Float64) -> None:
+        for _ in range(20):
+            await asyncio.sleep(0)
+        self.log.info(f"heard {number.data}")
+"""
+
+
 @pytest.fixture
 def simulated(tmp_path):
     """A launch file that asks for simulated time."""
@@ -97,6 +123,14 @@ def test_simulated_time_may_keep_a_rate(ran, simulated):
     report, _, _ = ran(simulated("{mode: sim, rate: 100}"), "--for", "4s")
     assert 0.04 <= perf_counter() - began < 4
     assert published(report)["/imu/data"] == 40
+
+
+def test_a_run_handles_what_is_due_exactly_at_its_end(tmp_path, ran):
+    (tmp_path / "nodes.py").write_text(NODES)
+    (tmp_path / "chain.yaml").write_text("plugins: [.]\nnodes: {a: {plugin: 'nodes:A'}, b: {plugin: 'nodes:B'}}\n")
+    report, log, _ = ran(str(tmp_path / "chain.yaml"), "--sim", "--for", "0.3")
+    assert report["timers"][0]["fired"] == 3
+    assert [line["event"] for line in log] == ["heard 1.0", "heard 2.0", "heard 3.0"]
 
 
 def test_a_trace_of_real_time_tells_the_same_things(ran):
