@@ -13,9 +13,9 @@ from busflow.annotation import Bounds, StrictModel
 from busflow.errors import Fault, LaunchError, Problem
 from busflow.launchfile.description import Argument
 from busflow.launchfile.document import parse_value
-from busflow.launchfile.expression import Resolver
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.model import ArgumentKeys
+from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import did_you_mean
 from busflow.validation import faults, shown

@@ -67,7 +67,7 @@ class Builder:
 
     def _node(self, key: str, value: Value) -> NodeSpec | None:
         stated = self.keys.nodes.get(key)
-        if stated is None or stated.plugin is None:
+        if stated is None or stated.plugin is None or not stated.when:
             return None
         space, _, name = key.rpartition("/")
         namespace, origin = f"/{space}", key_origin(value)
@@ -107,6 +107,8 @@ class Builder:
         found: list[TopicSpec] = []
         for name, value in self.part.tree.section("topics").items():
             stated = self.keys.topics[name]
+            if not stated.when:
+                continue
             entry = value.members.get("qos")
             qos = self._qos(entry) if entry is not None and entry.content is not None else QoS()
             if self._named(names.full_topic_name_fault, "topic name", name, value) and qos is not None:

@@ -73,7 +73,11 @@ def _key(text: str, file: Path, spec: NodeSpec) -> str:
     place = spec.origin.place
     if place is not None and Path(place.file).resolve() == file.resolve():
         for key, value in parse(text.encode(), str(file)).section("nodes").items():
-            if value.key is not None and (value.key.line, value.key.column) == (place.line, place.column):
-                return key
+            if value.key is None or (value.key.line, value.key.column) != (place.line, place.column):
+                continue
+            if "for_each" in value.members:
+                message, fix = f"{spec.full_name} is one of several nodes of a for_each", "write the values by hand"
+                raise LaunchError([Problem("not-editable", message, fix, place)])
+            return key
     fix = f"save into {place.file}" if place is not None else "write the values by hand"
     raise LaunchError([Problem("not-editable", f"{spec.full_name} is not stated in {file}", fix)])

@@ -11,8 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, cast
 
-from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launchfile.problems import Problems
+from busflow.errors import LaunchError, Place, Problem
 from busflow.launchfile.scalar import plain_scalar
 from busflow.launchfile.value import Origin, Scalar, Source, Value
 from busflow.text import did_you_mean, printable
@@ -65,52 +64,11 @@ class Scope:
     budget: Budget = field(default_factory=Budget)
     used: set[str] = field(default_factory=set[str])
     """The arguments that some expression names."""
+    each: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    """The variables of the `for_each` around; below one, keys too may hold expressions."""
 
 
-@dataclass(slots=True)
-class Resolver:
-    """Replaces the expressions of values, collecting what is wrong."""
-
-    scope: Scope
-    problems: Problems
-    failed: set[KeyPath] = field(default_factory=set[KeyPath])
-    """The paths whose expression could not be evaluated: they still hold its text."""
-
-    def resolve(self, value: Value, path: KeyPath = (), *, as_text: bool = False) -> Value:
-        """The value with every expression in it replaced.
-
-        Args:
-            value: What may hold expressions.
-            path: Where it is, for `failed`.
-            as_text: Do not read a variable of the environment as YAML: its text is wanted.
-        """
-        content = value.content
-        if isinstance(content, dict):
-            for key, each in content.items():
-                if "${" in key:
-                    fix = "write it out; only values hold expressions"
-                    message = "a key cannot hold an expression"
-                    problem = Problem("expression", message, fix, each.key, included_from=each.origin.included_from)
-                    self.failed.add((*path, key))
-                    self.problems.add(problem)
-            members = {key: self.resolve(each, (*path, key), as_text=as_text) for key, each in content.items()}
-            return replace(value, content=members)
-        if isinstance(content, list):
-            items = [self.resolve(each, (*path, n), as_text=as_text) for n, each in enumerate(content)]
-            return replace(value, content=items)
-        if not isinstance(content, str) or "${" not in content:
-            return value
-        try:
-            data, through = _Template(value, content, self.scope, as_text=as_text).evaluate()
-        except LaunchError as error:
-            self.failed.add(path)
-            self.problems.add(*error.problems)
-            return value
-        origin = replace(value.origin, through=through)
-        return replace(Value.of(data, origin), key=value.key)
-
-
-class _Template:
+class Template:
     """One text with expressions in it."""
 
     def __init__(self, value: Value, text: str, scope: Scope, *, as_text: bool) -> None:
@@ -271,14 +229,27 @@ class _Template:
             if text is None:
                 raise self._error(f"the environment variable {member} is not set", f"set {member}", start, len(name))
             return lambda: (_typed(text), Origin(Source.ENVIRONMENT))
-        if group == "each":
-            raise self._error("`each` is not in this version yet", "write the nodes one by one", start, len(name))
+        if group == "each" and member:
+            return self._each(member, start)
         fix = f"quote a text: '{name}'; a name is args.… or env.…"
         if name in self._scope.args:
             fix = f"write args.{name}"
         elif name.isupper():
             fix = f"write env.{name}"
         raise self._error(f"unknown name {name}", fix, start, len(name))
+
+    def _each(self, member: str, start: int) -> _Thunk:
+        known, path = self._scope.each, tuple(member.split("."))
+        if not known:
+            fix = "add `for_each: {side: [left, right]}` to the entry"
+            raise self._error("`each` is known only below a for_each", fix, start, len(member) + 5)
+        value = Value(dict(known), self._value.origin).find(path)
+        if value is None:
+            found = known.get(path[0])
+            known = found.members if found is not None else known
+            fix = did_you_mean(path[-1], known) if known else f"each.{path[0]} is {shown(found and found.data)}"
+            raise self._error(f"there is no each.{member}", fix, start, len(member) + 5)
+        return lambda: (value.data, value.origin.through or value.origin)
 
     def _either(self, at: int, left: _Thunk, right: _Thunk, word: str, *, stop: bool) -> _Thunk:
         def both() -> Result:

@@ -13,16 +13,18 @@ from functools import reduce
 from itertools import islice
 from pathlib import Path
 
-from busflow.errors import KeyPath, LaunchError, Place, Problem, Severity
+from busflow.errors import Fault, KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
 from busflow.launchfile.build import Builder
 from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
 from busflow.launchfile.document import Limits, read_file
-from busflow.launchfile.expression import Budget, Resolver, Scope
+from busflow.launchfile.expand import Expander
+from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.model import IncludeKeys, LaunchKeys, key_faults
 from busflow.launchfile.problems import Problems
+from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import nearest
 from busflow.validation import MOST_FAULTS
@@ -131,6 +133,8 @@ class _Loader:
         description = builder.build(path.stem, bound.known, tuple(self.files))
         if not description.nodes and not self.problems:
             message, fix = "the file names no nodes: there is nothing to run", "add `nodes:`"
+            if keys.nodes:
+                message, fix = "every node is left out by its `when`: there is nothing to run", None
             self.problems.add(problem_at("no-nodes", message, fix, root.origin))
         return replace(description, warnings=tuple(self._unused_arguments()))
 
@@ -172,8 +176,8 @@ class _Loader:
     def _part(self, path: Path, root: Value, resolver: Resolver, around: str, chain: tuple[Path, ...]) -> Part:
         """What a file and its includes add, under the namespace `around`."""
         declared = root.members.get("args")
-        tree = resolver.resolve(root.without(("args",)))
-        tree = _without(tree, resolver.failed)
+        expander = Expander(resolver.scope, self.problems, self._limits)
+        tree = _without(*expander.expand(root.without(("args",))))
         if declared is not None:
             tree = tree.with_member(("args",), declared)
         keys, tree = self._checked(tree)
@@ -185,6 +189,8 @@ class _Loader:
         included = Part(Value({}, tree.origin))
         for index, include in enumerate(keys.include):
             entry = tree.find(("include", index)) or tree.members["include"]
+            if not include.when:
+                continue
             part = self._included(path, include, entry, compose(namespace, include.namespace), chain)
             included = joined(included, part, own, self.problems) if part is not None else included
         return overlaid(included, own, self.problems)
@@ -270,7 +276,7 @@ class _Loader:
             # What is missing only because it was wrong and left out is told already.
             told = [fault for fault in faults if first or fault.code != "missing"]
             first = False
-            self.problems.add(*problems(told, tree, noun="key"))
+            self.problems.add(*problems(_once(told, tree), tree, noun="key"))
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
             tree = _without(tree, (fault.path for fault in faults))
@@ -279,6 +285,15 @@ class _Loader:
         """A problem at the value that names a file, or at no place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(Source.CALLER)
         self.problems.add(problem_at(code, message, fix, origin))
+
+
+def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
+    """The faults without those of a further entry of the same `for_each`: the same key of the same line."""
+    found: dict[object, Fault] = {}
+    for fault in faults:
+        place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
+        found.setdefault((place, fault.code, fault.path[-1:]) if place is not None else fault, fault)
+    return list(found.values())
 
 
 def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:

@@ -58,7 +58,17 @@ class ArgumentKeys(Section):
         return self
 
 
-class TopicKeys(Section):
+class Repeatable(Section):
+    """An entry that may be there several times, or not at all."""
+
+    for_each: dict[str, list[Any]] = Field(
+        default_factory=dict[str, list[Any]],
+        description="The entry once for each item of a list, in it ${each.name}; for several lists, of their product.",
+    )
+    when: bool = Field(default=True, description="Whether it is there: `${args.camera}`, `${args.side == 'left'}`.")
+
+
+class TopicKeys(Repeatable):
     """The contract of a topic, by its final name."""
 
     later: ClassVar[Mapping[str, str]] = {"expect": "write it at the top level, under expect: topics:"}
@@ -70,12 +80,10 @@ class TopicKeys(Section):
     )
 
 
-class NodeKeys(Section):
+class NodeKeys(Repeatable):
     """One node to run."""
 
     later: ClassVar[Mapping[str, str]] = {
-        "for_each": "write the nodes one by one",
-        "when": "leave the node out, or keep it in a file of its own to include",
         "depends_on": "leave it out: every subscription exists before the first message",
         "process": "leave it out: all nodes run in one process",
         "on_exit": "leave it out",
@@ -99,10 +107,8 @@ class NodeKeys(Section):
     restart: Restart = Field(default=Restart.NEVER, description="What happens when the node fails or ends.")
 
 
-class IncludeKeys(Section):
+class IncludeKeys(Repeatable):
     """Another launch file whose nodes run too."""
-
-    later: ClassVar[Mapping[str, str]] = {"when": "use two files", "for_each": "write the includes one by one"}
 
     file: str = Field(min_length=1, description="The file, relative to this one.")
     args: dict[str, Any] = Field(default_factory=dict, description="Values for the file's arguments.")
@@ -188,7 +194,6 @@ class LaunchKeys(Section):
         "defaults": "state it for each node",
         "groups": "use `include:` with a namespace",
         "env": "set the variables before the start",
-        "for_each": "write the nodes one by one",
         "version": "leave it out",
     }
 

@@ -24,12 +24,12 @@ class Problems:
         return bool(self._found)
 
     def add(self, *problems: Problem) -> None:
-        """Keep problems.
+        """Keep problems, each one once.
 
         Raises:
             LaunchError: There are too many.
         """
-        self._found += problems
+        self._found += [each for each in dict.fromkeys(problems) if each not in self._found]
         if len(self._found) > MOST:
             raise LaunchError([])
 

@@ -16,7 +16,7 @@ from busflow.qos import PRESETS, QoS
 Schema = dict[str, Any]
 
 _EXPRESSION: Schema = {"type": "string", "pattern": r"\$\{"}
-_NODE_NAME = "^/?([A-Za-z_][A-Za-z0-9_]*/)*[A-Za-z_][A-Za-z0-9_]*$"
+_NODE_NAME = r"^/?([A-Za-z_][A-Za-z0-9_]*/)*[A-Za-z_][A-Za-z0-9_]*$|\$\{"
 _BESIDE = ("description", "default", "readOnly")
 """What is said of a value, whatever its form."""
 

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
 from busflow.launchfile.document import parse
-from busflow.launchfile.expression import MAX_SUBSTITUTED, Resolver, Scope
+from busflow.launchfile.expression import MAX_SUBSTITUTED, Scope
 from busflow.launchfile.problems import Problems
+from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import printable
 
@@ -94,7 +95,12 @@ def test_a_value_remembers_what_it_was_taken_from():
         ("${rate}", 7, "unknown name rate", "write args.rate"),
         ("${LAB}", 7, "unknown name LAB", "write env.LAB"),
         ("${left}", 7, "unknown name left", "quote a text: 'left'; a name is args.… or env.…"),
-        ("${each.side}", 7, "`each` is not in this version yet", "write the nodes one by one"),
+        (
+            "${each.side}",
+            7,
+            "`each` is known only below a for_each",
+            "add `for_each: {side: [left, right]}` to the entry",
+        ),
         ("x ${env.NOPE}", 9, "the environment variable NOPE is not set", "set it, or give a default: ${env.NOPE:-…}"),
         ("${env.NOPE:?say where}", 7, "say where", "set NOPE"),
         ("${env.BYTES}", 7, "the environment variable BYTES is not UTF-8", "set BYTES to a text"),
