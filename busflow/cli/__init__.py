@@ -19,15 +19,17 @@ _COMMANDS = {
     "test": ("busflow.cli.test:test", "Run a launch file on simulated time and check what it expects."),
     "check": ("busflow.cli.check:check", "Find everything wrong with a launch file, without running it."),
     "config": ("busflow.cli.config:config", "Show the resolved launch file, and where each value came from."),
-    "graph": ("busflow.cli.graph:graph", "Draw nodes and topics, without running them."),
+    "graph": ("busflow.cli.graph:graph", "Draw the nodes and topics of a running graph, or of a launch file."),
     "ps": ("busflow.cli.ps:ps", "List what runs on this machine."),
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
     "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
+    "interface": ("busflow.cli.interface:interface", "Look at message and service types."),
     "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
+    "completion": ("busflow.cli.completion:completion", "Print the script by which a shell completes."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
 _HELP = """A robot's node graph that you pip install.

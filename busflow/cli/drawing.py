@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from busflow.cli.output import columns
-from busflow.message import type_name
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.preflight import Member
+    from busflow.wire.view import EndView, GraphView, NodeView
+
+_EVERY_NODES_TOPICS = ("/rosout", "/parameter_events")
+_EVERY_NODES_SERVICES = "rcl_interfaces/srv/"
 
 
 @dataclass(slots=True)
@@ -35,21 +38,50 @@ class _Service:
 class Drawing:
     """Who publishes what to whom, and who asks whom."""
 
-    def __init__(self, name: str, members: Sequence[Member]) -> None:
-        """A drawing of the members of a plan."""
+    def __init__(self, name: str) -> None:
+        """A drawing of nothing yet."""
         self.name = name
-        self._nodes = {member.runtime.full_name: member.plugin for member in members}
+        self._nodes: dict[str, str] = {}
         self._topics: dict[str, _Topic] = {}
         self._services: dict[str, _Service] = {}
+
+    @classmethod
+    def of_plan(cls, name: str, members: Sequence[Member]) -> Self:
+        """A drawing of the members of a plan."""
+        from busflow.message import type_name
+
+        drawn = cls(name)
+        drawn._nodes = {member.runtime.full_name: member.plugin for member in members}
         for member in members:
             for end in member.publishers:
-                self._topic(end.topic, type_name(end.type)).publishers.append(end.node)
+                drawn._topic(end.topic, type_name(end.type)).publishers.append(end.node)
             for end in member.subscriptions:
-                self._topic(end.topic, type_name(end.type)).receivers.append(end.node)
+                drawn._topic(end.topic, type_name(end.type)).receivers.append(end.node)
             for served in member.servers:
-                self._service(served.service, type_name(served.type)).servers.append(served.node)
+                drawn._service(served.service, type_name(served.type)).servers.append(served.node)
             for asked in member.clients:
-                self._service(asked.service, type_name(asked.type)).clients.append(asked.node)
+                drawn._service(asked.service, type_name(asked.type)).clients.append(asked.node)
+        return drawn
+
+    @classmethod
+    def of_view(cls, name: str, graph: GraphView, *, all_: bool) -> Self:
+        """A drawing of a graph that runs; without what is hidden, or every node has, unless all is wanted."""
+        drawn = cls(name)
+        drawn._nodes = {_safe(node.name): _kind(node) for node in graph.nodes.values() if all_ or not node.hidden}
+        for topic in graph.topics.values():
+            if all_ or not (topic.hidden or topic.name in _EVERY_NODES_TOPICS):
+                shown = drawn._topic(_safe(topic.name), _safe(topic.type))
+                shown.publishers += drawn._drawn_nodes(topic.publishers)
+                shown.receivers += drawn._drawn_nodes(topic.subscriptions)
+        for service in graph.services.values():
+            if all_ or not (service.hidden or service.type.startswith(_EVERY_NODES_SERVICES)):
+                both = drawn._service(_safe(service.name), _safe(service.type))
+                both.servers += drawn._drawn_nodes(service.publishers)
+                both.clients += drawn._drawn_nodes(service.subscriptions)
+        return drawn
+
+    def _drawn_nodes(self, ends: Sequence[EndView]) -> list[str]:
+        return [node for end in ends if (node := _safe(end.node)) in self._nodes]
 
     def _topic(self, name: str, type_: str) -> _Topic:
         return self._topics.setdefault(name, _Topic(type_))
@@ -125,3 +157,14 @@ class Drawing:
         for index, service in enumerate(self._services.values()):
             yield from ((number[node], f"s{index}") for node in dict.fromkeys(service.clients))
             yield from ((f"s{index}", number[node]) for node in dict.fromkeys(service.servers))
+
+
+def _safe(name: str) -> str:
+    """A name that another process states, fit for a terminal and for a label in quotes."""
+    return printable(name).replace('"', "'")
+
+
+def _kind(node: NodeView) -> str:
+    """What a node is, and that it has failed."""
+    plugin = str(node.details.get("plugin", "no plugin"))
+    return f"{plugin}, failed" if node.details.get("state") == "failed" else plugin

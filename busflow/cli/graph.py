@@ -1,34 +1,66 @@
-"""`busflow graph`: who publishes what to whom, without running it."""
+"""`busflow graph`: who publishes what to whom, in a graph that runs or in a launch file."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from busflow.cli.joining import complete_runs, joined, print_answer
 from busflow.cli.launching import Given, launch_file
+
+if TYPE_CHECKING:
+    from busflow.cli.drawing import Drawing
 
 _EXAMPLES = """\b
 Examples:
-  busflow graph configs/lab1.yaml
+  busflow graph
   busflow graph configs/lab1.yaml --format mermaid
   busflow graph configs/lab1.yaml --format dot | dot -Tsvg > lab1.svg"""
 
 
 @click.command(epilog=_EXAMPLES)
-@launch_file()
+@launch_file(required=False)
 @click.option(
     "--format", "form", type=click.Choice(["text", "mermaid", "dot", "json"]), default="text", show_default=True
 )
-def graph(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], form: str) -> int:
-    """Draw the nodes of FILE and the topics between them, without running them."""
-    from busflow.cli.drawing import Drawing
-    from busflow.cli.output import print_json
-
-    description, plan = Given(file, assignments, sets).plan()
-    drawing = Drawing(description.name, plan.members)
-    if form == "json":
-        print_json(drawing.data())
+@click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run to draw, where there are several.")
+@click.option("-a", "--all", "all_", is_flag=True, help="Of a run: hidden nodes, and what every node has, too.")
+@click.pass_context
+def graph(
+    context: click.Context,
+    file: Path | None,
+    assignments: tuple[str, ...],
+    sets: tuple[str, ...],
+    form: str,
+    as_json: bool,
+    run: str | None,
+    all_: bool,
+) -> int:
+    """Draw the nodes and topics of the graph that runs; with FILE those of a launch file, without running it."""
+    if file is None and sets:
+        raise click.MissingParameter("--set changes a file", ctx=context, param=context.command.params[0])
+    if file is not None and (run is not None or all_):
+        raise click.UsageError("--run and --all are for graphs that run, which FILE does not", context)
+    drawing = _of_run(run, all_=all_) if file is None else _of_file(file, assignments, sets)
+    if as_json or form == "json":
+        print_answer(drawing.data())
     else:
         click.echo("\n".join({"text": drawing.text, "mermaid": drawing.mermaid, "dot": drawing.dot}[form]()))
     return 0
+
+
+def _of_run(run: str | None, *, all_: bool) -> Drawing:
+    from busflow.cli.drawing import Drawing
+
+    with joined(run) as peer:
+        return Drawing.of_view(peer.run.name, peer.graph(), all_=all_)
+
+
+def _of_file(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...]) -> Drawing:
+    from busflow.cli.drawing import Drawing
+
+    description, plan = Given(file, assignments, sets).plan()
+    return Drawing.of_plan(description.name, plan.members)

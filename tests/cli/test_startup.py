@@ -34,6 +34,10 @@ IMPORTS = (
         "node list --help",
         "param --help",
         "ps --help",
+        "log --help",
+        "doctor --help",
+        "interface show sensor_msgs/msg/Imu",
+        "completion zsh",
     ],
 )
 def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
@@ -47,7 +51,17 @@ def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
 
 @pytest.mark.parametrize(
     "command",
-    ["ps", "node list", "node list -v", "node info processor", "param list", "param get imu_publisher rate_hz"],
+    [
+        "ps",
+        "graph",
+        "log --node processor",
+        "interface list",
+        "node list",
+        "node list -v",
+        "node info processor",
+        "param list",
+        "param get imu_publisher rate_hz",
+    ],
 )
 def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):
     done = subprocess.run(
@@ -58,4 +72,4 @@ def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: 
     )
     assert done.stderr.splitlines()[-1] == "imported: []"
     assert done.returncode == 0
-    assert "processor" in done.stdout or "10.0" in done.stdout or "imu_lab" in done.stdout
+    assert done.stdout

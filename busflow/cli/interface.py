@@ -1,0 +1,232 @@
+"""`busflow interface`: the message and service types that busflow brings, and those of a running graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from busflow.cli.joining import complete_runs, joined, joins, print_answer
+from busflow.cli.lazy import LazyGroup
+from busflow.errors import BusflowError, NoSuchRun, NoSuchTarget
+from busflow.text import did_you_mean, printable
+from busflow.wire.shipped import Comments, shipped_types
+
+if TYPE_CHECKING:
+    from busflow.wire.description import IndividualDescription, TypeDescription
+
+_VERBS = {
+    "list": ("busflow.cli.interface:list_", "List the message and service types."),
+    "show": ("busflow.cli.interface:show", "Show the fields of a type."),
+    "package": ("busflow.cli.interface:package", "List the types of one package."),
+    "packages": ("busflow.cli.interface:packages", "List the packages that have types."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow interface list -m
+  busflow interface show sensor_msgs/msg/Imu
+  busflow interface package std_srvs"""
+
+_RUN_HELP = "The run whose types are shown too, where there are several; see busflow ps."
+_KINDS = {"msg": "Messages", "srv": "Services"}
+
+interface = LazyGroup("interface", _VERBS, help="Look at message and service types.", epilog=_EXAMPLES)
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """Every type by its full name, and what the running graph tells of its own."""
+
+    names: tuple[str, ...]
+    told: Mapping[str, Mapping[str, Any]]
+
+    def of_kind(self, kind: str) -> list[str]:
+        """The names of the messages, or of the services."""
+        return [name for name in self.names if f"/{kind}/" in name]
+
+
+def complete_interfaces(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The types there are."""
+    try:
+        names = _known(context.params.get("run")).names
+    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
+        names = ()
+    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
+
+
+_run = click.option("--run", metavar="NAME", shell_complete=complete_runs, help=_RUN_HELP)
+
+
+@click.command("list", epilog=_EXAMPLES)
+@click.option("-m", "--only-msgs", "messages", is_flag=True, help="Only messages.")
+@click.option("-s", "--only-srvs", "services", is_flag=True, help="Only services.")
+@joins
+def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> int:
+    """List the types that busflow brings, and those of the graph that runs, if one does."""
+    known = _known(run)
+    chosen = [kind for kind, wanted in (("msg", messages), ("srv", services)) if wanted] or list(_KINDS)
+    if as_json:
+        print_answer({_KINDS[kind].lower(): known.of_kind(kind) for kind in chosen})
+        return 0
+    for kind in chosen:
+        click.echo(f"{_KINDS[kind]}:")
+        click.echo("".join(f"    {printable(name)}\n" for name in known.of_kind(kind)), nl=False)
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
+@click.option("--no-comments", is_flag=True, help="Only the fields.")
+@click.option("--all-comments", is_flag=True, help="The comments of the types inside, too.")
+@joins
+def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> int:
+    """Show TYPE as a .msg or .srv file has it, with the types inside it indented."""
+    known = _shipped() if run is None else _known(run)
+    try:
+        full = _full(name, known)
+    except NoSuchTarget:  # only the running graph can know it
+        known = _known(run)
+        full = _full(name, known)
+    if as_json:
+        parts = dict(_descriptions(full, known))
+        print_answer({"name": full, "description": parts if len(parts) > 1 else next(iter(parts.values()))})
+        return 0
+    depth = 0 if no_comments else 99 if all_comments else 1
+    lines = _comment_lines(full) if depth and full in shipped_types().services else []
+    for number, (part, description) in enumerate(_descriptions(full, known)):
+        lines += ["---"] * (number > 0)
+        lines += _lines(part, description, depth)
+    click.echo("\n".join(lines))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", metavar="PACKAGE")
+@joins
+def package(run: str | None, name: str, as_json: bool) -> int:
+    """List the types of PACKAGE."""
+    known = _known(run)
+    found = [each for each in known.names if each.startswith(f"{name}/")]
+    if not found:
+        raise NoSuchTarget(f"no package {printable(name)} has types; {did_you_mean(name, _packages(known))}")
+    if as_json:
+        print_answer({"package": name, "types": found})
+    else:
+        click.echo("\n".join(map(printable, found)))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@joins
+def packages(run: str | None, as_json: bool) -> int:
+    """List the packages that have types."""
+    found = _packages(_known(run))
+    if as_json:
+        print_answer({"packages": found})
+    else:
+        click.echo("\n".join(map(printable, found)))
+    return 0
+
+
+# Which types there are.
+
+
+def _shipped() -> _Known:
+    """What busflow brings."""
+    shipped = shipped_types()
+    return _Known((*shipped.messages, *shipped.services), {})
+
+
+def _known(run: str | None) -> _Known:
+    """What busflow brings, and what the run says; without a name no run has to be there."""
+    told: dict[str, Mapping[str, Any]] = {}
+    try:
+        with joined(run) as peer:
+            for question in ("types", "services"):
+                for answer in peer.ask(question):
+                    told |= answer
+    except NoSuchRun:
+        if run is not None:
+            raise
+    except BusflowError:  # a run that hangs keeps nobody from looking at what is shipped
+        if run is not None:
+            raise
+    services = {each["type"]: each for each in told.values() if "request" in each}
+    told = {name: each for name, each in told.items() if "request" not in each} | services
+    return _Known(tuple(sorted({*_shipped().names, *told})), told)
+
+
+def _full(name: str, known: _Known) -> str:
+    """The full name of a type, whose middle may be left out: sensor_msgs/Imu."""
+    package, _, last = name.partition("/")
+    for full in (name, f"{package}/msg/{last}", f"{package}/srv/{last}"):
+        if full in known.names:
+            return full
+    raise NoSuchTarget(f"there is no type {printable(name)}; {did_you_mean(name, known.names)}")
+
+
+def _packages(known: _Known) -> list[str]:
+    return sorted({name.partition("/")[0] for name in known.names})
+
+
+def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
+    """The description of a message; of a service those of its two halves."""
+    shipped = shipped_types()
+    if name in shipped.messages:
+        yield name, shipped.description(name)
+    elif name in shipped.services:
+        yield from ((f"{name}_{part}", shipped.description(f"{name}_{part}")) for part in ("Request", "Response"))
+    elif "request" in known.told[name]:
+        halves = known.told[name]
+        yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))
+    else:
+        yield name, known.told[name]["description"]
+
+
+# How a type is shown.
+
+
+def _lines(name: str, description: TypeDescription, depth: int) -> list[str]:
+    """A type as its file has it, the types inside indented by tabs; `depth` is to where comments are shown."""
+    if "type_description" not in description:
+        import json  # what ROS has no words for is described by a JSON Schema
+
+        return json.dumps(description, indent=2).split("\n")
+    inner = {each["type_name"]: each for each in description["referenced_type_descriptions"]}
+    return list(_type_lines(name, description["type_description"], inner, 0, depth))
+
+
+def _type_lines(
+    name: str, described: IndividualDescription, inner: Mapping[str, IndividualDescription], level: int, depth: int
+) -> Iterator[str]:
+    from busflow.wire.definition import ros2msg
+
+    comments = _comments(name) if level < depth else Comments()
+    indent = "\t" * level
+    if comments.text:
+        yield from (indent + line for line in _comment_lines(name))
+    own = ros2msg({"type_description": described, "referenced_type_descriptions": []})
+    nested = [field["type"]["nested_type_name"] for field in described["fields"]]
+    constants = len(described.get("constants", []))
+    for number, line in enumerate(own.splitlines()):
+        word = line.split(" ")[1].partition("=")[0]
+        comment = comments.fields.get(word, "").replace("\n", " ")
+        yield f"{indent}{printable(line)}" + (f" # {printable(comment)}" if comment else "")
+        type_ = nested[number - constants] if number >= constants else ""
+        if type_:
+            yield from _type_lines(type_, inner[type_], inner, level + 1, depth)
+
+
+def _comment_lines(name: str) -> list[str]:
+    """What the source says of a type, and an empty line."""
+    return [*(f"# {line}".rstrip() for line in _comments(name).text.split("\n")), ""]
+
+
+def _comments(name: str) -> Comments:
+    try:
+        return shipped_types().comments(name)
+    except KeyError:  # a type of the user's: the run does not tell its comments
+        return Comments()

@@ -1,0 +1,30 @@
+"""`busflow completion`: scripts that shells take, and names they complete."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_asks_busflow(capsys: Captured, shell: str):
+    assert main(["completion", shell]) == 0
+    assert f"_BUSFLOW_COMPLETE={shell}_complete" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_shell_understands_it(capsys: Captured, shell: str):
+    if shutil.which(shell) is None:
+        pytest.skip(f"no {shell} here")
+    main(["completion", shell])
+    done = subprocess.run([shell, "-n"], input=capsys.readouterr().out, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_another_shell_is_refused_with_those_there_are(capsys: Captured):
+    assert main(["completion", "tcsh"]) == 2
+    assert "'bash', 'zsh', 'fish'" in capsys.readouterr().err

@@ -1,0 +1,94 @@
+"""`busflow interface`: beside what `ros2 interface` printed, and of types that only a run knows."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+OWN = '''
+from collections.abc import Sequence
+
+from busflow import Message, Node, publisher
+
+
+class Grip(Message, package="talk_msgs"):
+    """How firmly."""
+
+    force: float = 0.0
+    names: Sequence[str] = ()
+
+
+class Gripper(Node):
+    """Has a message of its own."""
+
+    grips = publisher(Grip, "grips")
+
+    async def start(self) -> None:
+        self.log.info("ready")
+'''
+
+
+@pytest.mark.usefixtures("place")
+class TestShippedTypes:
+    def test_show_has_the_fields_of_ros2_in_its_form(self, capsys: Captured, ros2_said: Callable[[str], str]):
+        assert main(["interface", "show", "sensor_msgs/msg/Imu", "--no-comments"]) == 0
+        there = [re.sub(r" #.*|( [\d.]+)$", "", line) for line in ros2_said("62_interface_show").splitlines()]
+        ours = [re.sub(r" [\d.]+$", "", line) for line in capsys.readouterr().out.splitlines()]
+        assert ours == [line for line in there if line and not line.startswith("#")]
+
+    def test_comments_are_shown_of_the_type_itself_or_of_all(self, capsys: Captured):
+        assert main(["interface", "show", "sensor_msgs/Imu"]) == 0
+        out = capsys.readouterr().out
+        assert out.startswith("# What an inertial measurement unit measures.\n#\n# A covariance of zeros")
+        assert "\ngeometry_msgs/Quaternion orientation # Of the sensor's frame relative to the world.\n" in out
+        assert "\n\t#" not in out
+        assert main(["interface", "show", "sensor_msgs/Imu", "--all-comments"]) == 0
+        assert "\n\t# " in capsys.readouterr().out
+
+    def test_constants_and_services(self, capsys: Captured):
+        assert main(["interface", "show", "rcl_interfaces/msg/Log", "--no-comments"]) == 0
+        assert capsys.readouterr().out.startswith("uint8 DEBUG=10\nuint8 INFO=20\n")
+        assert main(["interface", "show", "std_srvs/srv/SetBool", "--no-comments"]) == 0
+        assert capsys.readouterr().out == "bool data\n---\nbool success\nstring message\n"
+
+    def test_lists(self, capsys: Captured):
+        assert main(["interface", "list", "-s"]) == 0
+        assert capsys.readouterr().out.startswith("Services:\n    diagnostic_msgs/srv/AddDiagnostics\n")
+        assert main(["interface", "package", "std_srvs"]) == 0
+        assert capsys.readouterr().out.split() == ["std_srvs/srv/Empty", "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"]
+        assert main(["interface", "packages", "--json"]) == 0
+        assert "geometry_msgs" in json.loads(capsys.readouterr().out)["packages"]
+
+    def test_json_is_the_description(self, capsys: Captured):
+        assert main(["interface", "show", "std_msgs/Float64", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert (told["version"], told["name"]) == (1, "std_msgs/msg/Float64")
+        assert told["description"]["type_description"]["fields"][0]["name"] == "data"
+
+    @pytest.mark.parametrize(
+        ("command", "told"),
+        [
+            ("show sensor_msgs/msg/Imuu", "there is no type sensor_msgs/msg/Imuu; did you mean 'sensor_msgs/msg/Imu'?"),
+            ("package sensor_msg", "no package sensor_msg has types; did you mean 'sensor_msgs'?"),
+        ],
+    )
+    def test_a_name_that_is_not_there_is_told_with_the_nearest(self, capsys: Captured, command: str, told: str):
+        assert main(["interface", *command.split()]) == 4
+        assert capsys.readouterr() == ("", f"error: {told}\n")
+
+
+@pytest.mark.e2e
+def test_types_of_the_user_are_those_of_the_run(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    (project / "plugins/gripper.py").write_text(OWN)
+    (project / "talk.yaml").write_text((project / "talk.yaml").read_text() + "  gripper:\n    plugin: gripper\n")
+    start_run(project, "talk.yaml").wait_for("ready")
+    assert main(["interface", "show", "talk_msgs/Grip"]) == 0
+    assert capsys.readouterr().out == "float64 force\nstring[] names\n"
+    assert main(["interface", "list", "-m"]) == 0
+    assert "    talk_msgs/msg/Grip\n" in capsys.readouterr().out
