@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow import parameter_events, plugins, rosout
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Member:
     """One node of a graph that is built, and what the launch file says of it."""
 
@@ -46,7 +46,7 @@ class Member:
     plugin: str
     spec: NodeSpec | None = None
 
-    @property
+    @cached_property  # each check asks for it
     def runtime(self) -> NodeRuntime:
         """The node's endpoints."""
         return runtime_of(self.node)
