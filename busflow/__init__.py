@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from busflow.runner import Graph as Graph
     from busflow.servers import Server as Server
     from busflow.subscriptions import Subscription as Subscription
+    from busflow.supervision import RestartPolicy as RestartPolicy
+    from busflow.supervision import supervised as supervised
     from busflow.timers import Timer as Timer
 
 _HOMES = {
@@ -81,6 +83,7 @@ _HOMES = {
     "ReadOnly": "parameters",
     "Reliability": "qos",
     "SENSOR_DATA": "qos",
+    "RestartPolicy": "supervision",
     "SendTimeout": "errors",
     "Server": "servers",
     "ServiceError": "errors",
@@ -102,6 +105,7 @@ _HOMES = {
     "run": "program",
     "service": "handlers",
     "subscription": "handlers",
+    "supervised": "supervision",
     "take": "message",
     "timer": "declarations",
 }
@@ -132,6 +136,7 @@ __all__ = [
     "QoS",
     "ReadOnly",
     "Reliability",
+    "RestartPolicy",
     "SendTimeout",
     "Server",
     "ServiceError",
@@ -153,6 +158,7 @@ __all__ = [
     "run",
     "service",
     "subscription",
+    "supervised",
     "take",
     "timer",
 ]

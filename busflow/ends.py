@@ -18,6 +18,7 @@ from busflow.events import Event, MessageLost
 from busflow.failure import Failure
 from busflow.message import Message
 from busflow.publishers import Publisher
+from busflow.qos import Durability
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.timers import Timer
@@ -175,6 +176,12 @@ class Ends:
         for server in self.servers:
             server.close()
 
+    @property
+    def keep_busy(self) -> bool:
+        """Whether there is anything to react to, to answer, or to hand to newcomers."""
+        latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in self.publishers)
+        return latched or bool(self.timers or self.servers) or any(not each.is_pulled for each in self.subscriptions)
+
     def leave(self) -> None:
         """Leave every topic and service; what is iterated over ends."""
         self.bequeath()
@@ -189,6 +196,9 @@ class Ends:
         for client in self.clients:
             client.close()
         self.clients.clear()
+        # A life that ended while it was being connected has ends that never were on the bus.
+        self.publishers[:] = [each for each in self.publishers if each.on_close is not None]
+        self.subscriptions[:] = [each for each in self.subscriptions if each.on_close is not None]
         if before is not None:
             for publisher in before.publishers:
                 publisher.on_close = self.publishers.remove

@@ -177,6 +177,18 @@ class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 
 
+class StopTimeout(BusflowError, TimeoutError):
+    """A node's `stop` took too long."""
+
+
+class RestartLimit(BusflowError):
+    """A node was started anew as often as its launch file allows within some time."""
+
+
+class DependencyEnded(BusflowError):
+    """A node waits for another one that has ended before what is waited for came about."""
+
+
 class StartTimeout(BusflowError, TimeoutError):
     """A node's `start` did not return in time."""
 

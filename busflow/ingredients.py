@@ -9,8 +9,9 @@ from typing import Any, TypeAlias
 from busflow.errors import InvalidDeclaration
 from busflow.launchfile.description import ClockMode, LaunchDescription
 from busflow.node import Node
+from busflow.supervision import Supervised, Supervision
 
-What: TypeAlias = str | Path | LaunchDescription | Node | type[Node]
+What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
 
 
 def described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
@@ -26,16 +27,17 @@ def described(what: str | Path | LaunchDescription, args: Mapping[str, object] |
     return load(Path(what), args=args or {})
 
 
-def instance(what: Any) -> Node:
-    """The node that is given, or one of the class that is.
+def made_by_hand(what: Any) -> tuple[Node, Supervision]:
+    """The node that is given, or one of the class that is, and what is asked for it.
 
     Raises:
         InvalidDeclaration: it is neither.
     """
-    if isinstance(what, Node):
-        return what
-    if isinstance(what, type) and issubclass(what, Node):
-        return what()
+    node, supervision = (what.node, what.supervision) if isinstance(what, Supervised) else (what, Supervision())
+    if isinstance(node, Node):
+        return node, supervision
+    if isinstance(node, type) and issubclass(node, Node):
+        return node(), supervision
     raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
 
 

@@ -32,6 +32,11 @@ class ParameterEvents:
         if self._publisher is None and self._runtime.parameters.infos:
             self._publisher = self._created()
 
+    def take_over(self, former: ParameterEvents) -> None:
+        """Publish from the start if the node's former instance published."""
+        if former._publisher is not None:
+            self.declare()
+
     def tell_all(self) -> None:
         """Tell of every parameter as a new one, to those who have listened from the start."""
         if self._publisher is not None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import anyio
 
-from busflow.errors import ExitCode
+from busflow.errors import ExitCode, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import What, described, is_simulated
 from busflow.launchfile.description import LaunchDescription
@@ -54,6 +54,10 @@ def run(
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
 
     On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
+    A failure is told on standard error, as `busflow run` tells it.
+
+    Raises:
+        LaunchError: the graph cannot run.
     """
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
     sink = console_sink(sys.stderr, colour=False)
@@ -61,8 +65,17 @@ def run(
         from busflow.testing.simulation import simulated_graph
 
         with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-            return run_graph(graph, loop_factory=loop_factory)
-    return run_graph(inspectable(Graph(ready, seed=seed, sinks=(sink,)), inspect))
+            return _told(graph, loop_factory)
+    return _told(inspectable(Graph(ready, seed=seed, sinks=(sink,)), inspect), new_event_loop)
+
+
+def _told(graph: Graph, loop_factory: LoopFactory) -> ExitCode:
+    try:
+        return run_graph(graph, loop_factory=loop_factory)
+    except NodeFailed:
+        for failure in graph.failures:
+            sys.stderr.write(f"error: {failure.render()}\n")
+        return graph.exit_code
 
 
 def inspectable(graph: Graph, name: bool | str) -> Graph:

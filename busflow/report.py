@@ -28,6 +28,11 @@ class NodeReport:
     state: str
     parameters_set: int = 0
     """How often parameters of it were changed while it ran."""
+    restarts: int = 0
+    failures: int = 0
+    """How often it failed, also where a restart mended that."""
+    last_failure: str | None = None
+    """The last failure, in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +122,16 @@ def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
 def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
     """The run's nodes, in the order of the launch file."""
     return tuple(
-        NodeReport(unit.name, unit.plugin, unit.state.value, unit.runtime.parameters.times_set) for unit in units
+        NodeReport(
+            name=unit.name,
+            plugin=unit.plugin,
+            state=unit.state.value,
+            parameters_set=unit.runtime.parameters.times_set,
+            restarts=unit.restarts,
+            failures=unit.failure_count,
+            last_failure=unit.failure and unit.failure.summary,
+        )
+        for unit in units
     )
 
 

@@ -12,10 +12,11 @@ from busflow.bus import Bus
 from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
 from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
+from busflow.dependencies import stop_order
 from busflow.dispatcher import Chooser
-from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning
+from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
 from busflow.failure import Failure
-from busflow.ingredients import What, described, instance, is_simulated
+from busflow.ingredients import What, described, is_simulated, made_by_hand
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.preflight import Plan, Preflight
 from busflow.launchfile.problems import tell
@@ -28,7 +29,7 @@ from busflow.qos import QoS
 from busflow.report import Report, node_reports, service_reports, topic_reports
 from busflow.rosout import Rosout
 from busflow.subscriptions import Subscription
-from busflow.supervisor import Unit, outlast
+from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
 
@@ -74,11 +75,13 @@ class Graph:
         """Who hears, on the event loop, that the nodes are built and about to be connected."""
         self.on_end: list[Callable[[], None]] = []
         """Who hears, there too, that all nodes have ended, or that one could not be connected."""
+        self.on_restart: list[Callable[[Unit], None]] = []
+        """Who hears of a node that was built anew, before its ends are connected."""
         self.failures: list[Failure] = []
         self.exit_code = ExitCode.OK
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does."""
-        self._nodes = [instance(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+        self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
         self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
@@ -118,8 +121,7 @@ class Graph:
         if plan.errors:
             raise LaunchError(plan.errors)
         tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
-        for member in plan.members:
-            self.units.append(Unit(member.node, plugin=member.plugin, on_failure=self._on_failure))
+        self._make_units(plan)
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         try:
             for hear in self.on_start:
@@ -141,6 +143,19 @@ class Graph:
         if self.failures:
             await self.stop()
             await self.wait()
+
+    def _make_units(self, plan: Plan) -> None:
+        overseer = Overseer(
+            self._on_failure, self._on_pause, self._on_restart, lambda _unit: self.ask_to_stop(), self._on_end
+        )
+        for member in plan.members:
+            unit = Unit(member.node, plugin=member.plugin, overseer=overseer, supervision=member.supervision)
+            self.units.append(unit)
+        by_name = {unit.name: unit for unit in self.units}
+        for unit in self.units:
+            unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
+            for other, condition in unit.needs:
+                other.comes_about(condition)  # which it has to know before its first message
 
     async def wait(self) -> None:
         """Wait until the graph has ended.
@@ -218,7 +233,9 @@ class Graph:
     async def _stop_units(self) -> None:
         """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
         end = perf_counter() + self.grace_s
-        for left, unit in zip(range(len(self.units), 0, -1), reversed(self.units), strict=True):
+        by_name = {unit.name: unit for unit in self.units}
+        order = stop_order(list(by_name), {unit.name: unit.supervision.depends_on for unit in self.units})
+        for left, unit in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
             unit.ask_to_stop()
             # A slow node costs the others the order of stopping, not their own stop().
             with self.clock.wall_timeout((end - perf_counter()) / left):
@@ -226,20 +243,31 @@ class Graph:
         for unit in [unit for unit in self.units if not unit.ended.is_set()]:
             with self.clock.wall_timeout(end - perf_counter()):
                 await unit.ended.wait()
-        late = [unit for unit in self.units if not unit.ended.is_set()]
-        if late:
-            names = ", ".join(unit.name for unit in late)
-            self.log.bind("busflow").error(f"not stopped within {self.grace_s:g} s, given up: {names}")
-        for unit in late:
-            unit.give_up()
+        for unit in [unit for unit in self.units if not unit.ended.is_set()]:
+            unit.give_up(self.grace_s)
 
     def _on_failure(self, failure: Failure) -> None:
         self.failures.append(failure)
-        self.exit_code = ExitCode.FAILED
+        if self.exit_code is ExitCode.OK or not isinstance(failure.error, StopTimeout):
+            self.exit_code = ExitCode.FAILED  # a run that Ctrl-C ends stays one, also where a node will not stop
         self._ending.set()
         if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
         self.log.bind(failure.node).error(failure.summary)
+
+    def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
+        log = self.log.bind(unit.name)
+        if failure is not None:
+            log.error(failure.summary)
+        log.warning("restarts", after_s=pause_s, restart=unit.restarts)
+
+    def _on_restart(self, unit: Unit) -> None:
+        for hear in self.on_restart:
+            hear(unit)
+
+    def _on_end(self, _unit: Unit) -> None:
+        if all(unit.ended.is_set() for unit in self.units):
+            self.ask_to_stop()
 
     # What the program around the graph does.
 

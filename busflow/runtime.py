@@ -68,6 +68,8 @@ class NodeRuntime:
         self._bus: Bus | None = None
         self.has_spawned = False
         """Whether there may be tasks to cancel at the end."""
+        self.on_task_end: Callable[[], None] | None = None
+        self._running = 0
         self._tasks: anyio.abc.TaskGroup | None = None
         self._parameter_handlers: list[ParameterHandler] = []
         self._ended = False
@@ -123,7 +125,7 @@ class NodeRuntime:
     @cached_property
     def rng(self) -> Rng:
         """The node's own generator."""
-        return Rng(self.surroundings.seed, self.full_name)
+        return Rng(self.surroundings.seed, self.full_name, self.surroundings.life)
 
     def declare(self, surroundings: Surroundings) -> None:
         """Give the node its surroundings and create what it declares; nothing is connected yet."""
@@ -270,6 +272,18 @@ class NodeRuntime:
         self.parameters.on_change.append(self._on_parameters)
         self.ends.connect(bus, before.ends.bequeath() if before else None)
 
+    @property
+    def bus(self) -> Bus:
+        """The bus that the node is connected to."""
+        if self._bus is None:
+            raise NotRunning(f"{self.full_name} is not connected yet")
+        return self._bus
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
+        return self._running > 0 or self.ends.keep_busy
+
     def adopt_tasks(self, tasks: anyio.abc.TaskGroup | None) -> None:
         """Run what the node spawns in this task group; without one it can spawn nothing."""
         self._tasks = tasks
@@ -311,6 +325,7 @@ class NodeRuntime:
             coroutine.close()
             raise NotRunning(f"{self.full_name} has no tasks before its start() and from its stop() on")
         self.has_spawned = True
+        self._running += 1
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
@@ -321,6 +336,10 @@ class NodeRuntime:
             if not is_failure(error):
                 raise
             self.fail(f"{type(self.node).__name__} (task {name})", error)
+        finally:
+            self._running -= 1
+            if self.on_task_end is not None:
+                self.on_task_end()
 
     def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
         """Tell whoever supervises the node that it raised; it is handed nothing more."""

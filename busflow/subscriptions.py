@@ -41,7 +41,7 @@ class Subscription(Generic[M]):
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_hear",
         "_is_async", "_latest", "_notices", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered",
-        "endpoint", "link", "on_close", "on_event", "queue", "type",
+        "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -54,6 +54,7 @@ class Subscription(Generic[M]):
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
+        self.is_pulled = handler is None
         self._handler = handler
         self._is_async = iscoroutinefunction(handler)
         self._hear: Callable[[M], None] | None = None

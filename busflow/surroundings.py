@@ -16,12 +16,17 @@ if TYPE_CHECKING:
     from busflow.parameter_store import ValueSource
 
 
+_BEYOND_BYTES = 256
+"""Makes the number of a life unlike any byte of a name."""
+
+
 class Rng(np.random.Generator):
     """A numpy generator that can go back to where it began."""
 
-    def __init__(self, seed: int, name: str) -> None:
-        """The generator of one node: of the run's seed and the node's full name."""
-        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
+    def __init__(self, seed: int, name: str, life: int = 0) -> None:
+        """The generator of one node: of the run's seed, the node's full name, and how often it was started anew."""
+        key = (*name.encode(), *((_BEYOND_BYTES + life,) if life else ()))
+        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
         self._beginning = self.bit_generator.state
 
     def reseed(self) -> None:
@@ -43,3 +48,5 @@ class Surroundings:
     subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
     parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
     """By dotted name, where the launch file or the command line states a parameter of this node."""
+    life: int = 0
+    """How often the node was started anew."""

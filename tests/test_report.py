@@ -46,7 +46,15 @@ def report() -> Report:
 def test_it_has_every_key_that_its_readers_were_promised(report):
     told = report.as_json()
     assert set(told) >= {"name", "seed", "clock", "duration_s", "exit_code", "nodes", "topics", "timers"}
-    assert set(told["nodes"][0]) == {"name", "plugin", "state", "parameters_set"}
+    assert set(told["nodes"][0]) == {
+        "name",
+        "plugin",
+        "state",
+        "parameters_set",
+        "restarts",
+        "failures",
+        "last_failure",
+    }
     assert set(told["topics"][0]) == {"name", "type", "published", "subscriptions"}
     assert set(told["topics"][0]["subscriptions"][0]) >= {
         "node", "depth", "overflow", "published", "delivered", "dropped", "queued",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from busflow import Graph, Message, Node, NodeFailed, publisher, subscription, timer
 from busflow.clock import SimClock
-from busflow.errors import NotRunning
+from busflow.errors import ExitCode, NotRunning
 from busflow.supervisor import NodeState
 from busflow.testing import virtual_time
 
@@ -272,11 +272,13 @@ async def test_a_stop_that_takes_longer_than_the_grace_is_given_up_and_told():
 
     graph = Graph([Quick(name="a"), Stuck, Quick(name="b")], clock=SimClock(), sinks=(log.append,))
     graph.grace_s = 0.05
-    async with graph:
-        pass
+    with pytest.raises(NodeFailed, match=r"StopTimeout: /stuck did not stop within 0.05 s, and is given up"):
+        async with graph:
+            pass
     assert order == ["b", "a"]
-    assert [record.event for record in log] == ["not stopped within 0.05 s, given up: /stuck"]
-    assert states(graph)["/a"] == "stopped"
+    assert [record.node for record in log] == ["/stuck"]
+    assert states(graph) == {"/a": "stopped", "/stuck": "failed", "/b": "stopped"}
+    assert graph.exit_code == ExitCode.FAILED
 
 
 # Any life at all.

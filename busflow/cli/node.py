@@ -109,6 +109,7 @@ def _row_json(node: NodeView) -> dict[str, Any]:
         "plugin": told.get("plugin"),
         "process": told.get("process"),
         "pid": told.get("pid"),
+        "restarts": told.get("restarts", 0),
         "failures": told.get("failures", []),
         "publishers": len(node.publishers),
         "subscriptions": len(node.subscriptions),

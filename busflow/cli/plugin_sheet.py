@@ -24,6 +24,7 @@ from busflow.message import Message, ServiceType, type_name
 from busflow.node import default_name, parameters_class
 from busflow.parameters import ParameterInfo, describe
 from busflow.plugins import load
+from busflow.supervision import Supervision
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
 def _ends(node: Node) -> dict[str, Names]:
     """What a node with the default parameters publishes, receives, serves and calls."""
     clock = SystemClock()
-    plan = Preflight(clock, Log(clock)).plan(nodes=[node])
+    plan = Preflight(clock, Log(clock)).plan(nodes=[(node, Supervision())])
     if plan.errors:
         raise LaunchError(plan.errors)
     (member,) = plan.members

@@ -13,7 +13,7 @@ import click
 
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
-from busflow.errors import ExitCode, LaunchError, NodeFailed
+from busflow.errors import LaunchError, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
 from busflow.log import console_sink, json_sink
@@ -86,7 +86,7 @@ def _run(graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
     except NodeFailed:
         for failure in graph.failures:
             tell(f"error: {failure.render()}")
-        return ExitCode.FAILED
+        return graph.exit_code
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from busflow.launchfile.model import LaunchKeys, NodeKeys
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.value import Value
 from busflow.qos import PRESETS, QoS, qos_faults
+from busflow.supervision import RestartPolicy, Supervision
 from busflow.text import did_you_mean
 
 
@@ -89,7 +90,8 @@ class Builder:
             remap=tuple(self._remap(stated, value)),
             publishers=tuple(self._endpoints(value.section("publishers"))),
             subscriptions=tuple(self._endpoints(value.section("subscriptions"))),
-            restart=stated.restart,
+            supervision=_supervision(stated),
+            depends_origins={f"/{key}": key_origin(each) for key, each in value.section("depends_on").items()},
         )
 
     def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
@@ -182,6 +184,13 @@ class Builder:
             origin = key_origin(value) if at_key else value.origin
             self.problems.add(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
         return fault is None
+
+
+def _supervision(stated: NodeKeys) -> Supervision:
+    """What is asked for a node, the names of others in full."""
+    keys = stated.restart
+    policy = RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
+    return Supervision(policy, {f"/{key}": what for key, what in stated.depends_on.items()}, stated.on_exit)
 
 
 def _mapping(stated: Value | None, node: Value) -> Value:

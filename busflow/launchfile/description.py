@@ -9,18 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.launchfile.value import Origin, Value
+from busflow.supervision import Supervision
 
 if TYPE_CHECKING:
     from busflow.errors import Problem
     from busflow.qos import QoS
-
-
-class Restart(StrEnum):
-    """What happens when a node fails or ends."""
-
-    NEVER = "never"
-    ON_FAILURE = "on-failure"
-    ALWAYS = "always"
 
 
 class ClockMode(StrEnum):
@@ -95,7 +88,8 @@ class NodeSpec:
     remap: tuple[RemapSpec, ...] = ()
     publishers: tuple[EndpointSpec, ...] = ()
     subscriptions: tuple[EndpointSpec, ...] = ()
-    restart: Restart = Restart.NEVER
+    supervision: Supervision = field(default_factory=Supervision)
+    depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other's full name
 
     @property
     def full_name(self) -> str:

@@ -52,6 +52,7 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
         names = {key: _full_name(key, value, namespace) for key, value in members["nodes"].members.items()}
         nodes = _renamed(members["nodes"], names, problems, "node")
         inner = {key: value.without(("namespace",)) for key, value in nodes.members.items()}
+        inner = {key: _with_final_dependencies(value, namespace, problems) for key, value in inner.items()}
         members["nodes"] = replace(nodes, content=inner)
         own = tuple(folder.path for folder in part.folders)
         part.own_folders = {key: own for key, value in inner.items() if "plugin" in value.members}
@@ -111,6 +112,15 @@ def _full_name(key: str, node: Value, namespace: str) -> str:
 
 def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Value:
     return _renamed(topics, {key: compose(namespace, key) for key in topics.members}, problems, "topic")
+
+
+def _with_final_dependencies(node: Value, namespace: str, problems: Problems) -> Value:
+    """A node that waits for others names them as the keys of its file do."""
+    needs = node.members.get("depends_on")
+    if needs is None or not isinstance(needs.content, dict):
+        return node
+    names = {key: compose(namespace, key).removeprefix("/") for key in needs.members}
+    return node.with_member(("depends_on",), _renamed(needs, names, problems, "dependency"))
 
 
 def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: str) -> Value:

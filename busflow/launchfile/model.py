@@ -11,7 +11,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, Wi
 from busflow.annotation import StrictModel, at, split
 from busflow.duration import PATTERN, parse_duration
 from busflow.errors import Fault
-from busflow.launchfile.description import ClockMode, Restart
+from busflow.launchfile.description import ClockMode
+from busflow.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation import faults
 
 _ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
@@ -80,13 +81,37 @@ class TopicKeys(Repeatable):
     )
 
 
+def _shorter_first(pauses: list[float]) -> list[float]:
+    if pauses[0] > pauses[1]:
+        raise ValueError("the first pause comes before the longest")
+    return pauses
+
+
+_STANDARD = RestartPolicy()
+
+
+class RestartKeys(Section):
+    """When a node is started anew, and when it is given up. `restart: on-failure` alone takes the defaults."""
+
+    policy: Restart = Field(description="When: never, on-failure, or always, also when its run() returns.")
+    max: int = Field(default=_STANDARD.most, ge=1, description="How many restarts within the window.")
+    backoff: Annotated[list[Seconds], Field(min_length=2, max_length=2), AfterValidator(_shorter_first)] = Field(
+        default=[_STANDARD.first_s, _STANDARD.longest_s],
+        description="The pause before the first restart, and the longest; it doubles in between.",
+    )
+    window: Seconds = Field(default=_STANDARD.window_s, description="The time in which the limit counts.")
+
+
+def _restart_word(data: object) -> object:
+    """`restart: on-failure` is short for a mapping with only that."""
+    return {"policy": data} if isinstance(data, str) else data
+
+
 class NodeKeys(Repeatable):
     """One node to run."""
 
     later: ClassVar[Mapping[str, str]] = {
-        "depends_on": "leave it out: every subscription exists before the first message",
         "process": "leave it out: all nodes run in one process",
-        "on_exit": "leave it out",
         "log": "leave it out",
     }
 
@@ -104,7 +129,13 @@ class NodeKeys(Repeatable):
     remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
     publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
     subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
-    restart: Restart = Field(default=Restart.NEVER, description="What happens when the node fails or ends.")
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
+    )
+    depends_on: dict[str, Condition] = Field(
+        default_factory=dict, description="What to wait for in other nodes before the start, by their names."
+    )
+    on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
 
 
 class IncludeKeys(Repeatable):
@@ -233,6 +264,8 @@ def _named(fault: Fault) -> Fault:
         message = fault.message.replace("the keys", "a launch file")
         return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
     fault = replace(fault, message=fault.message.replace(" or null", ""))  # null is the same as not stated
+    if fault.path[-2:] == ("restart", "policy"):  # which is mostly written as one word
+        fault = replace(fault, message=fault.message.replace(".restart.policy", ".restart"))
     owner, _ = split(at(LaunchKeys, fault.path[:-1])[0])
     later = getattr(owner, "later", {})
     if fault.code != "unknown" or fault.path[-1] not in later:

@@ -16,8 +16,9 @@ from busflow import parameter_events, plugins, rosout
 from busflow.blame import blame
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
-from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, Restart, TopicSpec
+from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.faults import parameter_problems
+from busflow.launchfile.supervision_checks import supervision_problems
 from busflow.launchfile.value import Source
 from busflow.message import type_name
 from busflow.names import resolve
@@ -26,6 +27,7 @@ from busflow.parameter_store import ValueSource
 from busflow.parameters import validate
 from busflow.qos import QoS
 from busflow.runtime import NodeRuntime
+from busflow.supervision import Supervision
 from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
 
@@ -45,6 +47,7 @@ class Member:
     node: Node
     plugin: str
     spec: NodeSpec | None = None
+    supervision: Supervision = field(default_factory=Supervision)
 
     @cached_property  # each check asks for it
     def runtime(self) -> NodeRuntime:
@@ -100,17 +103,18 @@ class Preflight:
     strict: bool = False
     """Make a subscription whose topic nobody publishes an error."""
 
-    def plan(self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[Node] = ()) -> Plan:
+    def plan(
+        self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[tuple[Node, Supervision]] = ()
+    ) -> Plan:
         """Build and check everything; the caller looks at `errors` before it starts anything."""
         plan = Plan()
         topics = [topic for description in descriptions for topic in description.topics]
         for description in descriptions:
             plan.problems += description.warnings
             for spec in description.nodes:
-                plan.problems += _not_yet(spec)
                 self._add(plan, spec, topics)
-        for node in nodes:
-            self._declare(plan, Member(node, type(node).__name__), topics)
+        for node, supervision in nodes:
+            self._declare(plan, Member(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
         plan.problems += _duplicate_names(plan.members)
         plan.problems += _type_conflicts(plan.members)
@@ -122,6 +126,7 @@ class Preflight:
             plan.problems += _idle_topic_specs(plan.members, topics)
             plan.problems += _one_ended_topics(plan.members, strict=self.strict)
             plan.problems += _service_problems(plan.members, strict=self.strict)
+            plan.problems += supervision_problems(plan.members)
         return plan
 
     def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec]) -> None:
@@ -143,7 +148,7 @@ class Preflight:
         build: Callable[[], Node] = lambda: node_class(parameters, name=spec.name)  # noqa: E731  # guarded below
         node = _guarded(plan, spec, f"{spec.full_name} cannot be built", build)
         if node is not None:
-            self._declare(plan, Member(node, spec.plugin, spec), topics)
+            self._declare(plan, Member(node, spec.plugin, spec, spec.supervision), topics)
 
     def _declare(self, plan: Plan, member: Member, topics: Sequence[TopicSpec]) -> None:
         """Give a node its surroundings and let it declare its endpoints."""
@@ -202,13 +207,6 @@ def _announce_parameters(members: Sequence[Member]) -> None:
     if any(endpoint.topic == parameter_events.TOPIC for member in members for endpoint in member.subscriptions):
         for member in members:
             member.runtime.parameter_events.declare()
-
-
-def _not_yet(spec: NodeSpec) -> Iterator[Problem]:
-    """What a launch file may say already, and no run does yet: better refused than passed over in silence."""
-    if spec.restart is not Restart.NEVER:
-        text = f"restart: {spec.restart.value} of {spec.full_name} is not in this version yet"
-        yield _problem("later", text, spec.origin, "leave it out: a node that fails ends the run with exit code 1")
 
 
 def _duplicate_names(members: Sequence[Member]) -> Iterator[Problem]:

@@ -12,6 +12,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 from busflow.launchfile.model import LaunchKeys
 from busflow.parameters import Parameters
 from busflow.qos import PRESETS, QoS
+from busflow.supervision import Restart
 
 Schema = dict[str, Any]
 
@@ -47,6 +48,7 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     definitions |= {**profile.pop("$defs", {}), "QoS": profile}
     _place_qos(root, definitions)
     _place_includes(root)
+    _place_restart(definitions)
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
     root["properties"]["nodes"]["propertyNames"] = {"pattern": _NODE_NAME}
     for name, section in [("", root), *definitions.items()]:
@@ -143,6 +145,15 @@ def _place_includes(root: Schema) -> None:
     description = root["properties"]["include"]["description"]
     items = {"type": "array", "items": {"anyOf": [name, entry]}}
     root["properties"]["include"] = {"description": description, "anyOf": [name, items]}
+
+
+def _place_restart(definitions: Schema) -> None:
+    """A word is short for an entry with only that."""
+    whole: Schema = {"$ref": "#/$defs/RestartKeys"}
+    forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
+    properties = definitions["NodeKeys"]["properties"]
+    description = properties["restart"]["description"]
+    properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
 
 
 def _by_plugin(plugins: Iterable[PluginSchema], definitions: Schema) -> Schema:

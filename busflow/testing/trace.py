@@ -55,6 +55,7 @@ class Trace:
         self._hashes: dict[int, tuple[Message, str]] = {}
         graph.bus.on_attach.append(self._on_attach)
         graph.log.sinks.append(self._on_log)
+        graph.on_restart.append(lambda unit: self._tell("restart", unit.name, f"#{unit.restarts}"))
 
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):

@@ -262,7 +262,8 @@ def _node(unit: Unit) -> dict[str, Any]:
         "name": unit.name,
         "plugin": unit.plugin,
         "state": unit.state.value,
-        "failures": [failure.summary for failure in unit.failures],
+        "restarts": unit.restarts,
+        "failures": [unit.failure.summary] if unit.failure else [],
         "publishers": _names(unit.runtime.publishers),
         "subscriptions": _names(unit.runtime.subscriptions),
     }

@@ -30,7 +30,7 @@ class SensorParameters(Parameters):
 class Sensor(Node):
     parameters: SensorParameters
 
-    async def run(self) -> None:
+    async def start(self) -> None:
         self.log.info("works")
 """
 

@@ -154,7 +154,7 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     [
         ("busy", "plugins/busy.py:"),
         ("asleep", "plugins/asleep.py:"),
-        ("slow_to_stop", "given up: /slow_to_stop"),
+        ("slow_to_stop", "/slow_to_stop did not stop within 0.75 s, and is given up"),
         ("thread", "exit code 130"),
         ("pool", "exit code 130"),
         ("starting", "exit code 130"),

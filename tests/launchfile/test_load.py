@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
-from busflow.launchfile.description import ClockMode, ClockSpec, NodeSpec, Restart
+from busflow.launchfile.description import ClockMode, ClockSpec, NodeSpec
 from busflow.launchfile.load import MAX_FILES, MAX_INCLUDE_DEPTH, examine, load
+from busflow.supervision import Restart
 from busflow.text import printable
 
 TALKER = "nodes:\n  talker:\n    plugin: talker\n"
@@ -57,7 +58,11 @@ def test_a_whole_file_becomes_a_description(folder):
     assert topics["/imu/data"].type == "sensor_msgs/msg/Imu"
     assert topics["/joints"].qos.model_fields_set == {"depth"}
     (talker,) = found.nodes
-    assert (talker.full_name, talker.plugin, talker.restart) == ("/left/talker", "talker", Restart.ON_FAILURE)
+    assert (talker.full_name, talker.plugin, talker.supervision.restart.when) == (
+        "/left/talker",
+        "talker",
+        Restart.ON_FAILURE,
+    )
     assert talker.parameters.data == {"rate": 10, "noise": {"imu": 0.1}}
     assert [(rule.match, rule.replacement) for rule in talker.remap] == [("imu", "/imu/data")]
     assert talker.publishers[0].qos.reliability == "best_effort"
@@ -106,7 +111,7 @@ def test_the_command_line_beats_the_file_which_beats_its_includes(folder):
     found = folder.load(text, sets=["nodes.talker.parameters.noise.imu=3", "topics.imu.qos.depth=3"])
     (talker,) = found.nodes
     assert talker.parameters.data == {"rate": 2.0, "name": "file", "noise": {"imu": 3, "joints": 1}}
-    assert (talker.plugin, talker.restart, found.seed) == ("talker", Restart.ALWAYS, 1)
+    assert (talker.plugin, talker.supervision.restart.when, found.seed) == ("talker", Restart.ALWAYS, 1)
     assert found.topics[0].qos.model_dump(exclude_unset=True) == {"depth": 3, "overflow": "block"}
     origins = {path: str(value.origin) for path, value in talker.parameters.leaves()}
     assert origins == {
@@ -120,7 +125,7 @@ def test_the_command_line_beats_the_file_which_beats_its_includes(folder):
 def test_a_later_override_and_one_from_python_win_in_their_order(folder):
     how = {"overrides": {"nodes.talker.restart": "always", "seed": 1}, "sets": ["seed=2", "seed=3"]}
     found = folder.load(TALKER, **how)
-    assert (found.seed, found.nodes[0].restart) == (3, Restart.ALWAYS)
+    assert (found.seed, found.nodes[0].supervision.restart.when) == (3, Restart.ALWAYS)
 
 
 def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):

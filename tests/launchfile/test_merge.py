@@ -41,7 +41,7 @@ def test_one_file_included_twice_needs_two_namespaces(folder):
 def test_a_node_without_a_plugin_changes_the_included_one_of_that_name(folder):
     folder.write("namespace: left\n" + TALKER + "    parameters: {a: 1, b: 1}\n", "a.yaml")
     (found,) = folder.load("include: [a.yaml]\nnodes:\n  left/talker: {parameters: {a: 2}, restart: always}\n").nodes
-    assert (found.parameters.data, found.restart.value) == ({"a": 2, "b": 1}, "always")
+    assert (found.parameters.data, found.supervision.restart.when.value) == ({"a": 2, "b": 1}, "always")
 
 
 def test_two_keys_of_one_node_are_a_mistake(folder):

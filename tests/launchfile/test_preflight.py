@@ -10,6 +10,7 @@ from busflow.launchfile.load import load
 from busflow.launchfile.preflight import Plan, Preflight
 from busflow.log import Log
 from busflow.msgs.std_msgs import Float64, String
+from busflow.supervision import Supervision
 
 PLUGINS = {
     "talker": """
@@ -157,10 +158,10 @@ def test_a_graph_that_fits_has_no_problem(check):
             ),
         ),
         (
-            "  other: {plugin: listener, restart: always}\n",
+            "  other: {plugin: listener, depends_on: {tlker: ready}}\n",
             (
-                "lab1.yaml:5:3: error: restart: always of /other is not in this version yet\n"
-                "  fix: leave it out: a node that fails ends the run with exit code 1"
+                "lab1.yaml:5:42: error: /other depends on /tlker, which is no node of this graph\n"
+                "  fix: did you mean '/talker'?"
             ),
         ),
         (
@@ -239,7 +240,7 @@ class Wordy(Node):
 
 def test_a_graph_of_classes_and_instances_is_checked_as_one_from_a_file():
     clock = SystemClock()
-    plan = Preflight(clock, Log(clock)).plan((), [Loud(), Picky(), Wordy(), Picky()])
+    plan = Preflight(clock, Log(clock)).plan((), [(each(), Supervision()) for each in (Loud, Picky, Wordy, Picky)])
     assert sorted(problem.code for problem in plan.errors) == [
         "duplicate-node",
         "qos-mismatch",
