@@ -3,7 +3,8 @@
 - `python` is executed, all snippets of a page in one namespace; `await` may stand at the top, as in a notebook.
 - `yaml` is loaded as a launch file.
 - `console` is run: `$` begins a command, what follows is what it prints. `…` stands for any text, alone in a line for
-  any lines; `^C` presses Ctrl-C. Numbers of a run or a test are not compared, everything else is.
+  any lines; `^C` presses Ctrl-C. Numbers of a run or a test are not compared, everything else is. A command that ends
+  with ` &` has printed its lines when the next one begins, and runs until the end of the page.
 - `title="plugins/tilt.py"` writes the snippet to that file instead, for the commands that follow.
 - `<!-- not run: reason -->` above a snippet leaves it out. Other languages are for reading.
 """
@@ -18,6 +19,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from contextlib import ExitStack
 from itertools import takewhile
 from pathlib import Path
 
@@ -80,6 +82,11 @@ def run_console(example):
     assert commands.pop(0) == "", "a console snippet begins with $"
     for each in commands:
         command, *expected = each.rstrip("\n").split("\n")
+        if command.endswith(" &"):
+            compare(
+                command, expected, beginning_of(command.removesuffix(" &"), len(expected), example.namespace["runs"])
+            )
+            continue
         printed = output_of(command, lines_before_ctrl_c(expected))
         compare(command, [line for line in expected if line != "^C"], printed)
 
@@ -94,11 +101,29 @@ def lines_before_ctrl_c(expected):
 
 def output_of(command, lines_before_ctrl_c):
     """What a command prints, both streams together."""
+    with started(command) as process:
+        printed = []
+        if lines_before_ctrl_c is not None:
+            printed = [process.stdout.readline() for _ in range(lines_before_ctrl_c)]
+            os.killpg(process.pid, signal.SIGINT)
+        printed += process.stdout.readlines()
+    return as_the_pages_have_it(printed)
+
+
+def beginning_of(command, lines, runs):
+    """The first lines of a command that goes on, and is left to the page's runs."""
+    process = runs.enter_context(started(command))
+    runs.callback(process.stdout.read)  # what it prints at its end has to go somewhere
+    runs.callback(os.killpg, process.pid, signal.SIGINT)
+    return as_the_pages_have_it([process.stdout.readline() for _ in range(lines)])
+
+
+def started(command):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100", "PYTHONUNBUFFERED": "1"}
     environment.pop("PYTEST_ADDOPTS", None)  # meant for the run that this test is part of
     environment["PYTHONWARNINGS"] = "ignore"  # other plugins of pytest that happen to be installed
-    with subprocess.Popen(
+    return subprocess.Popen(
         ["bash", "-c", command],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -107,12 +132,10 @@ def output_of(command, lines_before_ctrl_c):
         text=True,
         encoding="utf-8",
         start_new_session=True,
-    ) as process:
-        printed = []
-        if lines_before_ctrl_c is not None:
-            printed = [process.stdout.readline() for _ in range(lines_before_ctrl_c)]
-            os.killpg(process.pid, signal.SIGINT)
-        printed += process.stdout.readlines()
+    )
+
+
+def as_the_pages_have_it(printed):
     return [line.rstrip().replace(str(Path.cwd()), HOME) for line in printed]
 
 
@@ -165,8 +188,8 @@ def project(tmp_path, monkeypatch):
 def test_the_snippets_of(page):
     document = Document.parse(str(page), snippets)
     document.namespace["__name__"] = "__main__"
-    with asyncio.Runner() as runner:
-        document.namespace["runner"] = runner
+    with ExitStack() as runs, asyncio.Runner() as runner:
+        document.namespace.update(runner=runner, runs=runs)
         for example in document.examples():
             example.evaluate()
 
