@@ -81,6 +81,8 @@ class Graph:
         self.exit_code = ExitCode.OK
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does."""
+        self.tells_at_end = False
+        """Whether whoever runs it tells its failures in full at the end: then the log is not to tell them too."""
         self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
@@ -253,7 +255,8 @@ class Graph:
         self._ending.set()
         if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
-        self.log.bind(failure.node).error(failure.summary)
+        log = self.log.bind(failure.node)
+        (log.debug if self.tells_at_end else log.error)(failure.summary)
 
     def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
         log = self.log.bind(unit.name)

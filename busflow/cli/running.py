@@ -44,6 +44,7 @@ class Run:
         stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
         coloured = stream.isatty() if (wanted := colour()) is None else wanted
         sink = json_sink(stream) if log_format == "json" else console_sink(stream, colour=coloured)
+        self._for_people = log_format != "json"
         level = "debug" if verbose else "info"
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._description = description
@@ -59,6 +60,7 @@ class Run:
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace):
+                graph.tells_at_end = self._for_people
                 code = _run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:

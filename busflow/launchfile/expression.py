@@ -220,6 +220,7 @@ class Template:
             value = self._scope.args.get(member)
             if value is None:
                 fix = did_you_mean(member, self._scope.args)
+                self._scope.used.update(self._scope.args)  # one of them was meant: none is told to be useless
                 raise self._error(f"unknown argument {member}", fix, start, len(name))
             return lambda: (value.data, value.origin.through or value.origin)
         if group == "env" and member:

@@ -247,3 +247,11 @@ def test_the_words_of_a_qos_policy_are_those_that_a_profile_may_state(capsys: Ca
     assert "reliability must be one of system_default, reliable, best_effort, got text 'often'" in out
     assert "unknown" not in out
     assert "best_available" not in out
+
+
+def test_a_misspelt_argument_does_not_make_the_others_useless(capsys: Captured):
+    replace("${args.rate_hz}", "${args.rate_hzz}")
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert "unknown argument rate_hzz" in out
+    assert "nothing uses" not in out

@@ -92,11 +92,20 @@ def test_a_failing_node_is_told_in_one_block_and_the_run_still_accounts(capsys: 
     assert "node /talker failed in Talker.talk" in captured.err
     assert "plugins/talker.py:22" in captured.err
     assert r"ValueError: \x1b[31mlost count" in captured.err
+    assert captured.err.count("failed in") == 1
     assert "\x1b" not in captured.err + captured.out
     assert "exit code 1" in captured.out
     report = json.loads(Path("run.json").read_text())
     assert report["exit_code"] == 1
     assert {node["name"]: node["state"] for node in report["nodes"]}["/talker"] == "failed"
+
+
+def test_a_failing_node_is_told_to_machines_in_the_log(capsys: Captured):
+    main(["run", "talk.yaml", "--set", "nodes.talker.parameters.fail_at=3", "--log-format", "json"])
+    records = [json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{")]
+    assert [(each["node"], each["level"]) for each in records if "lost count" in each["event"]] == [
+        ("/talker", "error")
+    ]
 
 
 def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
