@@ -41,6 +41,8 @@ class BusflowError(Exception):
 class InvalidName(BusflowError, ValueError):
     """A topic, node, namespace, package or remap name breaks ROS 2's grammar."""
 
+    exit_code = ExitCode.USAGE
+
 
 class InvalidQoS(BusflowError, ValueError):
     """A QoS profile asks for something that cannot be."""
@@ -203,6 +205,16 @@ class Deadlock(BusflowError):
 
 class PluginError(BusflowError):
     """A plugin cannot be found or imported; `problem.place` is the line of the plugin's code at fault."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(problem.render())
+
+
+class InvalidInput(BusflowError, ValueError):
+    """What was typed on the command line for a running graph does not fit; `problem.place` is the part at fault."""
 
     exit_code = ExitCode.USAGE
 

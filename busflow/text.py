@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 # C0 and C1 controls, DEL, line and paragraph separators, and the bidirectional overrides that can make a
 # terminal show something other than what is there; lone surrogates cannot be encoded at all.
-_UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 _COMPARED = 500
 """Candidates that `nearest` compares: a hostile file may name ten thousand, at 30 µs each."""
@@ -23,7 +23,7 @@ def printable(text: object, *, limit: int = 4096) -> str:
     shown = str(text)
     if len(shown) > limit:
         shown = shown[: limit - 1] + "…"
-    return _UNSAFE.sub(_escape, shown)
+    return UNSAFE.sub(_escape, shown)
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

@@ -11,7 +11,7 @@ import click
 import busflow
 from busflow.cli.lazy import LazyGroup
 from busflow.cli.output import colour, tell
-from busflow.errors import BusflowError, ExitCode, LaunchError, PluginError
+from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
 _COMMANDS = {
@@ -21,6 +21,7 @@ _COMMANDS = {
     "config": ("busflow.cli.config:config", "Show the resolved launch file, and where each value came from."),
     "graph": ("busflow.cli.graph:graph", "Draw the nodes and topics of a running graph, or of a launch file."),
     "ps": ("busflow.cli.ps:ps", "List what runs on this machine."),
+    "topic": ("busflow.cli.topic:topic", "Look at the topics of a running graph, and publish to them."),
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
@@ -115,7 +116,7 @@ def _invoke(root: click.Group, context: click.Context) -> int:
     except BusflowError as error:
         if context.params["traceback"]:
             _tell_traceback(error)
-        tell(str(error) if isinstance(error, (LaunchError, PluginError)) else f"error: {error}")
+        tell(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
         _tell_traceback(error)

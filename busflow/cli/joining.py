@@ -60,7 +60,16 @@ def print_answer(answer: Mapping[str, Any]) -> None:
 
 def print_line(told: Mapping[str, Any]) -> None:
     """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
-    click.echo(json.dumps(finite({"version": JSON_VERSION, **told}), default=str, allow_nan=False))
+    click.echo(line_of(told))
+
+
+def line_of(told: Mapping[str, Any]) -> str:
+    """An object as one line of JSON, with the version."""
+    versioned = {"version": JSON_VERSION, **told}
+    try:
+        return json.dumps(versioned, default=str, allow_nan=False)
+    except ValueError:  # infinity or NaN; a picture's million numbers are not looked at one by one to find none
+        return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
 # Completion. The shell shows whatever a completer prints, so that it fails in silence.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from math import inf
+from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError
@@ -38,6 +38,35 @@ class Spread:
         self.squares += value * value
         self.low = min(inf if self.low is None else self.low, value)
         self.high = max(-inf if self.high is None else self.high, value)
+
+    def __add__(self, other: Spread) -> Spread:
+        """The spread of the values of both.
+
+        >>> one, other = Spread(), Spread()
+        >>> one.add(1.0), other.add(3.0)
+        (None, None)
+        >>> (one + other).mean, (one + other).deviation
+        (2.0, 1.0)
+        """
+        lows = [each.low for each in (self, other) if each.low is not None]
+        highs = [each.high for each in (self, other) if each.high is not None]
+        return Spread(
+            self.count + other.count,
+            self.total + other.total,
+            self.squares + other.squares,
+            min(lows, default=None),
+            max(highs, default=None),
+        )
+
+    @property
+    def mean(self) -> float:
+        """The mean of the values; 0 where there are none."""
+        return self.total / self.count if self.count else 0.0
+
+    @property
+    def deviation(self) -> float:
+        """Their standard deviation."""
+        return sqrt(max(0.0, self.squares / self.count - self.mean**2)) if self.count else 0.0
 
 
 class Meter:

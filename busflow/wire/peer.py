@@ -24,7 +24,7 @@ from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
 from busflow.wire.listener import Listener, Received
 from busflow.wire.qos_form import from_text
 from busflow.wire.refusal import refusal, service_refusal
-from busflow.wire.run_directory import FoundRun, find_run
+from busflow.wire.run_directory import FoundRun, find_run, runs
 from busflow.wire.session import open_session
 from busflow.wire.speaker import Speaker
 from busflow.wire.view import GraphView, TopicView, view
@@ -76,6 +76,11 @@ class Peer:
     def close(self) -> None:
         """Leave the run. Without it the interpreter would wait for ever for Zenoh's threads."""
         self.session.close()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the run is still there."""
+        return self.run in runs()
 
     # Asking.
 
@@ -167,12 +172,12 @@ class Peer:
     # Listening and publishing.
 
     @contextmanager
-    def listen(self, topic: TopicView, *, depth: int = 1000) -> Generator[Listener]:
+    def listen(self, topic: TopicView, type_: ForeignType | None = None, *, depth: int = 1000) -> Generator[Listener]:
         """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost.
 
         What transient_local publishers keep for late joiners comes first.
         """
-        type_ = self.type(topic.types[0])
+        type_ = type_ or self.type(topic.types[0])
         latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
         with self._present(Kind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
             listener = Listener(depth)

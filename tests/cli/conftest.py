@@ -129,6 +129,73 @@ nodes:
     plugin: processor
 """
 
+ODDS = '''
+import asyncio
+
+import numpy as np
+
+from busflow import QoS, Message, Node, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Image
+from busflow.msgs.std_msgs import Float64, Int64, String
+
+
+class Note(Message, package="odd"):
+    """What ROS has no words for."""
+
+    text: str
+    place: str | None = None
+    marks: dict[str, float] = {}
+
+
+class Odds(Node):
+    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, heard by nobody."""
+
+    image = publisher(Image, "camera/image")
+    talk = publisher(String, "talk")
+    note = publisher(Note, "note")
+    name_of_map = publisher(String, "map_name", qos=QoS(durability="transient_local"))
+    numbers = publisher(Int64, "numbers")
+    flood = publisher(Int64, "flood")
+    heard = publisher(Float64, "heard")
+    unused = publisher(Int64, "_hidden/count")
+    count = 0
+
+    async def start(self) -> None:
+        self.pixels = np.zeros(1920 * 1080 * 3, np.uint8)
+        self.name_of_map.publish(String(data="attic"))
+        self.log.info("ready")
+
+    @timer(0.2)
+    def show(self) -> None:
+        self.image.publish(Image(height=1080, width=1920, encoding="rgb8", step=5760, data=self.pixels))
+        self.talk.publish(String(data="\\x1b[31mred\\u202e"))
+        self.note.publish(Note(text="a, b", marks={"x": float("inf")}))
+
+    @timer(0.01)
+    def tick(self) -> None:
+        self.count += 1
+        self.numbers.publish(Int64(data=self.count))
+        self.flood.publish(Int64(data=self.count))
+
+    @subscription("flood", qos=QoS(depth=1))
+    async def on_flood(self, number: Int64) -> None:
+        await asyncio.sleep(0.05)
+
+    @subscription("cmd")
+    def on_command(self, command: Float64) -> None:
+        self.heard.publish(command)
+'''
+
+ODD_LAB = """\
+name: odd_lab
+plugins: [plugins]
+topics:
+  numbers: {history: 5}
+nodes:
+  odds:
+    plugin: odds
+"""
+
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -223,6 +290,30 @@ def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
     """The lab runs, and commands of this process see it."""
     imu_lab.look(monkeypatch)
     return imu_lab
+
+
+@pytest.fixture(scope="session")
+def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+    """Where the run with the odd topics runs, alone, for as long as the tests do."""
+    folder = tmp_path_factory.mktemp("odd_lab")
+    (folder / "plugins").mkdir()
+    (folder / "plugins/odds.py").write_text(ODDS)
+    (folder / "odd_lab.yaml").write_text(ODD_LAB)
+    place = Place(Path(tempfile.mkdtemp(prefix="busflow-")))
+    run = place.run(folder, "odd_lab.yaml")
+    try:
+        run.wait_for("ready")
+        yield place
+    finally:
+        run.stop()
+        shutil.rmtree(place.path)
+
+
+@pytest.fixture
+def odds(odd_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
+    """That run is there, and commands of this process see it."""
+    odd_lab.look(monkeypatch)
+    return odd_lab
 
 
 @pytest.fixture

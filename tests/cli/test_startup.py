@@ -38,6 +38,9 @@ IMPORTS = (
         "doctor --help",
         "interface show sensor_msgs/msg/Imu",
         "completion zsh",
+        "topic --help",
+        "topic echo --help",
+        "topic pub --help",
     ],
 )
 def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
@@ -61,6 +64,12 @@ def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
         "node info processor",
         "param list",
         "param get imu_publisher rate_hz",
+        "topic list",
+        "topic info -v imu/data",
+        "topic echo --once imu/data --filter linear_acceleration.z>-99",
+        "topic hz imu/data -n 1 --every 0.2",
+        "topic bw imu/data -n 1 --every 0.2",
+        "topic stats",
     ],
 )
 def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):

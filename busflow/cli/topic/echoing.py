@@ -1,0 +1,144 @@
+"""Echoing: the messages of one topic, from the run to the terminal, and what there is to say beside them."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.output import tell
+from busflow.cli.topic.known_type import known_type
+from busflow.cli.topic.paths import Absent
+from busflow.clock import SystemClock
+from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, Problem
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.cli.topic.printing import Wanted
+    from busflow.wire.peer import Listener, Peer, Received
+    from busflow.wire.view import GraphView, TopicView
+
+_LOOK_S = 1.0
+"""How often, while nothing comes, it is looked whether the run is still there."""
+
+
+class Echo:
+    """Prints a topic of a run."""
+
+    def __init__(self, peer: Peer, name: str, type_name: str | None, wanted: Wanted) -> None:
+        """Find the topic and its type.
+
+        Raises:
+            NoSuchTarget: There is no such topic; the message names the nearest.
+            InvalidInput: Its type is another one or has no such field, or its publishers disagree about it.
+        """
+        self._peer = peer
+        self._graph = peer.graph()
+        self._topic = self._graph.topic(name)
+        self._type = known_type(peer, agreed_type(self._topic, type_name))
+        self._print = wanted.printer(self._topic.name, self._type)
+        self._told: set[str] = set()
+        self._clock = SystemClock()
+
+    def show_last(self, count: int) -> None:
+        """Print the last messages that the run keeps, and say so where there are fewer."""
+        name = self._topic.name
+        for answer, messages in self._peer.ask_for_messages("history", topic=name, count=count):
+            for received in messages:
+                self._show(received)
+            if len(messages) < min(count, answer["published"]):
+                advice = f"to keep more, write in the launch file: topics: {{{name}: {{history: {count}}}}}"
+                tell(f"{len(messages)} of the last {count} messages of {name} are kept; {advice}")
+            elif len(messages) < count:
+                tell(f"{len(messages)} messages were published on {name} so far")
+
+    def follow(self, count: int | None, timeout_s: float | None) -> ExitCode:
+        """Print messages as they come, `count` at most, until nothing was printed for so long.
+
+        Raises:
+            InspectionUnavailable: The run has ended.
+        """
+        tell_if_silent(self._graph, self._topic)
+        shown, printed_at = 0, self._clock.monotonic_ns()
+        with self._peer.listen(self._topic, self._type) as listener:
+            while count is None or shown < count:
+                received = listener.get(0) or self._wait(listener, printed_at, timeout_s)
+                if received is not None and self._show(received):
+                    shown, printed_at = shown + 1, self._clock.monotonic_ns()
+                elif self._left(printed_at, timeout_s) <= 0:
+                    tell(f"error: nothing to print came on {self._topic.name} for {timeout_s:g} s")
+                    return ExitCode.FAILED
+        return ExitCode.OK
+
+    def _wait(self, listener: Listener, printed_at: int, timeout_s: float | None) -> Received | None:
+        """The next message, waited for as long as it may take."""
+        self._tell_losses(listener)
+        received = None
+        while received is None and (left := self._left(printed_at, timeout_s)) > 0:
+            received = listener.get(min(_LOOK_S, left))
+            if received is None and not self._peer.alive:
+                raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
+        return received
+
+    def _left(self, printed_at: int, timeout_s: float | None) -> float:
+        """The seconds until it takes too long."""
+        if timeout_s is None:
+            return inf
+        return timeout_s - (self._clock.monotonic_ns() - printed_at) / 1e9
+
+    def _show(self, received: Received) -> bool:
+        """Print a message; False where it is left out."""
+        try:
+            text = self._print(received)
+        except MalformedMessage as error:
+            self._tell_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
+            return False
+        except Absent as error:
+            self._tell_once(f"warning: a message of {self._topic.name} has no such field: {error}")
+            return False
+        if text is None:
+            return False
+        click.echo(text)
+        return True
+
+    def _tell_losses(self, listener: Listener) -> None:
+        if listener.dropped or listener.lost:
+            tell(
+                f"warning: {listener.dropped + listener.lost} messages of {self._topic.name} were not printed:"
+                " they came faster than they could be read"
+            )
+            listener.dropped = listener.lost = 0
+
+    def _tell_once(self, text: str) -> None:
+        if text not in self._told and len(self._told) < 100:
+            self._told.add(text)
+            tell(text)
+
+
+def agreed_type(topic: TopicView, wanted: str | None) -> str:
+    """The type of a topic, where its publishers and subscriptions agree about one, and whoever asks does too.
+
+    Raises:
+        InvalidInput: They do not.
+    """
+    full = wanted.replace("/", "/msg/") if wanted and wanted.count("/") == 1 else wanted
+    if full in topic.types:
+        return full
+    if full is not None:
+        message = f"{topic.name} has the type {topic.type}, not {printable(full)}"
+        raise InvalidInput(Problem("type", message, "leave the type out"))
+    first, *others = topic.types
+    if others:
+        message = f"{topic.name} has conflicting types: {topic.type}"
+        fix = f"say which, such as {first}; busflow topic info -v shows whose they are"
+        raise InvalidInput(Problem("type", message, fix))
+    return first
+
+
+def tell_if_silent(graph: GraphView, topic: TopicView) -> None:
+    """Say so at once when a topic has no publisher, and which one may have been meant."""
+    if topic.publishers:
+        return
+    published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]
+    tell(f"warning: nobody publishes {printable(topic.name)}; {did_you_mean(topic.name, published)}; waiting")

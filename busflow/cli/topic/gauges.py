@@ -1,0 +1,127 @@
+"""Gauges: asks a run again and again what went over some topics, and tells it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from math import ceil
+from threading import Event
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.joining import print_line
+from busflow.cli.output import tell
+from busflow.cli.topic.echoing import agreed_type, tell_if_silent
+from busflow.cli.topic.known_type import known_type
+from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
+from busflow.cli.topic.shape import shape_of
+from busflow.errors import ExitCode, InvalidInput, Problem
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.wire.peer import Peer
+
+_ASKED_EVERY_S = 1.0
+"""A run stops counting for who has not asked for five seconds."""
+
+
+def gauge(
+    peer: Peer,
+    names: Sequence[str],
+    measure: Measure,
+    *,
+    window: int | None,
+    count: int | None,
+    every_s: float,
+    as_json: bool,
+) -> ExitCode:
+    """Tell what is measured of each topic, `count` times or until Ctrl-C, which tells what came since.
+
+    Raises:
+        NoSuchTarget: There is no topic of one of the names.
+        InvalidInput: Its messages have no header, for a delay.
+        InspectionUnavailable: The run has ended, or a handler blocks it.
+    """
+    graph = peer.graph()
+    topics = [graph.topic(name) for name in names]
+    for topic in topics:
+        if measure is DELAY:
+            _require_header(peer, topic.name, agreed_type(topic, None))
+        tell_if_silent(graph, topic)
+    reader = f"{os.getpid()}-{os.urandom(6).hex()}"
+    gauges = [_Gauge(peer, topic.name, reader, measure, window, named=len(topics) > 1) for topic in topics]
+    if measure is BW and not as_json:
+        click.echo("\n".join(printable(f"Subscribed to [{topic.name}]") for topic in topics))
+    told, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
+    try:
+        for each in gauges:
+            each.ask()  # which puts the meter on
+        while count is None or told < count:
+            for _ in range(steps):
+                pause.wait(every_s / steps)
+                for each in gauges:
+                    each.ask()
+            for each in gauges:
+                each.tell(as_json=as_json)
+            told += 1
+    except KeyboardInterrupt:
+        for each in gauges:
+            each.ask()
+            each.tell(as_json=as_json, last=True)
+        raise
+    return ExitCode.OK
+
+
+class _Gauge:
+    """One topic that is measured."""
+
+    def __init__(
+        self, peer: Peer, topic: str, reader: str, measure: Measure, window: int | None, *, named: bool
+    ) -> None:
+        self._peer, self._topic, self._reader, self._measure, self._named = peer, topic, reader, measure, named
+        self._window = Window(window or measure.window)
+        self._flows = Flows()
+        self._since = NOTHING
+        self._statistics: Sequence[Mapping[str, Any]] | None = None
+        self._silent = False
+
+    def ask(self) -> None:
+        """Read the run's meter."""
+        sizes = self._measure is BW
+        answer = self._peer.ask("measure", topic=self._topic, reader=self._reader, sizes=sizes)[0]
+        self._since += Reading.of(answer)
+        if self._statistics is None:
+            self._flows.since(answer["subscriptions"])
+        self._statistics = answer["subscriptions"]
+
+    def tell(self, *, as_json: bool, last: bool = False) -> None:
+        """An interval is over: tell it, except the last if nothing came."""
+        since, self._since = self._since, NOTHING
+        flows = self._flows.since(self._statistics or ())
+        window = self._window.add(since)
+        if last and not since.count:
+            return
+        if as_json:
+            print_line(self._measure.as_json(self._topic, since, window, flows))
+            return
+        if not since.count:
+            if not self._silent:
+                tell(f"{self._topic}: no new messages")
+            self._silent = True
+            return
+        self._silent = False
+        if not self._measure.spread(window).count:
+            return
+        if self._named:
+            click.echo(printable(f"{self._topic}:"))
+        click.echo(self._measure.text(window))
+        for line in drop_lines(flows):
+            click.echo(line)
+
+
+def _require_header(peer: Peer, topic: str, type_name: str) -> None:
+    shape = shape_of(known_type(peer, type_name))
+    if shape is not None and "header" not in (shape.fields or {}):
+        message = f"{topic} has messages of {type_name}, which have no header that says when they were made"
+        raise InvalidInput(Problem("header", message, None))

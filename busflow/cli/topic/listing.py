@@ -1,0 +1,110 @@
+"""`busflow topic list`, `type` and `find`: which topics there are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.joining import complete_topics, complete_types, joined, joins, print_answer
+from busflow.cli.output import tell
+from busflow.errors import NoSuchTarget
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.wire.view import EndView, GraphView, TopicView
+
+_EXAMPLES = """\b
+Examples:
+  busflow topic list
+  busflow topic list -t
+  busflow topic find sensor_msgs/msg/Imu"""
+
+
+@click.command("list", epilog=_EXAMPLES)
+@click.option("-t", "--show-types", is_flag=True, help="Show each topic's type too.")
+@click.option("-c", "--count-topics", "count", is_flag=True, help="Only tell how many there are.")
+@click.option("-v", "--verbose", is_flag=True, help="Tell how many publish and receive each.")
+@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
+@joins
+def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden: bool, as_json: bool) -> int:
+    """List the topics of a running graph."""
+    with joined(run) as peer:
+        topics = _shown(peer.graph(), hidden=hidden)
+        name = peer.run.name
+    if as_json:
+        print_answer({"run": name, "topics": [_as_json(each) for each in topics]})
+    elif count:
+        click.echo(len(topics))
+    elif verbose:
+        _print_ends("Published", "publisher", ((each, each.publishers) for each in topics))
+        _print_ends("Subscribed", "subscriber", ((each, each.subscriptions) for each in topics))
+    else:
+        for each in topics:
+            click.echo(printable(f"{each.name} [{each.type}]" if show_types else each.name))
+    return 0
+
+
+@click.command("type", epilog="\b\nExample:\n  busflow topic type imu/data")
+@click.argument("name", shell_complete=complete_topics)
+@joins
+def type_(run: str | None, name: str, as_json: bool) -> int:
+    """Tell the type of the topic NAME."""
+    with joined(run) as peer:
+        found = peer.graph().topic(name)
+    if as_json:
+        print_answer({"name": found.name, "types": found.types})
+        return 0
+    for each in found.types:
+        click.echo(printable(each))
+    if len(found.types) > 1:
+        tell(f"warning: {found.name} has conflicting types")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", metavar="TYPE", shell_complete=complete_types)
+@click.option("-c", "--count-topics", "count", is_flag=True, help="Only tell how many there are.")
+@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
+@joins
+def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -> int:
+    """List the topics whose type is TYPE, such as sensor_msgs/msg/Imu."""
+    full = name if name.count("/") != 1 else name.replace("/", "/msg/")
+    with joined(run) as peer:
+        topics = _shown(peer.graph(), hidden=hidden)
+    found = [each.name for each in topics if full in each.types]
+    if not found:
+        types = {type_ for each in topics for type_ in each.types}
+        raise NoSuchTarget(f"no topic has the type {printable(full)}; {did_you_mean(full, types)}")
+    if as_json:
+        print_answer({"type": full, "topics": found})
+    elif count:
+        click.echo(len(found))
+    else:
+        for each in found:
+            click.echo(printable(each))
+    return 0
+
+
+def _shown(graph: GraphView, *, hidden: bool) -> list[TopicView]:
+    return [topic for topic in graph.topics.values() if hidden or not topic.hidden]
+
+
+def _print_ends(title: str, word: str, topics: Iterable[tuple[TopicView, tuple[EndView, ...]]]) -> None:
+    click.echo(f"{title} topics:")
+    for topic, ends in topics:
+        if ends:
+            plural = "" if len(ends) == 1 else "s"
+            click.echo(printable(f" * {topic.name} [{topic.type}] {len(ends)} {word}{plural}"))
+    click.echo()
+
+
+def _as_json(topic: TopicView) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "types": topic.types,
+        "publishers": len(topic.publishers),
+        "subscriptions": len(topic.subscriptions),
+        "published": topic.details.get("published"),
+    }

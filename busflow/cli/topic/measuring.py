@@ -1,0 +1,76 @@
+"""`busflow topic hz`, `bw` and `delay`: measured by the run itself, where the messages are published."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from busflow.cli.joining import complete_topics, joined, joins
+from busflow.cli.launching import duration
+
+_count = click.IntRange(min=1)
+
+
+def _options(command: Callable[..., int]) -> Callable[..., Any]:
+    for option in (
+        click.argument("names", metavar="NAME...", nargs=-1, required=True, shell_complete=complete_topics),
+        click.option("-w", "--window", type=_count, metavar="N", help="How many messages, at most, count together."),
+        click.option("-n", "--count", type=_count, metavar="N", help="Stop after telling N times."),
+        click.option(
+            "--every", metavar="DURATION", default="1s", show_default=True, callback=duration, help="How often to tell."
+        ),
+        joins,
+    ):
+        command = option(command)
+    return command
+
+
+@click.command(epilog="\b\nExamples:\n  busflow topic hz imu/data\n  busflow topic hz imu/data joint_states -n 3")
+@_options
+def hz(
+    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
+) -> int:
+    """Measure how often each topic NAME is published, until Ctrl-C.
+
+    The run counts each message where it is published, so that the rate is exact however high it is. Subscriptions that
+    dropped messages meanwhile are named.
+    """
+    from busflow.cli.topic.gauges import gauge
+    from busflow.cli.topic.rates import HZ
+
+    with joined(run) as peer:
+        return gauge(peer, names, HZ, window=window, count=count, every_s=every, as_json=as_json)
+
+
+@click.command(epilog="\b\nExample:\n  busflow topic bw image_raw")
+@_options
+def bw(
+    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
+) -> int:
+    """Measure how many bytes a second each topic NAME carries, until Ctrl-C.
+
+    The bytes are those that a message takes outside of its process. The run has to encode it to count them.
+    """
+    from busflow.cli.topic.gauges import gauge
+    from busflow.cli.topic.rates import BW
+
+    with joined(run) as peer:
+        return gauge(peer, names, BW, window=window, count=count, every_s=every, as_json=as_json)
+
+
+@click.command(epilog="\b\nExample:\n  busflow topic delay imu/data")
+@_options
+def delay(
+    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
+) -> int:
+    """Measure how old the messages of each topic NAME are when they are published, until Ctrl-C.
+
+    Their age is the time since the stamp of their header, by the run's clock.
+    """
+    from busflow.cli.topic.gauges import gauge
+    from busflow.cli.topic.rates import DELAY
+
+    with joined(run) as peer:
+        return gauge(peer, names, DELAY, window=window, count=count, every_s=every, as_json=as_json)

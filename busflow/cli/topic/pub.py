@@ -1,0 +1,65 @@
+"""`busflow topic pub`: publishes on a topic of a running graph, from a terminal."""
+
+from __future__ import annotations
+
+import click
+
+from busflow.cli.joining import complete_topics, complete_types, joined, joins
+
+_EXAMPLES = """\b
+Examples:
+  busflow topic pub --once joint_command std_msgs/msg/Float64 '{data: 0.5}'
+  busflow topic pub -r 10 imu/data sensor_msgs/msg/Imu '{header: auto, linear_acceleration: {z: 9.8}}'"""
+
+_count = click.IntRange(min=1)
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", shell_complete=complete_topics)
+@click.argument("type_name", metavar="TYPE", shell_complete=complete_types)
+@click.argument("values", default="{}", metavar="[VALUES]")
+@click.option("-1", "--once", is_flag=True, help="Publish one message and stop.")
+@click.option("-t", "--times", type=_count, metavar="N", help="Publish N messages and stop.")
+@click.option(
+    "-r",
+    "--rate",
+    type=click.FloatRange(min=0, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Messages a second.",
+)
+@click.option(
+    "-w",
+    "--wait-matching-subscriptions",
+    "matches",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="Wait until N subscriptions are there.  [default: 1 with --once or --times, else 0]",
+)
+@click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only each Nth message.")
+@joins
+def pub(
+    run: str | None,
+    name: str,
+    type_name: str,
+    values: str,
+    once: bool,
+    times: int | None,
+    rate: float,
+    matches: int | None,
+    print_every: int,
+    as_json: bool,
+) -> int:
+    """Publish messages of TYPE on the topic NAME, until Ctrl-C.
+
+    VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: they are
+    then those of each message.
+    """
+    from busflow.cli.topic.publishing import Publishing
+
+    if once and times is not None:
+        raise click.UsageError("--once and --times exclude each other")
+    limit = 1 if once else times
+    with joined(run) as peer:
+        publishing = Publishing(peer, name, type_name, values, print_every=print_every, as_json=as_json)
+        return publishing.go(rate, limit, matches if matches is not None else int(limit is not None))

@@ -1,0 +1,119 @@
+"""Publishing: messages of what was typed, at a rate, once somebody receives them."""
+
+from __future__ import annotations
+
+from threading import Event
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.joining import print_line
+from busflow.cli.output import tell
+from busflow.cli.topic.abridged import Abridger
+from busflow.cli.topic.known_type import known_type
+from busflow.cli.topic.one_line import python_form
+from busflow.cli.topic.shape import shape_of
+from busflow.cli.topic.typed_values import TypedValues
+from busflow.clock import SystemClock
+from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
+from busflow.names import check_full_topic_name
+from busflow.text import did_you_mean, printable
+from busflow.wire.keys import Kind
+
+if TYPE_CHECKING:
+    from busflow.wire.peer import Peer, Speaker
+    from busflow.wire.view import GraphView
+
+_LOOK_S = 1.0
+"""How often it is told that nobody receives, and looked whether the run is still there."""
+_NS_PER_S = 1_000_000_000
+_FOR_EVERYBODY = ":1:,10:,:,:,,"
+"""Reliable and transient_local: what a subscription that asks for the last messages will not do without."""
+_USUAL = "::,10:,:,:,,"
+
+
+class Publishing:
+    """Publishes what was typed on a topic of a run."""
+
+    def __init__(self, peer: Peer, name: str, type_name: str, values: str, *, print_every: int, as_json: bool) -> None:
+        """Check everything before anything is published.
+
+        Raises:
+            InvalidName: The topic's name is none.
+            InvalidInput: The topic has another type, or the values do not fit.
+            UnknownType: Nobody knows the type.
+            LaunchError: The values are not YAML.
+        """
+        self._peer, self._print_every, self._as_json = peer, print_every, as_json
+        self._topic = f"/{name.removeprefix('/')}"
+        check_full_topic_name(self._topic)
+        graph = peer.graph()
+        self._type = known_type(peer, type_name)
+        self._shape = shape_of(self._type)
+        there = graph.topics.get(self._topic)
+        if there is not None and self._type.name not in there.types:
+            message = f"{self._topic} has the type {there.type}, not {self._type.name}"
+            raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} tells its fields"))
+        self._values = TypedValues(values, self._type, self._shape)
+        latched = there is not None and any(each.qos.durability == "transient_local" for each in there.subscriptions)
+        self._qos = _FOR_EVERYBODY if latched else _USUAL
+        if there is None or not there.subscriptions:
+            self._tell_nobody(graph)
+        self._clock = SystemClock()
+        self._pause = Event()
+
+    def go(self, rate: float, times: int | None, matches: int) -> ExitCode:
+        """Publish, `times` at most.
+
+        Raises:
+            InspectionUnavailable: The run has ended.
+        """
+        with self._peer.advertise(self._topic, self._type, qos=self._qos) as speaker:
+            self._wait_for(matches, speaker)
+            if not self._as_json:
+                click.echo("publisher: beginning loop")
+            start_ns = looked_ns = self._clock.monotonic_ns()
+            while True:
+                self._publish(speaker)
+                if times is not None and speaker.published >= times:
+                    return ExitCode.OK
+                due_ns = start_ns + round(speaker.published * _NS_PER_S / rate)
+                while (left_ns := due_ns - self._clock.monotonic_ns()) > 0:
+                    self._pause.wait(min(left_ns / _NS_PER_S, _LOOK_S))
+                    if self._clock.monotonic_ns() - looked_ns > _LOOK_S * _NS_PER_S:
+                        looked_ns = self._clock.monotonic_ns()
+                        self._require_run()
+
+    def _publish(self, speaker: Speaker) -> None:
+        values = self._values.at(self._clock.now().nanoseconds)
+        speaker.publish(values)
+        if speaker.published % self._print_every:
+            return
+        shown = Abridger()(self._type.decode(self._type.encode(values)), self._shape)
+        if self._as_json:
+            print_line({"topic": self._topic, "count": speaker.published, "message": shown})
+        else:
+            click.echo(f"publishing #{speaker.published}: {python_form(shown, self._shape)}\n")
+
+    def _wait_for(self, matches: int, speaker: Speaker) -> None:
+        """Wait until so many subscriptions are there, and say so each second."""
+        while matches:
+            enough = self._listeners() >= matches
+            if enough and speaker.wait_for_listener(_LOOK_S):
+                return
+            click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
+            self._require_run()
+            if not enough:
+                self._pause.wait(_LOOK_S)
+
+    def _listeners(self) -> int:
+        wanted = (Kind.SUBSCRIPTION, self._topic, self._type.name, self._type.type_hash)
+        return sum((each.kind, each.topic, each.type, each.hash) == wanted for each in self._peer.tokens())
+
+    def _require_run(self) -> None:
+        if not self._peer.alive:
+            raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
+
+    def _tell_nobody(self, graph: GraphView) -> None:
+        received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
+        tell(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")

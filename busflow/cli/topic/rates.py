@@ -1,0 +1,194 @@
+"""Rates: what a topic's meter counted, over a window of messages, in the words of `ros2 topic hz`, `bw` and `delay`."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from busflow.text import printable
+from busflow.wire.meter import Spread
+
+_UNITS = ((1_000_000, "MB", 2), (1000, "KB", 2), (1, "B", 0))
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """What became of the messages of one subscription in an interval."""
+
+    node: str
+    published: int
+    delivered: int
+    dropped: int
+    queued: int
+    """Those that wait at its end."""
+    drops: Mapping[str, int]
+    """Why they were dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What went over a topic in an interval."""
+
+    duration_s: float
+    count: int
+    periods: Spread
+    sizes: Spread
+    ages: Spread
+
+    @classmethod
+    def of(cls, answer: Mapping[str, Any]) -> Reading:
+        """What a run answered to `measure`."""
+        spreads = (Spread(**answer[name]) for name in ("periods_s", "sizes", "ages_s"))
+        return cls(answer["duration_s"], answer["count"], *spreads)
+
+    def __add__(self, other: Reading) -> Reading:
+        return Reading(
+            self.duration_s + other.duration_s,
+            self.count + other.count,
+            self.periods + other.periods,
+            self.sizes + other.sizes,
+            self.ages + other.ages,
+        )
+
+
+NOTHING = Reading(0.0, 0, Spread(), Spread(), Spread())
+
+
+class Window:
+    """The newest readings of a topic, together of about so many messages."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._readings: deque[Reading] = deque()
+        self._total = NOTHING
+
+    def add(self, reading: Reading) -> Reading:
+        """What the window holds with one more reading; those that are no longer needed leave it."""
+        self._readings.append(reading)
+        self._total += reading
+        while self._total.count - self._readings[0].count >= self._size:
+            self._readings.popleft()
+            self._total = sum(self._readings, NOTHING)
+        return self._total
+
+
+class Flows:
+    """The subscriptions of a topic, from reading to reading."""
+
+    def __init__(self) -> None:
+        self._before: dict[tuple[str, int], Mapping[str, Any]] = {}
+
+    def since(self, statistics: Sequence[Mapping[str, Any]]) -> list[Flow]:
+        """What became of messages since the last time, by the ledger's lines then and now; empty the first time."""
+        now = {
+            (line["node"], sum(each["node"] == line["node"] for each in statistics[:place])): line
+            for place, line in enumerate(statistics)
+        }
+        before, self._before = self._before, now
+        return [_flow(line, before[key]) for key, line in now.items() if key in before]
+
+
+def _flow(now: Mapping[str, Any], before: Mapping[str, Any]) -> Flow:
+    if now["published"] < before["published"]:  # a restarted node's subscription counts anew
+        before = {}
+
+    def grown(now: Mapping[str, int], before: Mapping[str, int], word: str) -> int:
+        return now[word] - before.get(word, 0)
+
+    drops = {word: grown(now["drops"], before.get("drops", {}), word) for word in now["drops"]}
+    return Flow(
+        node=now["node"],
+        published=grown(now, before, "published"),
+        delivered=grown(now, before, "delivered"),
+        dropped=grown(now, before, "dropped"),
+        queued=now["queued"],
+        drops={word: count for word, count in drops.items() if count},
+    )
+
+
+def hz_text(window: Reading) -> str:
+    r"""As `ros2 topic hz` puts it.
+
+    >>> hz_text(Reading(1.0, 11, Spread(10, 1.0, 0.1, 0.1, 0.1), Spread(), Spread()))
+    'average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 10'
+    """
+    spread = window.periods
+    rate = 1 / spread.mean if spread.mean else 0.0
+    return f"average rate: {rate:.3f}\n{_spread_text(spread)}"
+
+
+def delay_text(window: Reading) -> str:
+    """As `ros2 topic delay` puts it."""
+    return f"average delay: {window.ages.mean:.3f}\n{_spread_text(window.ages)}"
+
+
+def _spread_text(spread: Spread) -> str:
+    return (
+        f"\tmin: {spread.low or 0:.3f}s max: {spread.high or 0:.3f}s"
+        f" std dev: {spread.deviation:.5f}s window: {spread.count}"
+    )
+
+
+def bw_text(window: Reading) -> str:
+    r"""As `ros2 topic bw` puts it.
+
+    >>> bw_text(Reading(1.0, 10, Spread(), Spread(10, 3240.0, 0.0, 324.0, 324.0), Spread()))
+    '3.24 KB/s from 10 messages\n\tMessage size mean: 0.32 KB min: 0.32 KB max: 0.32 KB'
+    """
+    sizes = window.sizes
+    rate = sizes.total / window.duration_s if window.duration_s else 0.0
+    factor, unit, digits = next((each for each in _UNITS if rate >= each[0]), _UNITS[-1])
+
+    def shown(number: float | None) -> str:
+        return f"{(number or 0) / factor:.{digits}f} {unit}"
+
+    text = f"{shown(rate)}/s from {sizes.count} messages"
+    return f"{text}\n\tMessage size mean: {shown(sizes.mean)} min: {shown(sizes.low)} max: {shown(sizes.high)}"
+
+
+def drop_lines(flows: Sequence[Flow]) -> Iterator[str]:
+    """A line for each subscription that dropped messages."""
+    for flow in flows:
+        if flow.dropped:
+            reasons = ", ".join(f"{count} {word}" for word, count in flow.drops.items())
+            yield f"\t{printable(flow.node)} dropped {flow.dropped} of {flow.published} ({reasons})"
+
+
+def _spread_json(spread: Spread) -> dict[str, float | None]:
+    return {"min": spread.low, "max": spread.high, "mean": spread.mean, "std_dev": spread.deviation}
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """One of the things that are measured: what it is called, and how it is told."""
+
+    word: str
+    text: Callable[[Reading], str]
+    spread: Callable[[Reading], Spread]
+    window: int
+    """Messages, as in ROS 2."""
+
+    def as_json(self, topic: str, last: Reading, window: Reading, flows: Sequence[Flow]) -> dict[str, Any]:
+        """What `--json` prints of an interval."""
+        spread = self.spread(window)
+        rate = {
+            "hz": {"rate_hz": 1 / spread.mean if spread.mean else None},
+            "bw": {"bytes_per_s": spread.total / window.duration_s if window.duration_s else None},
+        }
+        unit = "size_bytes" if self.word == "bw" else "period_s" if self.word == "hz" else "delay_s"
+        return {
+            "topic": topic,
+            "interval_s": last.duration_s,
+            "count": last.count,
+            "window": spread.count,
+            **rate.get(self.word, {}),
+            unit: _spread_json(spread),
+            "subscriptions": [asdict(flow) for flow in flows],
+        }
+
+
+HZ = Measure("hz", hz_text, lambda reading: reading.periods, 10_000)
+BW = Measure("bw", bw_text, lambda reading: reading.sizes, 100)
+DELAY = Measure("delay", delay_text, lambda reading: reading.ages, 10_000)

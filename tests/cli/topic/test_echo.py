@@ -1,0 +1,180 @@
+"""`busflow topic echo`: beside what ROS 2 printed of the same lab, and of topics that are not as in the lab."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+Said = Callable[[str], str]
+
+in_the_lab = pytest.mark.usefixtures("lab")
+with_odds = pytest.mark.usefixtures("odds")
+BUSFLOW = [sys.executable, "-m", "busflow"]
+_NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+
+
+def alike(text: str) -> list[str]:
+    """The lines, whatever the numbers in them are, and however the joints are called."""
+    return [_NUMBER.sub("#", line).replace("joint_#", "j#") for line in text.splitlines()]
+
+
+def printed(capsys: Captured, *arguments: str) -> str:
+    assert main(["topic", "echo", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+@in_the_lab
+@pytest.mark.parametrize(
+    ("arguments", "capture"),
+    [
+        ("--once /imu/data", "10_topic_echo_once_imu_data"),
+        ("--once imu/data sensor_msgs/msg/Imu", "10_topic_echo_once_imu_data"),
+        ("--last 1 imu/data", "10_topic_echo_once_imu_data"),
+        ("--once imu/data --field linear_acceleration.z", "32_topic_echo_field"),
+        ("--once --csv balance_state", "33_topic_echo_csv"),
+    ],
+)
+def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
+    assert alike(printed(capsys, *arguments.split())) == alike(ros2_said(capture))
+
+
+@in_the_lab
+@pytest.mark.parametrize(
+    ("arguments", "capture"),
+    [
+        ("--once /joint_states", "16_topic_echo_once_joint_states"),
+        ("--once --flow-style /joint_states", "34_topic_echo_flow"),
+        ("--once --no-arr /joint_states", "35_topic_echo_no_arr"),
+    ],
+)
+def test_joints_are_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
+    """Up to the velocities, which our lab's joints leave out."""
+    ours, theirs = (
+        alike(text.partition("\nvelocity")[0].replace("frame_id: imu_link", "frame_id: ''"))
+        for text in (printed(capsys, *arguments.split()), ros2_said(capture))
+    )
+    assert ours == theirs
+
+
+@in_the_lab
+def test_raw_is_the_bytes_of_ros2(capsys: Captured, ros2_said: Said):
+    ours = printed(capsys, "--once", "--raw", "balance_state")
+    theirs = ros2_said("37_topic_echo_raw")
+    assert ours[:20] == theirs[:20]
+    assert ours == "b'\\x00\\x01\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\xd0?'\n"
+
+
+@in_the_lab
+def test_as_many_messages_as_asked_for_as_json_lines(capsys: Captured):
+    lines = [json.loads(line) for line in printed(capsys, "imu/data", "-n", "3", "--json").splitlines()]
+    assert [line["version"] for line in lines] == [1, 1, 1]
+    first = lines[0]["sequence"]
+    assert [line["sequence"] for line in lines] == [first, first + 1, first + 2]
+    assert lines[0]["message"]["header"]["frame_id"] == "imu_link"
+    assert lines[0]["published_ns"] > 1e18
+
+
+@with_odds
+def test_a_filter_chooses(capsys: Captured):
+    out = printed(capsys, "numbers", "-n", "2", "--filter", "m.data % 10 == 7", "--csv")
+    first, second = map(int, out.splitlines())
+    assert (first % 10, second - first) == (7, 10)
+    text = printed(capsys, "talk", "--once", "--field", "data", "--filter", "len(m) > 3")
+    assert text == "\\x1b[31mred\\u202e\n---\n"
+
+
+@in_the_lab
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--field", "linear_acceleration.q"], "  linear_acceleration.q\n                      ^\n"),
+        (["--filter", "m.data > 3"], "sensor_msgs/msg/Imu has no field data"),
+        (["--filter", "header.frame_id >"], "--filter:1:18: error: a value is missing"),
+        (["std_msgs/msg/Float64"], "/imu/data has the type sensor_msgs/msg/Imu, not std_msgs/msg/Float64"),
+        (["--csv", "--json"], "exclude each other"),
+        (["--raw", "--field", "header"], "leave --field out"),
+        (["-n", "0"], "0 is not in the range"),
+        (["--timeout", "soon"], "a duration is"),
+    ],
+)
+def test_a_mistake_is_told_before_any_message(capsys: Captured, arguments: list[str], told: str):
+    assert main(["topic", "echo", "imu/data", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert told in err
+
+
+@with_odds
+class TestOdds:
+    def test_a_topic_that_nobody_publishes_says_so_and_waits(self, capsys: Captured):
+        assert main(["topic", "echo", "cmd", "--timeout", "50ms"]) == 1
+        first, last = capsys.readouterr().err.splitlines()
+        assert first.startswith("warning: nobody publishes /cmd; ")
+        assert last == "error: nothing to print came on /cmd for 0.05 s"
+
+    def test_an_image_is_a_few_lines(self, capsys: Captured):
+        lines = printed(capsys, "camera/image", "--once").splitlines()
+        assert lines[-4:] == ["- 0", "- 0", "- '...'", "---"]
+        assert len(lines) == 10 + 1 + 129 + 1
+        lines = printed(capsys, "camera/image", "--once", "-l", "2").splitlines()
+        assert lines[-5:] == ["data:", "- 0", "- 0", "- '...'", "---"]
+        assert "<sequence type: uint8, length: 6220800>" in printed(capsys, "camera/image", "--once", "--no-arr")
+        assert printed(capsys, "camera/image", "--once", "--raw").endswith("... (6220848 bytes)\n")
+
+    def test_the_whole_image_is_there_on_request(self, capsys: Captured):
+        assert len(printed(capsys, "camera/image", "--once", "--csv", "--full-length").split(",")) == 6_220_800 + 8
+        (line,) = printed(capsys, "camera/image", "--once", "--json").splitlines()
+        assert len(json.loads(line)["message"]["data"]) == 6_220_800
+
+    def test_escape_sequences_are_shown_not_obeyed(self, capsys: Captured):
+        assert printed(capsys, "talk", "--once") == 'data: "\\x1b[31mred\\u202e"\n---\n'
+        assert printed(capsys, "talk", "--once", "--csv") == "\\x1b[31mred\\u202e\n"
+        assert "\x1b" not in printed(capsys, "talk", "--once", "--raw")
+        assert "\x1b" not in printed(capsys, "talk", "--once", "--json")
+
+    def test_a_message_that_ros_has_no_words_for(self, capsys: Captured):
+        assert printed(capsys, "note", "--once") == "text: a, b\nplace: null\nmarks:\n  x: .inf\n---\n"
+        assert printed(capsys, "note", "--once", "--csv") == '"a, b",None,inf\n'
+        assert printed(capsys, "note", "--once", "--field", "marks.x", "--filter", "m > 1") == ".inf\n---\n"
+
+    def test_what_is_kept_for_late_joiners_comes_at_once(self, capsys: Captured):
+        assert printed(capsys, "map_name", "--once") == "data: attic\n---\n"
+
+    def test_the_last_messages_of_a_volatile_topic(self, capsys: Captured):
+        assert main(["topic", "echo", "numbers", "-n", "6"]) == 0  # there are six by now
+        capsys.readouterr()
+        assert len(printed(capsys, "numbers", "--last", "5", "--csv").splitlines()) == 5
+        assert main(["topic", "echo", "numbers", "--last", "6", "--csv"]) == 0
+        out, err = capsys.readouterr()
+        assert len(out.splitlines()) == 5
+        assert "5 of the last 6 messages of /numbers are kept" in err
+        assert "topics: {/numbers: {history: 6}}" in err
+
+    def test_a_field_that_a_message_lacks_is_told_once(self, capsys: Captured):
+        assert main(["topic", "echo", "note", "--field", "marks.y", "--timeout", "1s", "--filter", "m > 1"]) == 1
+        err = capsys.readouterr().err
+        assert err.count("there is no 'y'") == 1
+
+    def test_a_reader_that_leaves_ends_it_quietly(self):
+        command = f"{sys.executable} -m busflow topic echo numbers | head -1; echo ${{PIPESTATUS[0]}}"
+        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
+        assert re.fullmatch(r"data: [0-9]+\n0\n", done.stdout)
+        assert done.stderr == ""
+
+    def test_ctrl_c_ends_it_with_130_and_no_traceback(self):
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen([*BUSFLOW, "topic", "echo", "numbers"], **pipes) as it:
+            assert it.stdout is not None
+            assert it.stdout.readline().startswith(b"data: ")
+            it.send_signal(signal.SIGINT)
+            _, err = it.communicate(timeout=20)
+        assert (it.returncode, err) == (130, b"")

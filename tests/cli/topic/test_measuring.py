@@ -1,0 +1,85 @@
+"""`busflow topic hz`, `bw` and `delay`: beside what ROS 2 printed of the same lab, and of a topic that drops."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+Said = Callable[[str], str]
+
+_NUMBER = re.compile(r"[0-9]+(\.[0-9]+)?")
+
+
+@pytest.mark.usefixtures("lab")
+class TestLab:
+    @pytest.mark.parametrize(
+        ("verb", "capture"),
+        [("hz", "11_topic_hz_imu_data"), ("bw", "12_topic_bw_imu_data"), ("delay", "13_topic_delay_imu_data")],
+    )
+    def test_it_is_what_ros2_prints(self, capsys: Captured, ros2_said: Said, verb: str, capture: str):
+        assert main(["topic", verb, "/imu/data", "-n", "2", "--every", "300ms"]) == 0
+        out, err = capsys.readouterr()
+        ours = [_NUMBER.sub("#", line) for line in out.splitlines()]
+        theirs = [_NUMBER.sub("#", line) for line in ros2_said(capture).splitlines()]
+        assert (ours, err) == (theirs[: len(ours)], "")
+        assert len(ours) >= 4
+
+    def test_the_rate_is_counted_at_the_source(self, capsys: Captured):
+        assert main(["topic", "hz", "imu/data", "joint_states", "-n", "1", "--json"]) == 0
+        lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+        assert [line["topic"] for line in lines] == ["/imu/data", "/joint_states"]
+        for line in lines:
+            assert line["version"] == 1
+            assert line["window"] == line["count"] - 1
+            assert abs(line["rate_hz"] - 10) < 2
+            assert line["period_s"]["min"] <= line["period_s"]["mean"] <= line["period_s"]["max"]
+
+    def test_a_topic_without_a_header_has_no_delay(self, capsys: Captured):
+        assert main(["topic", "delay", "balance_state"]) == 2
+        assert "std_msgs/msg/Float64, which have no header" in capsys.readouterr().err
+
+    def test_several_topics_are_named(self, capsys: Captured):
+        assert main(["topic", "hz", "imu/data", "joint_states", "-n", "1"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert [line for line in lines if line.startswith("/")] == ["/imu/data:", "/joint_states:"]
+
+    def test_ctrl_c_tells_the_rest_and_ends_with_130(self):
+        command = [sys.executable, "-m", "busflow", "topic", "hz", "imu/data", "--every", "0.5"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
+            assert it.stdout is not None
+            before = [it.stdout.readline() for _ in range(4)]
+            it.send_signal(signal.SIGINT)
+            out, err = it.communicate(timeout=20)
+        assert (it.returncode, err) == (130, "")
+        assert all(line.startswith(("average rate: ", "\tmin: ")) for line in [*before, *out.splitlines()])
+
+
+@pytest.mark.usefixtures("odds")
+class TestOdds:
+    def test_drops_of_the_interval_are_told(self, capsys: Captured):
+        assert main(["topic", "hz", "flood", "-n", "1"]) == 0
+        *_, line = capsys.readouterr().out.splitlines()
+        assert re.fullmatch(r"\t/odds dropped [0-9]+ of [0-9]+ \([0-9]+ overflow\)", line)
+        assert main(["topic", "hz", "flood", "-n", "1", "--json"]) == 0
+        (flow,) = json.loads(capsys.readouterr().out)["subscriptions"]
+        assert flow["drops"] == {"overflow": flow["dropped"]}
+        assert 0 < flow["dropped"] < flow["published"]
+
+    def test_an_image_is_measured_to_the_byte(self, capsys: Captured):
+        assert main(["topic", "bw", "camera/image", "-n", "1", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["size_bytes"]["mean"] == 6_220_800 + 48
+
+    def test_a_topic_that_nobody_publishes_says_so(self, capsys: Captured):
+        assert main(["topic", "hz", "cmd", "-n", "2", "--every", "10ms"]) == 0
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.splitlines()[0].startswith("warning: nobody publishes /cmd; ")
+        assert err.splitlines()[1:] == ["/cmd: no new messages"]

@@ -1,0 +1,88 @@
+"""`busflow topic pub`: what is published arrives, and what cannot be is told first."""
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from busflow.cli import main
+from busflow.wire.peer import join
+
+Captured = pytest.CaptureFixture[str]
+
+pytestmark = pytest.mark.usefixtures("odds")
+
+FLOAT = "std_msgs/msg/Float64"
+
+
+def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Callable[[str], str]):
+    assert main(["topic", "pub", "--once", "/cmd", FLOAT, "{data: 1.5}"]) == 0
+    assert capsys.readouterr() == (ros2_said("202_pub_once_with_listener"), "")
+
+
+def test_what_is_published_arrives():
+    with join() as peer, peer.listen(peer.graph().topic("heard")) as listener:
+        arrived: list[float] = []
+        for number in range(5):
+            assert main(["topic", "pub", "--once", "cmd", "std_msgs/Float64", f"data: {number}.5"]) == 0
+        while len(arrived) < 5 and (received := listener.get(10)) is not None:
+            arrived.append(peer.type(FLOAT).decode(received.payload)["data"])
+    assert arrived == [0.5, 1.5, 2.5, 3.5, 4.5]
+
+
+def test_as_often_and_as_fast_as_asked_for(capsys: Captured):
+    assert main(["topic", "pub", "-t", "5", "-r", "200", "-p", "2", "cmd", FLOAT, "--json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [line["count"] for line in lines] == [2, 4]
+    assert lines[0] == {"version": 1, "topic": "/cmd", "count": 2, "message": {"data": 0.0}}
+
+
+def test_a_type_that_the_run_does_not_use_is_one_of_ours(capsys: Captured):
+    values = "{header: auto, position: [1, 2]}"
+    assert main(["topic", "pub", "-t", "1", "-w", "0", "x", "sensor_msgs/msg/JointState", values]) == 0
+    out, err = capsys.readouterr()
+    assert "sensor_msgs.msg.JointState(header=std_msgs.msg.Header(stamp=builtin_interfaces.msg.Time(sec=1" in out
+    assert "position=[1.0, 2.0]" in out
+    assert err.startswith("warning: nobody receives /x; ")
+
+
+def test_a_type_that_only_the_run_knows(capsys: Captured):
+    assert main(["topic", "pub", "-t", "1", "-w", "0", "note", "odd/msg/Note", "{text: hi}"]) == 0
+    assert "publishing #1: {'text': 'hi'}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is no float64\n  {data: oops}\n         ^^^^\n"),
+        (["cmd", FLOAT, "{value: 1.0}"], 2, "has no field 'value'; known: data"),
+        (["cmd", FLOAT, "{data: 1.0"], 2, "this bracket is never closed"),
+        (["cmd", FLOAT, "1.0"], 2, "fix: write data: 1.0"),
+        (["cmd", "std_msgs/msg/String", "{data: a}"], 2, "/cmd has the type std_msgs/msg/Float64, not"),
+        (["cmd", "std_msgs/msg/Flot64"], 2, "did you mean 'Float64'?"),
+        (["cmd", "std_srvs/srv/Trigger"], 2, "std_srvs/srv/Trigger is a service"),
+        (["1cmd", FLOAT], 2, "starts with a digit"),
+        (["cmd", FLOAT, "-r", "0"], 2, "0.0 is not in the range"),
+        (["cmd", FLOAT, "-1", "-t", "2"], 2, "exclude each other"),
+    ],
+)
+def test_what_cannot_be_published_is_told_and_nothing_is(capsys: Captured, arguments: list[str], code: int, told: str):
+    assert main(["topic", "pub", *arguments]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert told in err
+
+
+def test_it_waits_for_a_subscription_until_ctrl_c():
+    command = [sys.executable, "-m", "busflow", "topic", "pub", "--once", "nobody", FLOAT]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
+        assert it.stdout is not None
+        assert it.stdout.readline() == "Waiting for at least 1 matching subscription(s)...\n"
+        it.send_signal(signal.SIGINT)
+        _, err = it.communicate(timeout=20)
+    assert it.returncode == 130
+    assert err.startswith("warning: nobody receives /nobody; ")
+    assert len(err.splitlines()) == 1

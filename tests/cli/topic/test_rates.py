@@ -1,0 +1,70 @@
+"""What a meter counted, over a window and between two readings."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.cli.topic.rates import BW, HZ, Flows, Reading, Window, bw_text, drop_lines
+from busflow.wire.meter import Spread
+
+
+def spread(*values: float) -> Spread:
+    found = Spread()
+    for each in values:
+        found.add(each)
+    return found
+
+
+def reading(*sizes: float, seconds: float = 1.0) -> Reading:
+    return Reading(seconds, len(sizes), spread(*[0.1] * len(sizes)), spread(*sizes), Spread())
+
+
+@given(st.lists(st.floats(-1e6, 1e6)), st.lists(st.floats(-1e6, 1e6)))
+def test_two_spreads_together_are_that_of_all_values(some: list[float], others: list[float]):
+    both, whole = spread(*some) + spread(*others), spread(*some, *others)
+    assert (both.count, both.low, both.high) == (whole.count, whole.low, whole.high)
+    assert abs(both.mean - whole.mean) <= 1e-6
+    assert abs(both.deviation - whole.deviation) <= 1e-2
+
+
+@given(st.lists(st.integers(0, 20), max_size=30), st.integers(1, 50))
+def test_a_window_holds_as_many_messages_as_it_needs(counts: list[int], size: int):
+    window, total = Window(size), reading()
+    for count in counts:
+        total = window.add(reading(*[1.0] * count))
+    assert total.count == sum(counts) or total.count >= size
+    newest = counts[-1] if counts else 0
+    assert newest <= total.count < size + max([*counts, 1])
+
+
+def test_bytes_are_told_in_the_unit_of_their_rate():
+    assert bw_text(reading(12.0, 12.0)) == "24 B/s from 2 messages\n\tMessage size mean: 12 B min: 12 B max: 12 B"
+    assert bw_text(reading(6e6)).startswith("6.00 MB/s from 1 messages\n\tMessage size mean: 6.00 MB")
+    assert bw_text(reading()) == "0 B/s from 0 messages\n\tMessage size mean: 0 B min: 0 B max: 0 B"
+
+
+def line(node: str, published: int, dropped: int, **drops: int) -> dict[str, object]:
+    counts = {"published": published, "delivered": published - dropped, "dropped": dropped, "queued": 0}
+    return {"node": node, **counts, "drops": drops}
+
+
+def test_drops_are_those_since_the_last_time():
+    flows = Flows()
+    assert flows.since([line("/a", 10, 2, overflow=2)]) == []
+    (flow,) = flows.since([line("/a", 15, 5, overflow=2, expired=3)])
+    assert (flow.published, flow.delivered, flow.dropped, flow.drops) == (5, 2, 3, {"expired": 3})
+    assert list(drop_lines([flow])) == ["\t/a dropped 3 of 5 (3 expired)"]
+    (restarted,) = flows.since([line("/a", 4, 1, overflow=1)])
+    assert (restarted.published, restarted.dropped) == (4, 1)
+
+
+def test_two_subscriptions_of_a_node_are_told_apart():
+    flows = Flows()
+    flows.since([line("/a", 10, 0), line("/a", 10, 10, overflow=10)])
+    first, second = flows.since([line("/a", 20, 0), line("/a", 20, 20, overflow=20)])
+    assert (first.dropped, second.dropped) == (0, 10)
+
+
+def test_json_names_its_units():
+    told = HZ.as_json("/x", reading(1.0), reading(1.0, 1.0), [])
+    assert (told["rate_hz"], told["window"], told["period_s"]["mean"]) == (10.0, 2, 0.1)
+    assert BW.as_json("/x", reading(8.0), reading(8.0, seconds=2.0), [])["bytes_per_s"] == 4.0

@@ -1,0 +1,57 @@
+"""Values that are typed for a message: what fits, and where it does not."""
+
+import pytest
+
+from busflow.cli.topic.shape import shape_of
+from busflow.cli.topic.typed_values import TypedValues
+from busflow.errors import InvalidInput, LaunchError
+from busflow.msgs.geometry_msgs import PoseArray
+from busflow.msgs.std_msgs import Float64, String
+from busflow.wire.foreign import ForeignType
+from busflow.wire.typesupport import TypeSupport
+
+
+def typed(text, cls=Float64):
+    support = TypeSupport(cls)
+    type_ = ForeignType(support.name, support.type_hash, support.description)
+    return TypedValues(text, type_, shape_of(type_))
+
+
+@pytest.mark.parametrize(
+    ("text", "values"), [("{data: 1}", {"data": 1}), ("data: 2.5", {"data": 2.5}), ("", {}), ("  ", {})]
+)
+def test_values_are_yaml(text, values):
+    assert typed(text).at(0) == values
+
+
+def test_a_header_and_a_time_are_those_of_each_message():
+    values = typed("{header: auto}", PoseArray)
+    assert values.at(3_000_000_007) == {"header": {"stamp": {"sec": 3, "nanosec": 7}}}
+    assert values.at(4_000_000_000)["header"]["stamp"]["sec"] == 4
+    stamp = typed("{header: {stamp: now, frame_id: now}}", PoseArray).at(5_000_000_000)
+    assert stamp == {"header": {"stamp": {"sec": 5, "nanosec": 0}, "frame_id": "now"}}
+
+
+@pytest.mark.parametrize(
+    ("text", "cls", "column", "told"),
+    [
+        ("{data: oops}", Float64, 8, "data: 'oops' is no float64"),
+        ("{value: 1.0}", Float64, 2, "std_msgs/msg/Float64 has no field 'value'; known: data"),
+        ("1.0", Float64, 1, "fix: write data: 1.0"),
+        ("[1]", Float64, 1, "takes its fields by name"),
+        ("{data: 5}", String, 8, "fix: quote it"),
+        ("{poses: [{}, {position: {x: a}}]}", PoseArray, 29, "poses[1].position.x: 'a' is no float64"),
+        ("{poses: [{positoin: {}}]}", PoseArray, 11, "did you mean 'position'?"),
+    ],
+)
+def test_what_does_not_fit_is_shown(text, cls, column, told):
+    with pytest.raises(InvalidInput) as caught:
+        typed(text, cls)
+    assert caught.value.problem.place.column == column
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["{data: 1.0", "{data: *a}", "{data: !!python/name:os.x y}", "{data: 1, data: 2}"])
+def test_what_is_more_than_data_is_refused(text):
+    with pytest.raises(LaunchError, match="VALUES:1:"):
+        typed(text)
