@@ -46,6 +46,8 @@ _BYTE_KINDS = {"uint8", "int8", "byte", "char"}
 _BURST = 64
 _BURST_BYTES = 4 * 1024 * 1024
 _BURSTS_AHEAD = 2
+_AT_ONCE = 8
+"""Messages that are published before the loop has its turn, as a subscription has them at most."""
 _STRANGERS = 256
 _PATIENCE_S = 5.0
 _LAST_WORDS_S = 0.05
@@ -95,7 +97,7 @@ class Inlet:
         key = topic_key(topic.name, support.name, support.type_hash)
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
-        ring = zenoh.handlers.RingChannel(_ring(topic))
+        ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._drain, name=f"busflow.inlet.{topic.name}", daemon=True)
@@ -122,7 +124,6 @@ class Inlet:
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """A publisher of another process has gone; it leaves the topic when what it sent has come out of the ring."""
-        self._ignored.discard(token.gid)
         self._await_last_words(token, then, _MOST_LAST_WORDS)
 
     def _await_last_words(self, token: Token, then: Callable[[], None], patience: int) -> None:
@@ -136,9 +137,11 @@ class Inlet:
     ) -> None:
         if self._closed:
             return
-        if publisher is not None and (self._bursts or self._feeder or (patience and publisher.published != seen)):
+        speaking = patience > 0 and publisher is not None and publisher.published != seen
+        if speaking or self._bursts or self._feeder is not None:
             self._await_last_words(token, then, max(0, patience - 1))
             return
+        self._ignored.discard(token.gid)
         self._expel(token.gid)
         then()
 
@@ -184,34 +187,43 @@ class Inlet:
     def _take(self, burst: list[Arrival]) -> None:
         if self._closed:
             return
-        if self._topic.blocking or self._feeder is not None:
-            self._bursts.append(burst)
-            if self._feeder is None:
-                name = f"busflow.inlet.{self._topic.name}"
-                self._feeder = asyncio.get_running_loop().create_task(self._feed(), name=name)
+        if self._feeder is None and len(burst) <= _AT_ONCE and not self._topic.blocking:
+            self._ahead.release()
+            for publisher, message in self._read(burst):
+                self._publish(publisher, message)
             return
-        self._ahead.release()
-        self._bus.dispatcher.run_now(lambda: self._publish(burst))
-
-    def _publish(self, burst: list[Arrival]) -> None:
-        for publisher, message in self._read(burst):
-            try:
-                publisher.publish(message)
-            except (WouldBlock, NotRunning) as error:  # whoever published is far away: the count is how it is told
-                self._refuse(error)
+        self._bursts.append(burst)
+        if self._feeder is None:
+            name = f"busflow.inlet.{self._topic.name}"
+            self._feeder = asyncio.get_running_loop().create_task(self._feed(), name=name)
 
     async def _feed(self) -> None:
-        """Publish as a blocking queue has room; meanwhile the ring fills up, and loses its oldest."""
+        """Publish as the nodes keep up; meanwhile the ring fills, and loses its oldest."""
         try:
             while self._bursts:
-                for publisher, message in self._read(self._bursts.popleft()):
-                    try:
-                        await publisher.send(message)
-                    except (WouldBlock, NotRunning) as error:
-                        self._refuse(error)
+                for number, (publisher, message) in enumerate(self._read(self._bursts.popleft()), start=1):
+                    if not self._topic.blocking:
+                        self._publish(publisher, message)
+                    else:
+                        await self._send(publisher, message)
+                    if number % _AT_ONCE == 0:
+                        await asyncio.sleep(0)
                 self._ahead.release()
         finally:
             self._feeder = None
+
+    def _publish(self, publisher: Publisher[Any], message: Message) -> None:
+        """Publish, and let the handlers have it before the next one comes."""
+        try:
+            self._bus.dispatcher.run_now(lambda: publisher.publish(message))
+        except (WouldBlock, NotRunning) as error:  # whoever published is far away: the count is how it is told
+            self._refuse(error)
+
+    async def _send(self, publisher: Publisher[Any], message: Message) -> None:
+        try:
+            await publisher.send(message)
+        except (WouldBlock, NotRunning) as error:
+            self._refuse(error)
 
     def _refuse(self, error: Exception) -> None:
         self.losses["refused"] += 1
@@ -275,9 +287,9 @@ def _arrival(sample: zenoh.Sample) -> Arrival:
     return sample.payload.to_bytes(), None if attachment is None else attachment.to_bytes()
 
 
-def _ring(topic: Topic[Any]) -> int:
+def _ring(topic: Topic[Any], support: TypeSupport) -> int:
     """How many messages may wait to be taken in: as many as the deepest subscription wants, and some."""
-    fields = fields_of(topic.type)
+    fields = fields_of(topic.type) if support.is_ros else ()
     heavy = any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
     deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
     return min(max(deepest, _HEAVY_RING if heavy else _RING), _MOST_RING)

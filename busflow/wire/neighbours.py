@@ -46,7 +46,7 @@ class Neighbours:
         self._bus, self._session, self._supports, self._log, self._on_loop = bus, session, supports, log, on_loop
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
-        self._refused: dict[str, str] = {}
+        self._refused: set[str] = set()
 
     def come(self, token: Token) -> None:
         """An endpoint of another process is there."""
@@ -56,7 +56,7 @@ class Neighbours:
 
     def go(self, token: Token) -> None:
         """An endpoint of another process is there no more."""
-        self._refused.pop(str(token), None)
+        self._refused.discard(str(token))
         inlet = self._inlets.get(token.topic)
         if self._known.pop(str(token), None) is not None and inlet is not None:
             inlet.dismiss(token, lambda: self._close_if_deserted(token.topic))
@@ -90,11 +90,11 @@ class Neighbours:
             return
         try:
             endpoint = self._fitting(token, topic)
+            self._inlet(topic).admit(token, endpoint)
         except BusflowError as error:
             self._refuse(token, str(error))
-            return
-        self._refused.pop(str(token), None)
-        self._inlet(topic).admit(token, endpoint)
+        else:
+            self._refused.discard(str(token))
 
     def _fitting(self, token: Token, topic: Topic[Any]) -> Endpoint:
         """What a publisher elsewhere is here.
@@ -116,8 +116,8 @@ class Neighbours:
         if inlet is not None:
             inlet.ignore(token)
             self._close_if_deserted(token.topic)
-        if self._refused.get(str(token)) != why:
-            self._refused[str(token)] = why
+        if str(token) not in self._refused:
+            self._refused.add(str(token))
             self._log.warning(f"{token.node_name} in another process is not received on {token.topic}: {why}")
 
     def _inlet(self, topic: Topic[Any]) -> Inlet:

@@ -132,9 +132,10 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
         topic_key(publisher.topic, support.name, support.type_hash),
         cache=zenoh.ext.CacheConfig(max_samples=publisher.endpoint.qos.depth),
         publisher_detection=True,
-        sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S)
-        if reliable
-        else None,
+        # Without it Zenoh would number what it keeps by time stamps, which each message would have to carry.
+        sample_miss_detection=zenoh.ext.MissDetectionConfig(
+            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S if reliable else None
+        ),
         congestion_control=zenoh.CongestionControl.DROP,
         reliability=_reliability(publisher),
         allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself

@@ -204,17 +204,25 @@ class Peer:
             key = topic_key(topic, type_.name, type_.type_hash)
             drop = zenoh.CongestionControl.DROP
             cache = zenoh.ext.CacheConfig(max_samples=told.depth)
+            numbered = zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
             way: Any = (
                 zenoh.ext.declare_advanced_publisher(
-                    self.session, key, cache=cache, publisher_detection=True, congestion_control=drop
+                    self.session,
+                    key,
+                    cache=cache,
+                    sample_miss_detection=numbered,
+                    publisher_detection=True,
+                    congestion_control=drop,
                 )
                 if told.durability == _LATCHED
                 else self.session.declare_publisher(key, congestion_control=drop)
             )
+            beside = self.session.declare_publisher(key)  # a publisher that keeps does not tell who listens
             try:
-                yield Speaker(way, type_, token.gid, SystemClock())
+                yield Speaker(way, beside, type_, token.gid, SystemClock())
             finally:
                 way.undeclare()
+                beside.undeclare()
 
     def service(self, name: str) -> ServiceKind:
         """What a service of the run takes and gives.

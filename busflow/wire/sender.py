@@ -1,7 +1,7 @@
 """Sender: a thread that does what may wait for the link, so that the loop never does.
 
 A message of some hundred bytes is handed to Zenoh in a microsecond, whoever reads it and however slowly. A large one is
-copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 50 ms (measured).
+copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 250 ms.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import threading
 from collections import Counter, deque
 from collections.abc import Callable
 
-LARGE = 64 * 1024
-"""Payloads from this size on leave through the sender, bytes."""
+LARGE = 48 * 1024
+"""Payloads from this size on leave through the sender, bytes; Zenoh cuts what is beyond 64 KiB with its own words."""
 DEPTH = 64
 """How much may wait to be done; the oldest gives way."""
 MOST_BYTES = 64 * 1024 * 1024

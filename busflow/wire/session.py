@@ -23,6 +23,9 @@ LEASE_MS = 2000
 """How soon a process that hangs, rather than ends, is taken for gone."""
 _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
+_PATIENCE_US = 250_000
+"""How long a message of many pieces waits for room on a link before it is dropped; it does so in a thread of its own.
+The 50 ms that Zenoh grants are too few for a reader who shares two busy cores."""
 
 
 def require_zenoh() -> None:
@@ -53,7 +56,9 @@ def open_session(directory: Path, *, listen: str | None = None, patience_s: floa
 
     others = sorted(path for path in directory.glob("*.sock") if path.name != listen)
     settings: dict[str, Any] = {
-        "mode": "peer",
+        # A client's link is to the run alone, which passes on what other clients say; peers that do not listen would
+        # not meet.
+        "mode": "client" if listen is None else "peer",
         "listen/endpoints": [] if listen is None else [f"unixsock-stream/{directory / listen}"],
         "connect/endpoints": [f"unixsock-stream/{path}" for path in others],
         "connect/timeout_ms": 0,
@@ -63,6 +68,7 @@ def open_session(directory: Path, *, listen: str | None = None, patience_s: floa
         "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
         "transport/unicast/open_timeout": round(patience_s * 1000),
         "transport/link/rx/buffer_size": _RX_BUFFER,
+        "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": _PATIENCE_US,
         "transport/link/tx/lease": LEASE_MS,
         "transport/shared_memory/enabled": False,
     }

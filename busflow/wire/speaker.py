@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 class Speaker:
     """What this process publishes on one topic."""
 
-    def __init__(self, way: Any, type_: ForeignType, gid: bytes, clock: Clock) -> None:
+    def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
+        """A speaker on a way out, which may keep what it sends; a plain publisher `beside` it tells who listens."""
         self.published = 0
         self._way, self._type, self._gid, self._clock = way, type_, gid, clock
         self._heard = threading.Event()
         callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
-        self._matching = way.declare_matching_listener(callback)
-        if matches(way):
+        self._matching = beside.declare_matching_listener(callback)
+        if matches(beside):
             self._heard.set()
 
     def wait_for_listener(self, timeout_s: float | None) -> bool:
