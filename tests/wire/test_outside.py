@@ -553,7 +553,12 @@ async def test_one_that_does_not_fit_is_told_once_and_nothing_of_it_is_received(
         assert (looked.graph.node(Ear).heard, late.queued) == ([], 0)
     told = warnings(capsys)
     assert len(told) == 4, told
-    for words in ("best_effort is offered", "publishes std_msgs/msg/Float64", "another definition", "a QoS that cannot be"):
+    for words in (
+        "best_effort is offered",
+        "publishes std_msgs/msg/Float64",
+        "another definition",
+        "a QoS that cannot be",
+    ):
         assert len([line for line in told if words in line]) == 1, told
 
 
