@@ -43,7 +43,7 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
     if count:
         click.echo(len(nodes))
     elif verbose:
-        print_columns([("NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB"), *map(_row, nodes)])
+        print_columns([("NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB", "RESTARTS"), *map(_row, nodes)])
     else:
         click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
     _tell_failures(nodes)
@@ -80,6 +80,8 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int
         click.echo(f"  Plugin: {printable(details['plugin'])}")
         click.echo(f"  Process: {printable(details['process'])}, pid {details['pid']}")
         click.echo(f"  Parameters: {parameters}")
+        if details.get("restarts"):
+            click.echo(f"  Restarts: {details['restarts']}")
     _tell_failures([found])
     return 0
 
@@ -98,7 +100,8 @@ def _state(node: NodeView) -> str:
 def _row(node: NodeView) -> tuple[object, ...]:
     told = node.details
     ends = len(node.publishers), len(node.subscriptions)
-    return (node.name, _state(node), told.get("plugin", "-"), told.get("process", "-"), told.get("pid", "-"), *ends)
+    process = told.get("process", "-"), told.get("pid", "-")
+    return (node.name, _state(node), told.get("plugin", "-"), *process, *ends, told.get("restarts", "-"))
 
 
 def _row_json(node: NodeView) -> dict[str, Any]:
@@ -127,5 +130,8 @@ def _info_json(node: NodeView, ends: dict[str, list[tuple[str, str]]]) -> dict[s
 
 def _tell_failures(nodes: Sequence[NodeView]) -> None:
     for each in nodes:
-        for failure in each.details.get("failures", []):
-            tell(f"error: {each.name} has failed: {failure}")
+        why = "; ".join(each.details.get("failures", []))
+        if _state(each) == "failed":
+            tell(f"error: {each.name} has failed: {why}")
+        elif _state(each) == "restarting":
+            tell(f"warning: {each.name} is started anew: {why or 'it ended'}")

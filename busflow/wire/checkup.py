@@ -52,6 +52,10 @@ def _failed_nodes(graph: GraphView) -> Iterator[Problem]:
         if node.details.get("state") == "failed":
             why = "; ".join(node.details.get("failures", [])) or "it does not say why"
             yield Problem("node-failed", f"{node.name} has failed: {why}", "see busflow log --level error")
+        elif restarts := node.details.get("restarts", 0):
+            why = "; ".join(node.details.get("failures", [])) or "see busflow log --level warning"
+            text, fix = f"{node.name} was started anew {restarts} times", "mend what makes it fail"
+            yield Problem("node-restarted", f"{text}: {why}", fix, severity=Severity.WARNING)
 
 
 def _namesakes(tokens: Sequence[Token]) -> Iterator[Problem]:

@@ -43,7 +43,9 @@ class PresentRun:
             states.update(process.get("states", {}))
         if states["failed"]:
             return f"{states['failed']} failed"
-        return next((state for state in ("stopping", "starting", "built") if states[state]), "running")
+        return next(
+            (state for state in ("stopping", "restarting", "waiting", "starting", "built") if states[state]), "running"
+        )
 
 
 def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:

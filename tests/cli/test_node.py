@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -55,10 +56,10 @@ def test_info_tells_state_plugin_process_and_parameters(capsys: Captured):
 def test_the_long_list_has_a_row_for_each_node(capsys: Captured):
     assert main(["node", "list", "-v"]) == 0
     head, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
-    assert head == ["NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB"]
+    assert head == ["NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB", "RESTARTS"]
     assert [row[:4] + row[5:] for row in rows] == [
-        ["/imu_publisher", "running", "imu_publisher", "main", "2", "0"],
-        ["/processor", "running", "processor", "main", "2", "2"],
+        ["/imu_publisher", "running", "imu_publisher", "main", "2", "0", "0"],
+        ["/processor", "running", "processor", "main", "2", "2", "0"],
     ]
 
 
@@ -88,3 +89,16 @@ def test_a_node_that_is_not_there_is_told_with_the_nearest(capsys: Captured):
 def test_without_a_run_it_says_what_to_type(capsys: Captured):
     assert main(["node", "list"]) == 4
     assert capsys.readouterr().err == "error: nothing is running; start a graph in another terminal: busflow run FILE\n"
+
+
+@pytest.mark.e2e
+def test_a_node_that_is_started_anew_is_said_so(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    policy = "    restart: {policy: on-failure, backoff: [30s, 30s]}\n"
+    (project / "talk.yaml").write_text(
+        (project / "talk.yaml").read_text().replace("  listener:\n", f"{policy}  listener:\n")
+    )
+    start_run(project, "talk.yaml", "--set", "nodes.talker.parameters.fail_at=3").wait_for("lost count")
+    assert main(["node", "list"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == "/listener\n/talker\n"
+    assert r"warning: /talker is started anew: failed in Talker.talk (timer): ValueError: \x1b[31mlost" in captured.err

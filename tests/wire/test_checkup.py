@@ -100,6 +100,13 @@ def test_what_was_lost_on_the_way_in_in_the_inbox_and_by_timers():
     ]
 
 
+def test_a_node_that_was_restarted_is_told_with_why():
+    nodes = [{"name": "/arm", "state": "running", "restarts": 2, "failures": ["failed in Arm.tick: ValueError: no"]}]
+    (problem,) = found((), answer(nodes=nodes))
+    assert problem.message == "/arm was started anew 2 times: failed in Arm.tick: ValueError: no"
+    assert problem.severity is Severity.WARNING
+
+
 def test_a_failed_node_comes_first():
     nodes = [{"name": "/arm", "state": "failed", "failures": ["failed in Arm.tick: ValueError: no"]}]
     told = answer(nodes=nodes, inbox={"dropped": 2})
