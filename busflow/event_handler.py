@@ -28,6 +28,11 @@ class EventHandler:
         self._function = function
         self._runtime = runtime
 
+    @property
+    def node(self) -> str:
+        """The full name of its node."""
+        return self._runtime.full_name
+
     def wants(self, topic: str, kind: type[Event]) -> bool:
         """Whether it listens for this kind of event of a topic."""
         return self.topic == topic and issubclass(kind, self._event_type)

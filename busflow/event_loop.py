@@ -21,7 +21,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     epoll object is itself a file that `select()` can wait for, to the microsecond.
     """
     precise = hasattr(selectors, "EpollSelector")
-    return _Loop(_PreciseSelector() if precise else selectors.DefaultSelector())
+    return _Loop(PreciseSelector() if precise else selectors.DefaultSelector())
 
 
 class _Loop(asyncio.SelectorEventLoop):
@@ -33,10 +33,11 @@ class _Loop(asyncio.SelectorEventLoop):
             executor.shutdown(wait=False, cancel_futures=True)
 
 
-class _PreciseSelector(selectors.EpollSelector):
+class PreciseSelector(selectors.EpollSelector):
     """Waits with `select()` on the epoll object, then asks epoll what there is."""
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """What is ready by then."""
         if timeout is None or timeout <= 0 or self.fileno() >= _SELECT_LIMIT:
             return super().select(timeout)
         ready, _, _ = select.select([self.fileno()], [], [], timeout)

@@ -16,6 +16,7 @@ from busflow.launchfile.description import LaunchDescription
 from busflow.log import console_sink
 from busflow.runner import Graph
 from busflow.signals import SignalGuard
+from busflow.watchdog import BOUND_S
 
 
 def launch(
@@ -24,6 +25,7 @@ def launch(
     seed: int | None = None,
     strict: bool = False,
     inspect: bool | str = False,
+    watchdog: float | None = None,
 ) -> Graph:
     """A graph of launch files, node classes and instances, for a program that has an event loop already.
 
@@ -39,21 +41,27 @@ def launch(
         seed: of the nodes' random generators, in place of the file's.
         strict: a subscription whose topic nobody publishes is an error.
         inspect: let other terminals of this user look into it, under this name if it is one.
+        watchdog: seconds for which a handler may block the event loop before the log names it.
 
     Raises:
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
     """
     sink = console_sink(sys.stderr, colour=False)
-    graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True)
+    graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
     return inspectable(graph, inspect)
 
 
 def run(
-    *what: What, args: Mapping[str, object] | None = None, seed: int | None = None, inspect: bool | str = True
+    *what: What,
+    args: Mapping[str, object] | None = None,
+    seed: int | None = None,
+    inspect: bool | str = True,
+    watchdog: float | None = BOUND_S,
 ) -> ExitCode:
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
 
     On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
+    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds.
     A failure is told on standard error, as `busflow run` tells it.
 
     Raises:
@@ -66,7 +74,7 @@ def run(
 
         with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
             return _told(graph, loop_factory)
-    return _told(inspectable(Graph(ready, seed=seed, sinks=(sink,)), inspect), new_event_loop)
+    return _told(inspectable(Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog), inspect), new_event_loop)
 
 
 def _told(graph: Graph, loop_factory: LoopFactory) -> ExitCode:

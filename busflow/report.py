@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from busflow.servers import ServerStatistics
     from busflow.supervisor import Unit
     from busflow.timers import TimerStatistics
+    from busflow.watchdog import Blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +74,10 @@ class Report:
     """Messages from other threads that found the inbox full, or came after the end."""
     inbox_refused: int = 0
     """Messages from other threads that an `overflow: block` subscription had no room for."""
+    blocks: tuple[Blocks, ...] = ()
+    """The handlers that kept the event loop from turning, if a watchdog watched."""
+    log_lines_lost: int = 0
+    """Lines of the log that could not be written."""
 
     @property
     def dropped(self) -> int:
@@ -93,6 +98,8 @@ class Report:
             "services": [asdict(service) for service in self.services],
             "timers": [_timer_json(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
+            "blocks": [asdict(each) for each in self.blocks],
+            "log_lines_lost": self.log_lines_lost,
         }
 
 

@@ -32,6 +32,7 @@ from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
+from busflow.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
@@ -59,6 +60,7 @@ class Graph:
         sinks: tuple[Sink, ...] = (),
         explore: Chooser | None = None,
         embedded: bool = False,
+        watchdog_s: float | None = None,
     ) -> None:
         descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
         self.descriptions = descriptions
@@ -69,6 +71,7 @@ class Graph:
         self._set_clock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus = Bus(self.clock, explore=explore)
+        self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
         self.rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
         self.on_start: list[Callable[[], None]] = []
@@ -218,6 +221,8 @@ class Graph:
                 await self._stop_units()
         finally:
             self._duration_s = self.clock.seconds()
+            if self.watchdog is not None:
+                self.watchdog.close()
             self._outside.close()
             self._tell_end()
             self.bus.close()
@@ -231,6 +236,8 @@ class Graph:
         for unit in self.units:
             await unit.started.wait()
         self._ready.set()
+        if self.watchdog is not None and not self._ending.is_set():  # opening a device may block, once
+            self.watchdog.begin()
 
     async def _stop_units(self) -> None:
         """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
@@ -350,6 +357,8 @@ class Graph:
             timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
+            blocks=self.watchdog.blocks if self.watchdog else (),
+            log_lines_lost=self.log.lost,
         )
 
     def _around(self) -> Outside:

@@ -82,3 +82,8 @@ def duration(ctx: click.Context, param: click.Parameter, given: str | None) -> f
         return parse_duration(float(given) if _NUMBER.fullmatch(given) else given)
     except ValueError as error:
         raise click.BadParameter(str(error), ctx, param) from None
+
+
+def duration_or_off(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
+    """As `duration`, or the word `off`."""
+    return None if given == "off" else duration(ctx, param, given)

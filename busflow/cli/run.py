@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.launching import Given, duration, launch_file
+from busflow.cli.launching import Given, duration, duration_or_off, launch_file
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -33,6 +33,15 @@ Examples:
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
 @click.option("--run", "name", metavar="NAME", help="What other terminals call the run; else its name in FILE.")
 @click.option("--no-inspect", is_flag=True, help="Cannot be looked into from other terminals.")
+@click.option(
+    "--watchdog",
+    "watchdog_s",
+    metavar="DURATION",
+    default="100ms",
+    show_default=True,
+    callback=duration_or_off,
+    help="Name a handler that blocks the event loop for longer; or off.",
+)
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
 @click.pass_context
@@ -50,6 +59,7 @@ def run(
     strict: bool,
     name: str | None,
     no_inspect: bool,
+    watchdog_s: float | None,
     verbose: bool,
     show_help: bool,
 ) -> int:
@@ -73,6 +83,7 @@ def run(
         log_format=log_format,
         inspect=not no_inspect,
         name=name,
+        watchdog_s=watchdog_s,
     )
     return run.go(for_s, report, trace)
 

@@ -38,6 +38,7 @@ class Run:
         log_format: str,
         inspect: bool = True,
         name: str | None = None,
+        watchdog_s: float | None = None,
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -47,6 +48,7 @@ class Run:
         self._for_people = log_format != "json"
         level = "debug" if verbose else "info"
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
+        self._options["watchdog_s"] = watchdog_s
         self._description = description
         self._simulated = sim or is_simulated(description)
         self._inspect: bool | str = name or True if inspect else False

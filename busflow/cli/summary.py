@@ -15,7 +15,7 @@ from busflow.cli.output import colour
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.report import Report
+    from busflow.report import NodeReport, Report
 
 _WIDE = 200
 """Characters of a line where standard output is a file or a pipe: nothing is cut."""
@@ -43,11 +43,29 @@ def print_summary(report: Report) -> None:
             console.print(table)
     for node in report.nodes:
         if node.parameters_set:
-            times = "once" if node.parameters_set == 1 else f"{node.parameters_set} times"
-            console.print(f"\n{printable(node.name)}: parameters changed {times} while it ran")
+            console.print(f"\n{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran")
+        if node.restarts or node.failures:
+            console.print(f"\n{printable(node.name)}: {_lives(node)}")
+    for block in report.blocks:
+        console.print(
+            f"\n{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
+            f"for {block.longest_s:.2f} s at the longest"
+        )
     if lost := report.inbox_dropped + report.inbox_refused:
         console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
     click.echo(text.getvalue(), nl=False, color=True)  # rich has decided about colour already
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _lives(node: NodeReport) -> str:
+    """How a node that failed or was started anew fared."""
+    failed = f"failed {_times(node.failures)}" if node.failures else ""
+    anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
+    last = f"; the last time it {printable(node.last_failure, limit=200)}" if node.last_failure else ""
+    return " and ".join(filter(None, [failed, anew])) + last
 
 
 def _topics(report: Report) -> Table:

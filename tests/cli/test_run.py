@@ -160,3 +160,44 @@ def test_no_reader_of_the_table_is_no_failure():
     os.close(writer)
     assert done.returncode == 0
     assert b"Error" not in done.stderr
+
+
+FRAGILE = """
+import time
+
+from busflow import Node, timer
+
+
+class Talker(Node):
+    lives = 0
+
+    async def start(self) -> None:
+        Talker.lives += 1
+
+    @timer(0.05)
+    def talk(self) -> None:
+        if Talker.lives == 1:
+            raise ValueError("not yet")
+        if self.talk.fired == 3:
+            time.sleep(0.4)
+"""
+
+
+@pytest.mark.parametrize("watchdog", ["100ms", "off"])
+def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captured, watchdog: str):
+    Path("plugins/talker.py").write_text(FRAGILE)
+    Path("fragile.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker, restart: on-failure}}\n")
+    arguments = ["fragile.yaml", "--for", "1s", "--watchdog", watchdog, "--report", "run.json"]
+    assert main(["run", *arguments]) == 0
+    captured, report = capsys.readouterr(), json.loads(Path("run.json").read_text())
+    assert "/talker: failed once and was started anew once; the last time it failed in Talker.talk" in captured.out
+    (node,) = report["nodes"]
+    assert (node["state"], node["restarts"], node["failures"]) == ("stopped", 1, 1)
+    told = "timer talk blocked the event loop once" in captured.out
+    assert told == ("plugins/talker.py:18 in talk" in captured.err) == (watchdog != "off")
+    assert [each["handler"] for each in report["blocks"]] == (["timer talk"] if told else [])
+
+
+def test_a_watchdog_s_bound_is_a_duration_or_off(capsys: Captured):
+    assert main(["run", "talk.yaml", "--watchdog", "on"]) == 2
+    assert "--watchdog" in capsys.readouterr().err
