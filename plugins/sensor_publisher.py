@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from busflow import SENSOR_DATA, Node, Parameters, ReadOnly, publisher, take, timer
+from busflow import SENSOR_DATA, Node, Parameters, ReadOnly, Timer, publisher, service, take, timer
 from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.msgs.std_msgs import Header
+from busflow.msgs.std_srvs import Trigger
 
 GRAVITY = 9.8
 """What an accelerometer at rest measures upwards, m/s²."""
@@ -50,17 +51,30 @@ class SensorPublisher(Node):
     joint_states = publisher(JointState, "joint_states")
 
     def declare(self) -> None:
+        self.camera: Timer | None = None
         if self.parameters.camera_hz > 0:
             self.images = self.create_publisher(Image, "camera/image_raw", qos=SENSOR_DATA)
-            self.create_timer(1 / self.parameters.camera_hz, self.publish_image)
+            self.camera = self.create_timer(1 / self.parameters.camera_hz, self.publish_image)
 
     async def start(self) -> None:
         self.scene = gradient(self.parameters.camera_width, self.parameters.camera_height)
-        self.reset()
-
-    def reset(self) -> None:
-        """Let the joints begin their swing anew."""
         self.began_s = self.clock.seconds()
+
+    @service(Trigger, "~/reset")
+    def on_reset(self, _request: Trigger.Request) -> Trigger.Response:
+        """Begin anew: time, noise and the joints' swing, as at the start of the run."""
+        lived_s = self.seconds()
+        self.began_s = self.clock.seconds()
+        self.rng.reseed()
+        self.publish_sensors.reset()
+        if self.camera is not None:
+            self.camera.reset()
+        self.log.info("the simulation begins anew", after_s=lived_s)
+        return Trigger.Response(success=True, message=f"began anew after {lived_s:g} s")
+
+    def seconds(self) -> float:
+        """The simulation's time, to the nanosecond: after a reset it is the same numbers again, to the last digit."""
+        return round(self.clock.seconds() - self.began_s, 9)
 
     @timer(hz="rate_hz")
     def publish_sensors(self) -> None:
@@ -79,7 +93,7 @@ class SensorPublisher(Node):
 
     def read_joints(self) -> JointState:
         """Ten joints that swing, each pair in its own way."""
-        t, n = self.clock.seconds() - self.began_s, self.parameters.noise.joints
+        t, n = self.seconds(), self.parameters.noise.joints
         swings = [amplitude * sin(t + phase) for amplitude, phase in SWINGS.values() for _side in ("left", "right")]
         return JointState(
             header=Header(stamp=self.clock.now()),
@@ -93,7 +107,7 @@ class SensorPublisher(Node):
         """A gradient with a bright bar that moves once across it per second."""
         width, height = self.parameters.camera_width, self.parameters.camera_height
         frame = self.scene.copy()
-        frame[:, int(self.clock.seconds() * width) % width] = 255
+        frame[:, int(self.seconds() * width) % width] = 255
         image = Image(
             header=Header(stamp=self.clock.now(), frame_id="camera_link"),
             height=height,

@@ -80,8 +80,11 @@ def _topics(report: Report) -> Table:
 
 
 def _services(report: Report) -> Table:
+    """The services that were asked; the report has the others too."""
     table = _table("service", "type", "calls", "answered", "failed", "timed out", "waiting")
     for service in report.services:
+        if not any(line.received for line in service.servers) and not any(line.called for line in service.clients):
+            continue
         _row(table, service.name, service.type, "", "", "", "", "")
         for line in service.servers:
             failed = line.failed + line.refused + line.lost

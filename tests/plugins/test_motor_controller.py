@@ -197,4 +197,3 @@ def test_a_seed_decides_every_command():
     assert len(commands) == 300
     assert commands == run_of_the_lab(5)
     assert commands != run_of_the_lab(6)
-
