@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import select
 import selectors
+import sys
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -20,8 +21,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     CPython's epoll selector rounds every timeout up to a millisecond, which makes each tick of a timer that late. The
     epoll object is itself a file that `select()` can wait for, to the microsecond.
     """
-    precise = hasattr(selectors, "EpollSelector")
-    return _Loop(PreciseSelector() if precise else selectors.DefaultSelector())
+    return _Loop(PreciseSelector() if sys.platform == "linux" else selectors.DefaultSelector())
 
 
 class _Loop(asyncio.SelectorEventLoop):
@@ -33,12 +33,14 @@ class _Loop(asyncio.SelectorEventLoop):
             executor.shutdown(wait=False, cancel_futures=True)
 
 
-class PreciseSelector(selectors.EpollSelector):
-    """Waits with `select()` on the epoll object, then asks epoll what there is."""
+if sys.platform == "linux":  # no other system has epoll, and the selectors of others are precise enough
 
-    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """What is ready by then."""
-        if timeout is None or timeout <= 0 or self.fileno() >= _SELECT_LIMIT:
-            return super().select(timeout)
-        ready, _, _ = select.select([self.fileno()], [], [], timeout)
-        return super().select(0) if ready else []
+    class PreciseSelector(selectors.EpollSelector):
+        """Waits with `select()` on the epoll object, then asks epoll what there is."""
+
+        def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+            """What is ready by then."""
+            if timeout is None or timeout <= 0 or self.fileno() >= _SELECT_LIMIT:
+                return super().select(timeout)
+            ready, _, _ = select.select([self.fileno()], [], [], timeout)
+            return super().select(0) if ready else []

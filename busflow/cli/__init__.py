@@ -23,13 +23,14 @@ _COMMANDS = {
     "ps": ("busflow.cli.ps:ps", "List what runs on this machine."),
     "topic": ("busflow.cli.topic:topic", "Look at the topics of a running graph, and publish to them."),
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
-    "param": ("busflow.cli.param:param", "Look at the parameters of running nodes."),
+    "service": ("busflow.cli.service:service", "Look at the services of a running graph, and ask them."),
+    "param": ("busflow.cli.param:param", "Look at the parameters of running nodes, and set them."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
+    "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
     "interface": ("busflow.cli.interface:interface", "Look at message and service types."),
     "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
-    "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "completion": ("busflow.cli.completion:completion", "Print the script by which a shell completes."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
@@ -111,13 +112,13 @@ def _answer(arguments: list[str]) -> int:
 def _invoke(root: click.Group, context: click.Context) -> int:
     try:
         return int(root.invoke(context) or ExitCode.OK)
-    except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
-        raise
     except BusflowError as error:
         if context.params["traceback"]:
             _tell_traceback(error)
         tell(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
+    except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
+        raise
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
         _tell_traceback(error)
         tell("error: this is a bug in busflow; please report it with the lines above")

@@ -66,6 +66,16 @@ def columns(rows: Iterable[Sequence[object]]) -> Iterator[str]:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
+def near(file: str) -> str:
+    """A path as short as it can be said from here.
+
+    >>> near("/no/such/place"), near("configs/lab1.yaml")
+    ('/no/such/place', 'configs/lab1.yaml')
+    """
+    relative = os.path.relpath(file)
+    return file if relative.startswith(os.pardir) or not file.startswith("/") else relative
+
+
 def finite(data: Any) -> Any:
     """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers."""
     match data:

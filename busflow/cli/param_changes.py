@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from busflow.cli.joining import complete_nodes, joined, joins, print_answer, print_line
-from busflow.cli.output import print_columns, tell
+from busflow.cli.output import near, print_columns, tell
 from busflow.cli.param import complete_parameters, full_name, parameters_of
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
@@ -68,7 +68,7 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 def diff(run: str | None, node: str, as_json: bool) -> int:
     """Show which parameters of NODE differ from what its launch file comes to; exit code 3 where any does."""
     with joined(run) as peer:
-        found = _drifts(peer, node, Path(peer.run.card.file))
+        found = _drifts(peer, node, Path(near(peer.run.card.file)))
     if as_json:
         rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
@@ -88,7 +88,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
     from busflow.launchfile.drift import written_back
 
     with joined(run) as peer:
-        file = into or Path(peer.run.card.file)
+        file = into or Path(near(peer.run.card.file))
         found = _drifts(peer, node, file)
     with file.open(encoding="utf-8", newline="") as stream:
         text = stream.read()

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.cli.joining import print_line
-from busflow.cli.output import print_columns, tell
+from busflow.cli.output import near, print_columns, tell
 
 if TYPE_CHECKING:
     from busflow.wire.roll_call import PresentRun
@@ -73,19 +71,12 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(str(each["pid"]) for each in present.processes) or card.pid
-    return present.run.name, _near(card.file), pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
+    file = near(card.file) if card.file else "-"
+    return present.run.name, file, pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
 
 
 def _moment(ns: int) -> datetime:
     return datetime.fromtimestamp(ns / _NS_PER_S, UTC)
-
-
-def _near(file: str) -> str:
-    """A path as short as it can be said from here."""
-    if not file:
-        return "-"
-    relative = os.path.relpath(file)
-    return file if relative.startswith(os.pardir) or not Path(file).is_absolute() else relative
 
 
 def _age(seconds: int) -> str:

@@ -80,6 +80,6 @@ def open_session(directory: Path, *, listen: str | None = None, patience_s: floa
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
-        if listen is None and "deadline" in str(error):
+        if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
             raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
         raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None

@@ -92,6 +92,14 @@ class GraphView:
         """
         return _named(name, self.topics, "topic")
 
+    def service(self, name: str) -> TopicView:
+        """The service of a name, whose leading slash may be left out.
+
+        Raises:
+            NoSuchTarget: there is none; the message names the nearest.
+        """
+        return _named(name, self.services, "service")
+
     def node(self, name: str) -> NodeView:
         """The node of a name, whose leading slash may be left out.
 

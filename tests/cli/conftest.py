@@ -353,3 +353,13 @@ def ros2_said() -> Callable[[str], str]:
         return "".join(f"{line}\n" for line in lines if not any(word in line for word in _ROS_ALONE))
 
     return said
+
+
+@pytest.fixture
+def ros2_file() -> Callable[[str], str]:
+    """All that a command of ROS 2 printed of the same lab."""
+
+    def read(name: str) -> str:
+        return "".join(f"{line}\n" for line in (ROS2 / f"{name}.txt").read_text(encoding="utf-8").splitlines()[1:-1])
+
+    return read

@@ -1,0 +1,171 @@
+"""`busflow service`: the services of a running graph: who answers them, and asking them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.joining import complete_services, joined, joins, print_answer
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import print_columns
+from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.cli.topic.shape import Shape
+    from busflow.wire.peer import Peer
+    from busflow.wire.view import TopicView
+
+_VERBS = {
+    "list": ("busflow.cli.service:list_", "List the services there are."),
+    "type": ("busflow.cli.service:type_", "Tell a service's type."),
+    "find": ("busflow.cli.service:find", "List the services of a type."),
+    "info": ("busflow.cli.service:info", "Tell who answers and who asks a service, and what became of the calls."),
+    "call": ("busflow.cli.service:call", "Ask a service."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow service list -t
+  busflow service info sensor_publisher/reset
+  busflow service call sensor_publisher/reset std_srvs/srv/Trigger
+  busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2"""
+_ANSWER_S = 5.0
+
+service = LazyGroup("service", _VERBS, help="Look at the services of a running graph, and ask them.", epilog=_EXAMPLES)
+_name = click.argument("name", shell_complete=complete_services)
+
+
+@click.command("list", epilog=_EXAMPLES)
+@click.option("-t", "--show-types", is_flag=True, help="Show each service's type too.")
+@click.option("-c", "--count-services", "count", is_flag=True, help="Only tell how many there are.")
+@joins
+def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> int:
+    """List the services of a running graph."""
+    with joined(run) as peer:
+        services = list(peer.graph().services.values())
+    if as_json:
+        print_answer({"run": peer.run.name, "services": [_as_json(each) for each in services]})
+    elif count:
+        click.echo(len(services))
+    else:
+        for each in services:
+            click.echo(printable(f"{each.name} [{each.type}]" if show_types else each.name))
+    return 0
+
+
+@click.command("type", epilog=_EXAMPLES)
+@_name
+@joins
+def type_(run: str | None, name: str, as_json: bool) -> int:
+    """Tell the type of the service NAME."""
+    with joined(run) as peer:
+        found = peer.graph().service(name)
+    if as_json:
+        print_answer({"name": found.name, "types": found.types})
+    else:
+        click.echo("\n".join(map(printable, found.types)))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("type_name", metavar="TYPE")
+@joins
+def find(run: str | None, type_name: str, as_json: bool) -> int:
+    """List the services whose type is TYPE, such as std_srvs/srv/Trigger."""
+    full = _full_type(type_name)
+    with joined(run) as peer:
+        services = peer.graph().services.values()
+    found = [each.name for each in services if full in each.types]
+    if not found:
+        known = {each for service in services for each in service.types}
+        raise NoSuchTarget(f"no service has the type {printable(full)}; {did_you_mean(full, known)}")
+    if as_json:
+        print_answer({"type": full, "services": found})
+    else:
+        click.echo("\n".join(map(printable, found)))
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_name
+@joins
+def info(run: str | None, name: str, as_json: bool) -> int:
+    """Tell who answers and who asks the service NAME, and what became of the calls."""
+    with joined(run) as peer:
+        found = peer.graph().service(name)
+        told = [answer[found.name] for answer in peer.ask("services", names=[found.name]) if found.name in answer]
+    accounts = {word: [each for answer in told for each in answer[word]] for word in ("servers", "clients")}
+    if as_json:
+        print_answer({"run": peer.run.name, **_as_json(found), "accounts": accounts})
+        return 0
+    click.echo(f"Type: {printable(found.type)}")
+    click.echo(f"Clients count: {len(found.subscriptions)}")
+    click.echo(f"Services count: {len(found.publishers)}")
+    for word, rows in accounts.items():
+        print_columns([(word[:-1], each["node"], *_counts(each)) for each in rows], indent="  ")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_name
+@click.argument("type_name", metavar="TYPE")
+@click.argument("values", default="")
+@click.option(
+    "--timeout", "timeout_s", type=click.FloatRange(0, min_open=True), default=_ANSWER_S, show_default=True, metavar="S"
+)
+@joins
+def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> int:
+    """Ask the service NAME of type TYPE, and show its answer.
+
+    VALUES is the request as YAML; fields that it leaves out have their defaults.
+    """
+    from busflow.cli.topic.abridged import Abridger
+    from busflow.cli.topic.one_line import python_form
+    from busflow.cli.topic.shape import shape_of
+    from busflow.cli.topic.typed_values import TypedValues
+
+    with joined(run) as peer:
+        kind = peer.service(_asked(peer, name, _full_type(type_name)).name)
+        shape = shape_of(kind.request)
+        request = TypedValues(values, kind.request, shape).at(0)
+        if not as_json:
+            shown = Abridger()(kind.request.decode(kind.request.encode(request)), shape)
+            click.echo(f"requester: making request: {python_form(shown, shape)}\n")
+        answer = peer.call(kind, request, timeout_s=timeout_s)
+        answered: Shape | None = shape_of(kind.response)
+        response = Abridger()(answer, answered)
+    if as_json:
+        print_answer({"service": kind.name, "type": kind.type, "response": response})
+    else:
+        click.echo(f"response:\n{python_form(response, answered)}\n")
+    return 0
+
+
+def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
+    """The service that is meant, if it is of the type that is meant and somebody answers it."""
+    found = peer.graph().service(name)
+    if type_name not in found.types:
+        message = f"{found.name} has the type {found.type}, not {printable(type_name)}"
+        raise InvalidInput(Problem("type", message, f"busflow interface show {found.types[0]} tells its fields"))
+    if not found.publishers:
+        raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
+    return found
+
+
+def _full_type(name: str) -> str:
+    """`std_srvs/Trigger` is short for `std_srvs/srv/Trigger`."""
+    return name.replace("/", "/srv/") if name.count("/") == 1 else name
+
+
+def _counts(account: dict[str, Any]) -> list[str]:
+    return [f"{count} {word}" for word, count in account.items() if isinstance(count, int) and word != "depth"]
+
+
+def _as_json(service: TopicView) -> dict[str, Any]:
+    return {
+        "name": service.name,
+        "types": service.types,
+        "servers": [end.node for end in service.publishers],
+        "clients": [end.node for end in service.subscriptions],
+    }

@@ -1,0 +1,118 @@
+"""`busflow service`: beside what `ros2 service` printed of the same lab, and on a node that answers as it likes."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+Said = Callable[[str], str]
+
+LAMP = """
+import asyncio
+
+from busflow import Node, client, service
+from busflow.msgs.std_srvs import SetBool, Trigger
+
+
+class Lamp(Node):
+    @service(SetBool, "~/switch")
+    def switch(self, request: SetBool.Request) -> SetBool.Response:
+        if not request.data:
+            raise ValueError("it stays \\x1b[31mon")
+        return SetBool.Response(success=True, message="it is \\x1b[31mon")
+
+    @service(Trigger, "~/never")
+    async def never(self, request: Trigger.Request) -> Trigger.Response:
+        await asyncio.Event().wait()
+        return Trigger.Response()
+
+    nobody = client(Trigger, "nobody")
+
+    async def run(self) -> None:
+        self.log.info("works")
+"""
+
+
+@pytest.fixture
+def lamp(tmp_path: Path, start_run: Callable[..., object]) -> None:
+    """A run of a lamp; commands of this process see it."""
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/lamp.py").write_text(LAMP)
+    (tmp_path / "room.yaml").write_text("name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n")
+    start_run(tmp_path, str(tmp_path / "room.yaml")).wait_for("works")
+
+
+def asked(capsys: Captured, *command: str) -> tuple[int, str, str]:
+    code = main(["service", *command])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.mark.usefixtures("lab")
+@pytest.mark.parametrize(
+    ("command", "capture"),
+    [("list", "58_service_list"), ("list -t", "59_service_list_t")],
+)
+def test_every_service_that_ros2_listed_is_listed(capsys: Captured, ros2_file: Said, command: str, capture: str):
+    code, out, _ = asked(capsys, *command.split())
+    wanted = [line for line in ros2_file(capture).splitlines() if "type_description" not in line]
+    assert code == 0
+    assert [line for line in out.splitlines() if line in wanted] == [line for line in wanted if "imu_publisher" in line]
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_type_and_a_call_are_as_in_ros2(capsys: Captured, ros2_file: Said):
+    assert asked(capsys, "type", "/imu_publisher/get_parameters") == (0, ros2_file("60_service_type"), "")
+    call = ("call", "/imu_publisher/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [rate_hz]}")
+    said = ros2_file("61_service_call").replace("double_value=20.0", "double_value=10.0")
+    assert asked(capsys, *call) == (0, said, "")
+
+
+@pytest.mark.usefixtures("lamp")
+def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
+    assert asked(capsys, "list") == (0, "/lamp/never\n/lamp/switch\n/nobody\n", "")
+    assert asked(capsys, "list", "-c") == (0, "3\n", "")
+    assert asked(capsys, "find", "std_srvs/SetBool") == (0, "/lamp/switch\n", "")
+    code, out, _ = asked(capsys, "info", "lamp/switch")
+    assert code == 0
+    assert out.splitlines()[:3] == ["Type: std_srvs/srv/SetBool", "Clients count: 0", "Services count: 1"]
+    assert "server  /lamp  0 received" in out
+
+
+@pytest.mark.usefixtures("lamp")
+def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
+    code, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}")
+    assert code == 0
+    assert out.splitlines() == [
+        "requester: making request: std_srvs.srv.SetBool_Request(data=True)",
+        "",
+        "response:",
+        r"std_srvs.srv.SetBool_Response(success=True, message='it is \x1b[31mon')",
+        "",
+    ]
+    _, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}", "--json")
+    told = json.loads(out)
+    assert (told["version"], told["service"], told["response"]["success"]) == (1, "/lamp/switch", True)
+
+
+@pytest.mark.usefixtures("lamp")
+@pytest.mark.parametrize(
+    ("command", "code", "reason"),
+    [
+        ("call lamp/switch std_srvs/SetBool {data:\\ false}", 1, r"ValueError: it stays \x1b[31mon"),
+        ("call lamp/never std_srvs/Trigger --timeout 0.2", 1, "did not answer within 0.2 s"),
+        ("call nobody std_srvs/Trigger", 1, "nobody answers /nobody"),
+        ("call lamp/swich std_srvs/SetBool", 4, "did you mean '/lamp/switch'?"),
+        ("call lamp/switch std_srvs/Trigger", 2, "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
+        ("call lamp/switch std_srvs/SetBool {dat:\\ true}", 2, "did you mean 'data'?"),
+        ("find std_srvs/SetBol", 4, "did you mean 'std_srvs/srv/SetBool'?"),
+    ],
+)
+def test_what_goes_wrong_is_said_at_once(capsys: Captured, command: str, code: int, reason: str):
+    words = [word.replace("\\ ", " ") for word in command.replace("\\ ", "\x00").split()]
+    found, _, err = asked(capsys, *[word.replace("\x00", " ") for word in words])
+    assert (found, reason in err) == (code, True), err
