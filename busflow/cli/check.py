@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
-from busflow.cli.launching import launch_file
+from busflow.cli.launching import Given, launch_file
 from busflow.errors import ExitCode, Problem, Severity
 
 _EXAMPLES = """\b
@@ -20,30 +18,27 @@ Examples:
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("-v", "--verbose", is_flag=True, help="Tell of publishers that nobody hears, too.")
-def check(
-    file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], strict: bool, as_json: bool, verbose: bool
-) -> int:
+def check(given: Given, strict: bool, as_json: bool, verbose: bool) -> int:
     """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is."""
     from busflow.cli.output import print_json, print_problems
 
-    found = _problems(file, assignments, sets, strict=strict)
+    found = _problems(given, strict=strict)
     failed = any(each.severity is Severity.ERROR for each in found)
     told = [each for each in found if verbose or each.severity is not Severity.INFO]
     if as_json:
-        print_json({"file": str(file), "ok": not failed, "problems": [each.as_json() for each in told]})
+        print_json({"file": str(given.file), "ok": not failed, "problems": [each.as_json() for each in told]})
     else:
         print_problems(told)
         click.echo(_count(told))
     return ExitCode.DIFFERENT if failed else ExitCode.OK
 
 
-def _problems(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], *, strict: bool) -> list[Problem]:
+def _problems(given: Given, *, strict: bool) -> list[Problem]:
     """What is wrong with the file, and with the nodes of what is right in it."""
-    from busflow.launchfile.load import examine
     from busflow.runner import Graph
     from busflow.testing.expectations import expectation_problems
 
-    description, problems = examine(file, assignments=assignments, sets=sets)
+    description, problems = given.examine()
     found = list(problems)
     if description is not None:
         plan = Graph([description], strict=strict).plan()

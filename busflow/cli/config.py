@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from busflow.cli.launching import Given, launch_file
@@ -17,7 +15,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @launch_file()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the file, and the origin of each of its values.")
-def config(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], as_json: bool) -> int:
+def config(given: Given, as_json: bool) -> int:
     """Show FILE with its includes, arguments and `--set` values put in, and where each value came from.
 
     Parameters that nobody states are shown with the default that their plugin gives them.
@@ -25,7 +23,7 @@ def config(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...], as_j
     from busflow.cli.output import print_json
     from busflow.cli.resolved import lines, origins, resolve
 
-    resolved = resolve(Given(file, assignments, sets).description())
+    resolved = resolve(given.description())
     if as_json:
         print_json({"config": resolved.data, "origins": origins(resolved)})
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -31,20 +30,16 @@ Examples:
 @click.pass_context
 def graph(
     context: click.Context,
-    file: Path | None,
-    assignments: tuple[str, ...],
-    sets: tuple[str, ...],
+    given: Given | None,
     form: str,
     as_json: bool,
     run: str | None,
     all_: bool,
 ) -> int:
     """Draw the nodes and topics of the graph that runs; with FILE those of a launch file, without running it."""
-    if file is None and sets:
-        raise click.MissingParameter("--set changes a file", ctx=context, param=context.command.params[0])
-    if file is not None and (run is not None or all_):
+    if given is not None and (run is not None or all_):
         raise click.UsageError("--run and --all are for graphs that run, which FILE does not", context)
-    drawing = _of_run(run, all_=all_) if file is None else _of_file(file, assignments, sets)
+    drawing = _of_run(run, all_=all_) if given is None else _of_file(given)
     if as_json or form == "json":
         print_answer(drawing.data())
     else:
@@ -59,8 +54,8 @@ def _of_run(run: str | None, *, all_: bool) -> Drawing:
         return Drawing.of_view(peer.run.name, peer.graph(), all_=all_)
 
 
-def _of_file(file: Path, assignments: tuple[str, ...], sets: tuple[str, ...]) -> Drawing:
+def _of_file(given: Given) -> Drawing:
     from busflow.cli.drawing import Drawing
 
-    description, plan = Given(file, assignments, sets).plan()
+    description, plan = given.plan()
     return Drawing.of_plan(description.name, plan.members)

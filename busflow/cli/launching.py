@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.duration import parse_duration
-from busflow.errors import LaunchError
+from busflow.errors import LaunchError, Problem
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
@@ -27,6 +29,7 @@ class Given:
     file: Path
     assignments: tuple[str, ...]
     sets: tuple[str, ...]
+    profiles: tuple[str, ...] = ()
 
     def description(self) -> LaunchDescription:
         """What the file describes.
@@ -34,9 +37,24 @@ class Given:
         Raises:
             LaunchError: With every problem.
         """
-        from busflow.launchfile.load import load
+        description, problems = self.examine()
+        if problems or description is None:
+            raise LaunchError(problems)
+        return description
 
-        return load(self.file, assignments=self.assignments, sets=self.sets)
+    def examine(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+        """What the file describes as far as it is right, and everything that is wrong with it.
+
+        The variables that it states are in the environment from now on, until the command ends.
+        """
+        from busflow.launchfile.load import examine
+
+        description, problems = examine(self.file, assignments=self.assignments, sets=self.sets, profiles=self.profiles)
+        if description is not None:
+            before = {name: os.environ.get(name) for name in description.environment}
+            os.environ.update(description.environment)
+            click.get_current_context().call_on_close(lambda: _restore(before))
+        return description, problems
 
     def plan(self) -> tuple[LaunchDescription, Plan]:
         """What the file describes, and its nodes, built and checked.
@@ -53,11 +71,33 @@ class Given:
         return description, plan
 
 
+def _restore(before: Mapping[str, str | None]) -> None:
+    for name, value in before.items():
+        os.environ.pop(name, None)
+        if value is not None:
+            os.environ[name] = value
+
+
 def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Adds FILE, ARGS and `--set` to a command, which gets them as `file`, `assignments` and `sets`."""
+    """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE."""
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def called(file: Path | None, **how: Any) -> int:
+            stated = [how.pop(name) for name in ("assignments", "sets", "profiles")]
+            if file is None and any(stated):
+                context = click.get_current_context()
+                raise click.MissingParameter("what is given changes a file", context, context.command.params[0])
+            return command(Given(file, *stated) if file is not None else None, **how)
+
         for parameter in (
+            click.option(
+                "--profile",
+                "profiles",
+                multiple=True,
+                metavar="NAME",
+                help="Lay this profile of FILE over the rest of it; the last one of several is on top.",
+            ),
             click.option(
                 "--set",
                 "sets",
@@ -68,8 +108,8 @@ def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Call
             click.argument("assignments", nargs=-1, metavar="[NAME:=VALUE]..."),
             click.argument("file", required=required, metavar="FILE", type=click.Path(path_type=Path)),
         ):
-            command = parameter(command)
-        return command
+            called = parameter(called)
+        return called
 
     return decorate
 

@@ -47,9 +47,7 @@ Examples:
 @click.pass_context
 def run(
     context: click.Context,
-    file: Path | None,
-    assignments: tuple[str, ...],
-    sets: tuple[str, ...],
+    given: Given | None,
     for_s: float | None,
     seed: int | None,
     sim: bool,
@@ -68,14 +66,13 @@ def run(
     Logs go to standard error; at the end a table on standard output tells what became of every message.
     """
     if show_help:
-        return _help(context, file)
-    if file is None:
+        return _help(context, given.file if given is not None else None)
+    if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
     from busflow.cli.running import Run
 
-    described = Given(file, assignments, sets).description()
     run = Run(
-        described,
+        given.description(),
         sim=sim,
         seed=seed,
         strict=strict,

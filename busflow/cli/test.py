@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -32,9 +31,7 @@ DURATION_S = 60.0
 @click.option("--seed", type=click.IntRange(min=0), help="This seed alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def test(
-    file: Path,
-    assignments: tuple[str, ...],
-    sets: tuple[str, ...],
+    given: Given,
     for_s: float | None,
     seeds: int,
     seed: int | None,
@@ -48,7 +45,7 @@ def test(
     from busflow.testing.expectations import expectation_problems, expectations_of
     from busflow.testing.trials import Trials
 
-    description, plan = Given(file, assignments, sets).plan()
+    description, plan = given.plan()
     if unknown := expectation_problems(description, plan.members):
         raise LaunchError(unknown)
     for_s = for_s or expectations_of(description).duration or DURATION_S
@@ -56,8 +53,8 @@ def test(
     trials.run(range(seeds) if seed is None else [seed])
     found = trials.problems()
     if as_json:
-        problems = [each.as_json() for each in found]
-        print_json({"file": str(file), "ok": not found, "seeds": trials.seeds, "for_s": for_s, "problems": problems})
+        told = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
+        print_json({**told, "problems": [each.as_json() for each in found]})
     else:
         print_problems(found)
         runs = f"{len(trials.seeds)} run{'s' * (len(trials.seeds) > 1)} of {show_duration(for_s)}"

@@ -20,12 +20,13 @@ from busflow.launchfile.description import (
 )
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part
-from busflow.launchfile.model import LaunchKeys, NodeKeys
+from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.value import Value
 from busflow.qos import PRESETS, QoS, qos_faults
 from busflow.supervision import RestartPolicy, Supervision
 from busflow.text import did_you_mean
+from busflow.validation import shown
 
 
 @dataclass(slots=True)
@@ -54,6 +55,7 @@ class Builder:
             seed=clock.seed if keys.seed is None else keys.seed,
             expect=self.part.tree.members.get("expect"),
             shutdown_grace_s=keys.shutdown.grace,
+            environment=variables(self.part.tree.members.get("env", self.part.tree.without(()))),
             files=files,
             resolved=self._resolved(),
         )
@@ -63,7 +65,10 @@ class Builder:
         tree = self.part.tree
         folders = [Value(str(folder.path.resolve()), folder.origin) for folder in self.part.folders]
         members = {**tree.members, **({"plugins": Value(list(folders), tree.origin)} if folders else {})}
-        ordered = {key: members[key] for key in LaunchKeys.model_fields if key in members}
+        ordered = {key: members[key] for key in ORDER if key in members}
+        if "nodes" in ordered:  # what the defaults of a file add comes first in an entry
+            nodes = {key: _ordered(node) for key, node in ordered["nodes"].members.items()}
+            ordered["nodes"] = replace(ordered["nodes"], content=nodes)
         return replace(tree, content=ordered)
 
     def _node(self, key: str, value: Value) -> NodeSpec | None:
@@ -191,6 +196,18 @@ def _supervision(stated: NodeKeys) -> Supervision:
     keys = stated.restart
     policy = RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
     return Supervision(policy, {f"/{key}": what for key, what in stated.depends_on.items()}, stated.on_exit)
+
+
+def _ordered(node: Value) -> Value:
+    """A node's entry, first what it is and whether it is there."""
+    first = [key for key in ("when", "plugin") if key in node.members]
+    return replace(node, content={key: node.members[key] for key in dict.fromkeys([*first, *node.members])})
+
+
+def variables(env: Value) -> dict[str, str]:
+    """Variables of the environment, which are always texts."""
+    contents = ((name, each.content) for name, each in env.members.items())
+    return {name: each if isinstance(each, str) else shown(each) for name, each in contents}
 
 
 def _mapping(stated: Value | None, node: Value) -> Value:

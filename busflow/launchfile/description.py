@@ -120,6 +120,7 @@ class LaunchDescription:
     seed: int | None = None
     expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`
     shutdown_grace_s: float | None = None
+    environment: Mapping[str, str] = field(default_factory=dict[str, str])  # variables that the files state
     warnings: tuple[Problem, ...] = ()  # what is not wrong, but probably not meant
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -14,12 +14,12 @@ from busflow.errors import KeyPath, LaunchError
 from busflow.launchfile.document import MAX_VALUES, Limits
 from busflow.launchfile.expression import Scope
 from busflow.launchfile.faults import key_origin, problem_at
-from busflow.launchfile.merge import compose
+from busflow.launchfile.merge import changed, compose, duplicate, is_off, names_plugin
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Value
 
-SECTIONS = ("nodes", "topics", "include")
+SECTIONS = ("nodes", "topics", "include", "groups")
 """The keys below which entries stand that may have `for_each` and `when`."""
 
 
@@ -31,12 +31,6 @@ class _Made:
     value: Value
     failed: frozenset[KeyPath]
     """The paths in it whose expression could not be evaluated."""
-
-    @property
-    def is_off(self) -> bool:
-        """Whether its `when` is false."""
-        when = self.value.members.get("when")
-        return when is not None and when.content is False
 
 
 @dataclass(slots=True)
@@ -68,7 +62,14 @@ class Expander:
         kept: dict[str, _Made] = {}
         for key, entry in value.members.items():
             for made in self._entries(section, key, entry):
-                if made.key not in kept or self._gives_way(section, kept[made.key], made):
+                first = kept.get(made.key)
+                if first is not None and section == "groups":  # whose names are only labels
+                    kept[f"{made.key} ({len(kept)})"] = made
+                elif first is not None and section == "nodes" and not names_plugin(made.value):
+                    kept[made.key] = replace(
+                        first, value=changed(first.value, made.value), failed=first.failed | made.failed
+                    )
+                elif first is None or self._gives_way(section, first, made):
                     kept[made.key] = made
         failed |= {(section, key, *path) for key, made in kept.items() for path in made.failed}
         return replace(value, content={key: made.value for key, made in kept.items()})
@@ -103,33 +104,39 @@ class Expander:
         """The entry with its expressions replaced; none if it is off and they cannot be."""
         when = entry.members.get("when")
         is_off = when is not None and Resolver(scope, self.problems).resolve(when).content is False
-        resolver = Resolver(scope, Problems() if is_off else self.problems)
+        problems = Problems() if is_off else self.problems
         try:
-            named = resolver.resolve(Value({key: entry}, entry.origin))
+            name, value, failed = self._resolved(section, key, entry, scope, problems)
         except LaunchError:
             if not is_off:
                 raise
             return
-        if is_off and resolver.failed:
+        if is_off and failed:
             return
-        ((name, value),) = named.members.items()
-        failed = frozenset(path[1:] for path in resolver.failed)
         space = value.members.get("namespace")
         is_told_apart = section == "nodes" and scope is not self.scope and ("namespace",) not in failed
         if is_told_apart and space is not None and isinstance(space.content, str):
             name, value = compose(space.content, name), value.without(("namespace",))
         yield _Made(name, value, failed)
 
+    def _resolved(
+        self, section: str, key: str, entry: Value, scope: Scope, problems: Problems
+    ) -> tuple[str, Value, frozenset[KeyPath]]:
+        """The key and the content of an entry, and where that failed."""
+        if section == "groups":
+            value, failed = Expander(scope, problems, self.limits).expand(entry)
+            return key, value, frozenset(failed)
+        resolver = Resolver(scope, problems)
+        ((name, value),) = resolver.resolve(Value({key: entry}, entry.origin)).members.items()
+        return name, value, frozenset(path[1:] for path in resolver.failed)
+
     def _gives_way(self, section: str, first: _Made, second: _Made) -> bool:
         """Whether the first of two entries of one name gives way to the second, being left out itself."""
-        if first.is_off or second.is_off:
-            return first.is_off
-        noun, origin = section.removesuffix("s"), key_origin(second.value)
+        if is_off(first.value) or is_off(second.value):
+            return is_off(first.value)
+        problem = duplicate(second.key, second.value, first.value, section.removesuffix("s"))
         if first.value.key == second.value.key:
             message = f"for_each makes two {section} called {second.key}"
-            fix = "let the key or `namespace` hold every variable: ${each.…}"
-        else:
-            message = f"two entries are the {noun} {second.key}; the first is {key_origin(first.value)}"
-            fix = "rename one of them"
-        self.problems.add(problem_at(f"duplicate-{noun}", message, fix, origin))
+            problem = replace(problem, message=message, fix="let the key or `namespace` hold every variable: ${each.…}")
+        self.problems.add(problem)
         return False

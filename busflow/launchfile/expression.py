@@ -247,8 +247,8 @@ class Template:
         value = Value(dict(known), self._value.origin).find(path)
         if value is None:
             found = known.get(path[0])
-            known = found.members if found is not None else known
-            fix = did_you_mean(path[-1], known) if known else f"each.{path[0]} is {shown(found and found.data)}"
+            members = found.members if found is not None else known
+            fix = did_you_mean(path[-1], members) if members else f"each.{path[0]} is {shown(found and found.data)}"
             raise self._error(f"there is no each.{member}", fix, start, len(member) + 5)
         return lambda: (value.data, value.origin.through or value.origin)
 

@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import reduce
+from dataclasses import dataclass, field, replace
+from functools import partial, reduce
 from itertools import islice
 from pathlib import Path
 
 from busflow.errors import Fault, KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
-from busflow.launchfile.build import Builder
+from busflow.launchfile.build import Builder, variables
 from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
 from busflow.launchfile.document import Limits, read_file
 from busflow.launchfile.expand import Expander
 from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
+from busflow.launchfile.groups import Flat, Included
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
-from busflow.launchfile.model import IncludeKeys, LaunchKeys, key_faults
+from busflow.launchfile.model import LaunchKeys, key_faults
 from busflow.launchfile.problems import Problems
+from busflow.launchfile.profiles import chosen, from_command_line, readable
 from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import nearest
@@ -40,6 +42,7 @@ def load(
     overrides: Mapping[str, object] | None = None,
     assignments: Sequence[str] = (),
     sets: Sequence[str] = (),
+    profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
 ) -> LaunchDescription:
     """What a launch file describes.
@@ -50,13 +53,20 @@ def load(
         overrides: Values of the description by dotted path, from Python.
         assignments: `name:=value` of a command line.
         sets: `path=value` of a command line's `--set`.
+        profiles: The profiles of the file that are to hold, the last one on top.
         environment: What `${env.…}` stands for; by default the process's own.
 
     Raises:
         LaunchError: With every problem.
     """
     description, found = examine(
-        path, args=args, overrides=overrides, assignments=assignments, sets=sets, environment=environment
+        path,
+        args=args,
+        overrides=overrides,
+        assignments=assignments,
+        sets=sets,
+        profiles=profiles,
+        environment=environment,
     )
     if found or description is None:
         raise LaunchError(found)
@@ -70,6 +80,7 @@ def examine(
     overrides: Mapping[str, object] | None = None,
     assignments: Sequence[str] = (),
     sets: Sequence[str] = (),
+    profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
 ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
     """As `load`, for a report: every problem, and the description of what is right beside them."""
@@ -85,7 +96,7 @@ def examine(
             changes.append(override.parse_override(text))
     description: LaunchDescription | None = None
     with loader.problems.collecting():
-        description = loader.description(Path(path), given, changes)
+        description = loader.description(Path(path), given, changes, from_command_line(profiles))
     return description, loader.problems.sorted(map(str, loader.files))
 
 
@@ -104,6 +115,17 @@ def read_arguments(path: str | Path, environment: Mapping[str, str] | None = Non
     return ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Around:
+    """What is around a file."""
+
+    namespace: str = "/"
+    chain: tuple[Path, ...] = ()
+    """The files that led here, this one last."""
+    env: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Variables of the environment that these files state."""
+
+
 class _Loader:
     """Reads files into parts, collecting what is wrong with them."""
 
@@ -114,16 +136,18 @@ class _Loader:
         self._environment = environment
         self._budget = Budget()
         self._limits = Limits()
+        self._parameter_files: dict[tuple[Path, tuple[Place, ...]], Value | None] = {}
 
     def description(
-        self, path: Path, given: Mapping[str, Value], changes: Iterable[override.Override]
+        self, path: Path, given: Mapping[str, Value], changes: Iterable[override.Override], asked: Sequence[Value] = ()
     ) -> LaunchDescription | None:
         """The description of a file under what the command line or a caller says."""
         root = self._read(path, None, ())
         if root is None:
             return None
-        bound, resolver = self._arguments(root, given)
-        part = self._part(path, root, resolver, "/", (path.resolve(),))
+        root = chosen(root, asked, Scope(self._environment), self.problems)
+        bound, scope = self._arguments(root, given, {})
+        part = self._part(path, root, scope, _Around())
         for change in changes:
             part.tree, problem = override.apply(part.tree, change)
             if problem is not None:
@@ -165,46 +189,50 @@ class _Loader:
                     self.problems.add(problem)
         return None
 
-    def _arguments(self, root: Value, given: Mapping[str, Value]) -> tuple[arguments.Arguments, Resolver]:
-        """A file's arguments, and what resolves the expressions of its other keys."""
-        resolver = Resolver(Scope(self._environment, budget=self._budget), self.problems)
-        bound = arguments.bind(root.members.get("args"), given, resolver)
-        scope = Scope(self._environment, bound.values, frozenset(bound.broken), self._budget)
+    def _arguments(
+        self, root: Value, given: Mapping[str, Value], env: Mapping[str, str]
+    ) -> tuple[arguments.Arguments, Scope]:
+        """A file's arguments, and what the names in its other keys stand for."""
+        env = {**self._environment, **env}
+        bound = arguments.bind(
+            root.members.get("args"), given, Resolver(Scope(env, budget=self._budget), self.problems)
+        )
+        scope = Scope(env, bound.values, frozenset(bound.broken), self._budget)
         self._scopes.append((root, scope))
-        return bound, Resolver(scope, self.problems)
+        return bound, scope
 
-    def _part(self, path: Path, root: Value, resolver: Resolver, around: str, chain: tuple[Path, ...]) -> Part:
-        """What a file and its includes add, under the namespace `around`."""
-        declared = root.members.get("args")
-        expander = Expander(resolver.scope, self.problems, self._limits)
-        tree = _without(*expander.expand(root.without(("args",))))
-        if declared is not None:
-            tree = tree.with_member(("args",), declared)
+    def _part(self, path: Path, root: Value, scope: Scope, around: _Around) -> Part:
+        """What a file and its includes add."""
+        stated = variables(Resolver(scope, Problems()).resolve(root.members.get("env", root.without(()))))
+        around = replace(around, env={**stated, **around.env}, chain=(*around.chain, path.resolve()))
+        scope = replace(scope, env={**scope.env, **around.env})
+        expander = Expander(scope, self.problems, self._limits)
+        tree = _without(*expander.expand(root.without(("args",)).without(("profiles",))))
+        if "profiles" in root.members:
+            tree = tree.with_member(("profiles",), readable(root.members["profiles"], scope, self._limits))
+        if "args" in root.members:
+            tree = tree.with_member(("args",), root.members["args"])
         keys, tree = self._checked(tree)
-        namespace = compose(around, keys.namespace)
-        stated = {key: value for key, value in tree.members.items() if key in override.SETTABLE}
-        own = Part(replace(tree, content=stated), self._folders(path, tree))
-        own.tree = self._with_parameter_files(path, own.tree, resolver.scope)
-        own = named(own, namespace, self.problems)
+        around = replace(around, namespace=compose(around.namespace, keys.namespace))
+        flat = Flat(self.problems, partial(self._completed, path, scope=scope))
+        tree = flat.of(keys, tree)
+        kept = {key: value for key, value in tree.members.items() if key in {*override.SETTABLE, "env"}}
+        own = named(Part(replace(tree, content=kept), self._folders(path, tree)), around.namespace, self.problems)
         included = Part(Value({}, tree.origin))
-        for index, include in enumerate(keys.include):
-            entry = tree.find(("include", index)) or tree.members["include"]
-            if not include.when:
-                continue
-            part = self._included(path, include, entry, compose(namespace, include.namespace), chain)
+        for include in flat.includes:
+            part = self._included(path, include, around)
             included = joined(included, part, own, self.problems) if part is not None else included
         return overlaid(included, own, self.problems)
 
-    def _included(
-        self, path: Path, include: IncludeKeys, entry: Value, namespace: str, chain: tuple[Path, ...]
-    ) -> Part | None:
+    def _included(self, path: Path, include: Included, around: _Around) -> Part | None:
+        entry, chain = include.entry, around.chain
         stated = entry.members.get("file", entry)
-        target = Path(os.path.normpath(path.parent / include.file))
+        target = Path(os.path.normpath(path.parent / include.keys.file))
         real = target.resolve()
         if real in chain:
             loop = [*chain[chain.index(real) :], real]
             names = " → ".join(each.name for each in loop)
-            message, fix = f"{include.file} includes itself: {names}", "leave one of these includes out"
+            message, fix = f"{include.keys.file} includes itself: {names}", "leave one of these includes out"
             self._tell("include-cycle", message, fix, stated)
             return None
         if len(chain) > MAX_INCLUDE_DEPTH:
@@ -215,8 +243,11 @@ class _Loader:
         root = self._read(target, stated, via)
         if root is None:
             return None
-        _, resolver = self._arguments(root, entry.section("args"))
-        return self._part(target, root, resolver, namespace, (*chain, real))
+        asked = [entry.members["profile"]] if include.keys.profile is not None else []
+        root = chosen(root, asked, Scope({**self._environment, **around.env}), self.problems)
+        _, scope = self._arguments(root, entry.section("args"), around.env)
+        namespace = compose(around.namespace, include.namespace)
+        return self._part(target, root, scope, replace(around, namespace=namespace))
 
     def _folders(self, path: Path, tree: Value) -> list[PluginFolder]:
         """A file's plugin folders, relative to the file."""
@@ -230,32 +261,27 @@ class _Loader:
                 self._tell("missing-folder", f"there is no folder {folder}", _neighbour(folder), value)
         return found
 
-    def _with_parameter_files(self, path: Path, tree: Value, scope: Scope) -> Value:
-        """Each node's `parameters_from`, laid under its `parameters`."""
-        nodes = dict(tree.section("nodes"))
-        for key, node in nodes.items():
-            stated = node.members.get("parameters_from")
-            if stated is None:
-                continue
-            layers: list[Value | None] = []
-            for value in stated.content if isinstance(stated.content, list) else [stated]:
-                target = Path(os.path.normpath(path.parent / str(value.content)))
-                layers.append(self._parameters(target, value, scope))
-            own = node.members.get("parameters")
-            layers.append(own if own is not None and own.content is not None else None)
-            present = [layer for layer in layers if layer is not None]
-            merged = reduce(Value.merged, present) if present else Value({}, node.origin)
-            nodes[key] = node.without(("parameters_from",)).with_member(("parameters",), merged)
-        return (
-            tree
-            if not nodes
-            else replace(tree, content={**tree.members, "nodes": replace(tree.members["nodes"], content=nodes)})
-        )
+    def _completed(self, path: Path, node: Value, scope: Scope) -> Value:
+        """A node with its `parameters_from` laid under its `parameters`."""
+        stated = node.members.get("parameters_from")
+        if stated is None:
+            return node
+        layers: list[Value | None] = []
+        for value in stated.content if isinstance(stated.content, list) else [stated]:
+            target = Path(os.path.normpath(path.parent / str(value.content)))
+            layers.append(self._parameters(target, value, scope))
+        own = node.members.get("parameters")
+        layers.append(own if own is not None and own.content is not None else None)
+        present = [layer for layer in layers if layer is not None]
+        merged = reduce(Value.merged, present) if present else Value({}, node.origin)
+        return node.without(("parameters_from",)).with_member(("parameters",), merged)
 
     def _parameters(self, path: Path, entry: Value, scope: Scope) -> Value | None:
         """The parameters of a file that a node names."""
         via = (entry.origin.place, *entry.origin.included_from) if entry.origin.place is not None else ()
-        found = self._read(path, entry, via)
+        if (path, via) not in self._parameter_files:  # the nodes of a for_each share one
+            self._parameter_files[path, via] = self._read(path, entry, via)
+        found = self._parameter_files[path, via]
         if found is None:
             return None
         if not isinstance(found.content, dict):
@@ -297,13 +323,8 @@ def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
 
 
 def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:
-    """The tree without what is at these paths, or at the nearest parent of one that is not there."""
-    # The last items of a list go first, so that the numbers of the others stay right.
-    for path in sorted(paths, key=lambda path: [f"{step:0>9}" for step in path], reverse=True):
-        whole = path[:2] if path[:1] == ("nodes",) and path[2:] == ("plugin",) else path
-        stated = next(whole[:end] for end in range(len(whole), -1, -1) if tree.find(whole[:end]) is not None)
-        tree = tree.without(stated)
-    return tree
+    """The tree without what is at these paths; without the whole node where its plugin is wrong."""
+    return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)
 
 
 def _neighbour(path: Path) -> str | None:

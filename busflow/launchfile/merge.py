@@ -35,9 +35,35 @@ def compose(namespace: str, inner: str | None) -> str:
     >>> compose("/left", "arm"), compose("/left", "/arm"), compose("/", "arm"), compose("/left", None)
     ('/left/arm', '/arm', '/arm', '/left')
     """
-    if not inner:
-        return namespace
+    if not inner or not namespace:
+        return inner or namespace
     return inner if inner.startswith("/") else f"{namespace.rstrip('/')}/{inner}"
+
+
+def full_key(key: str, node: Value, namespace: str) -> str:
+    """A node's key with the namespaces in its entry and around it."""
+    stated = node.members.get("namespace")
+    inner = stated.content if stated is not None and isinstance(stated.content, str) else None
+    space, slash, name = key.rpartition("/")
+    whole = compose(compose(namespace, inner), space or slash)
+    return f"{whole.rstrip('/')}/{name}" if whole else name
+
+
+def names_plugin(node: Value) -> bool:
+    """Whether an entry is a node, and not a change of one."""
+    plugin = node.members.get("plugin")
+    return plugin is not None and plugin.content is not None
+
+
+def is_off(entry: Value) -> bool:
+    """Whether an entry is left out by its `when`."""
+    when = entry.members.get("when")
+    return when is not None and when.content is False
+
+
+def changed(node: Value, change: Value) -> Value:
+    """A node with an entry laid over it that names no plugin."""
+    return replace(node.merged(change), key=node.key, origin=node.origin)
 
 
 def named(part: Part, namespace: str, problems: Problems) -> Part:
@@ -49,7 +75,9 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
         topics = _with_final_names(expected, namespace, problems)
         members["expect"] = members["expect"].with_member(("topics",), topics)
     if "nodes" in members:
-        names = {key: _full_name(key, value, namespace) for key, value in members["nodes"].members.items()}
+        names = {
+            key: full_key(key, value, namespace).removeprefix("/") for key, value in members["nodes"].members.items()
+        }
         nodes = _renamed(members["nodes"], names, problems, "node")
         inner = {key: value.without(("namespace",)) for key, value in nodes.members.items()}
         inner = {key: _with_final_dependencies(value, namespace, problems) for key, value in inner.items()}
@@ -64,7 +92,7 @@ def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
     """Two files that one file includes: they must not differ in what the file itself leaves open."""
     for key, node in second.nodes.members.items():
         if key in first.nodes.members:
-            problems.add(_duplicate(key, node, first.nodes.members[key]))
+            problems.add(duplicate(key, node, first.nodes.members[key]))
     for path, value in second.tree.leaves():
         other = first.tree.find(path)
         is_open = path[:1] != ("nodes",) and own.tree.find(path) is None
@@ -79,13 +107,11 @@ def overlaid(included: Part, own: Part, problems: Problems) -> Part:
     """A file over what it includes. A node without a plugin changes one of an included file."""
     nodes = dict(own.nodes.members)
     for key, node in own.nodes.members.items():
-        plugin = node.members.get("plugin")
-        names_plugin = plugin is not None and plugin.content is not None
         below = included.nodes.members.get(key)
-        if below is not None and names_plugin:
+        if below is not None and names_plugin(node):
             fix = "rename one of them; to change the included node, leave `plugin:` out"
-            problems.add(replace(_duplicate(key, node, below), fix=fix))
-        if below is None and not names_plugin:
+            problems.add(replace(duplicate(key, node, below), fix=fix))
+        if below is None and not names_plugin(node):
             message = f"the node {key} names no plugin"
             fix = f"add `plugin: {key.rpartition('/')[2]}`"
             problems.add(problem_at("missing-plugin", message, fix, key_origin(node)))
@@ -100,14 +126,6 @@ def _laid(below: Part, above: Part) -> Part:
         [*above.folders, *below.folders],
         {**below.own_folders, **above.own_folders},
     )
-
-
-def _full_name(key: str, node: Value, namespace: str) -> str:
-    """A node's name with its namespaces, as a key: without the leading slash."""
-    stated = node.members.get("namespace")
-    inner = stated.content if stated is not None and isinstance(stated.content, str) else None
-    space, slash, name = key.rpartition("/")
-    return f"{compose(compose(namespace, inner), space or slash).rstrip('/')}/{name}".removeprefix("/")
 
 
 def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Value:
@@ -129,11 +147,12 @@ def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: st
     for key, value in section.members.items():
         name = names[key]
         if name in members:
-            problems.add(_duplicate(name, value, members[name], noun))
+            problems.add(duplicate(name, value, members[name], noun))
         members.setdefault(name, value)
     return replace(section, content=members)
 
 
-def _duplicate(name: str, second: Value, first: Value, noun: str = "node") -> Problem:
+def duplicate(name: str, second: Value, first: Value, noun: str = "node") -> Problem:
+    """Two entries that are one thing."""
     message = f"two entries are the {noun} {name}; the first is {key_origin(first)}"
     return problem_at(f"duplicate-{noun}", message, "rename one of them", key_origin(second))

@@ -107,7 +107,23 @@ def _restart_word(data: object) -> object:
     return {"policy": data} if isinstance(data, str) else data
 
 
-class NodeKeys(Repeatable):
+class DefaultKeys(Section):
+    """What holds for each node of a file or a group that does not say otherwise."""
+
+    parameters: dict[str, Any] = Field(default_factory=dict, description="The node's parameters.")
+    remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
+    publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
+    subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
+    )
+    depends_on: dict[str, Condition] = Field(
+        default_factory=dict, description="What to wait for in other nodes before the start, by their names."
+    )
+    on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
+
+
+class NodeKeys(Repeatable, DefaultKeys):
     """One node to run."""
 
     later: ClassVar[Mapping[str, str]] = {
@@ -122,20 +138,9 @@ class NodeKeys(Repeatable):
         "Left out, the entry changes a node of an included file.",
     )
     namespace: str | None = Field(default=None, description="Put before the node's name and its relative topics.")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="The node's parameters.")
     parameters_from: str | list[str] = Field(
         default_factory=list, description="YAML files with parameters, under those stated here."
     )
-    remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
-    publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
-    subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
-    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
-        default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
-    )
-    depends_on: dict[str, Condition] = Field(
-        default_factory=dict, description="What to wait for in other nodes before the start, by their names."
-    )
-    on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
 
 
 class IncludeKeys(Repeatable):
@@ -144,6 +149,7 @@ class IncludeKeys(Repeatable):
     file: str = Field(min_length=1, description="The file, relative to this one.")
     args: dict[str, Any] = Field(default_factory=dict, description="Values for the file's arguments.")
     namespace: str | None = Field(default=None, description="Put before its nodes and relative topics.")
+    profile: str | None = Field(default=None, description="The profile of the file that is to hold.")
 
 
 def _include_list(data: object) -> object:
@@ -215,39 +221,79 @@ class ExpectKeys(Section):
     )
 
 
-class LaunchKeys(Section):
-    """A launch file of busflow: the nodes of a graph and what they are told."""
+class GraphKeys(Section):
+    """What a file and a group have in common."""
 
-    later: ClassVar[Mapping[str, str]] = {
-        "profiles": "use a file for each, with what they share in a file to include",
-        "record": "leave it out",
-        "processes": "leave it out: all nodes run in one process",
-        "defaults": "state it for each node",
-        "groups": "use `include:` with a namespace",
-        "env": "set the variables before the start",
-        "version": "leave it out",
-    }
-
-    name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
-    plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
-    args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
-    qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")
+    namespace: str | None = Field(default=None, description="Put before all nodes and relative topics in it.")
+    defaults: DefaultKeys = Field(default=DefaultKeys(), description="What holds for every node in it, unless it says.")
     topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
     nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
+    groups: dict[str, GroupKeys] = Field(default_factory=dict, description="Nodes that share a namespace or defaults.")
     include: Annotated[list[IncludeKeys], BeforeValidator(_include_list)] = Field(
         default_factory=list[IncludeKeys], description="Launch files whose nodes run too."
     )
-    namespace: str | None = Field(default=None, description="Put before all nodes and relative topics of this file.")
+
+
+class GroupKeys(GraphKeys, Repeatable):
+    """Nodes that share a namespace, defaults, a `for_each` or a `when`."""
+
+
+class ProfileKeys(GraphKeys):
+    """What is different in a launch file when the profile is chosen."""
+
+    name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
+    plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
+    args: dict[str, Any] = Field(default_factory=dict, description="Other defaults, choices or ranges of arguments.")
+    env: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="Variables of the environment, for ${env.NAME} and for the nodes."
+    )
+    qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")
     clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
     expect: ExpectKeys = Field(default=ExpectKeys(), description="What has to hold, checked by `busflow test`.")
     shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
+
+
+class LaunchKeys(ProfileKeys):
+    """A launch file of busflow: the nodes of a graph and what they are told."""
+
+    later: ClassVar[Mapping[str, str]] = {
+        "record": "leave it out",
+        "processes": "leave it out: all nodes run in one process",
+        "version": "leave it out",
+    }
+
+    args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
+    profile: str | None = Field(default=None, description="The profile that holds where none is chosen.")
+    profiles: dict[str, ProfileKeys] = Field(
+        default_factory=dict[str, ProfileKeys], description="What is different under a name: `--profile NAME`."
+    )
 
     @model_validator(mode="after")
     def _one_seed(self) -> Self:
         if self.seed is not None and self.clock.seed not in {None, self.seed}:
             raise ValueError(f"seed is {self.seed} and clock.seed is {self.clock.seed}; state it once")
         return self
+
+
+ORDER = (
+    *(
+        "name",
+        "plugins",
+        "args",
+        "env",
+        "profile",
+        "profiles",
+        "qos",
+        "defaults",
+        "topics",
+        "nodes",
+        "groups",
+        "include",
+    ),
+    *("namespace", "clock", "seed", "expect", "shutdown"),
+)
+"""The keys of a launch file in the order in which a person would write them."""
 
 
 def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 from pydantic.errors import PydanticInvalidForJsonSchema
@@ -47,10 +48,11 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     profile = _model_schema(QoS, "QoS.")
     definitions |= {**profile.pop("$defs", {}), "QoS": profile}
     _place_qos(root, definitions)
-    _place_includes(root)
     _place_restart(definitions)
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
-    root["properties"]["nodes"]["propertyNames"] = {"pattern": _NODE_NAME}
+    for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
+        _place_includes(graph)
+        graph["properties"]["nodes"]["propertyNames"] = {"pattern": _NODE_NAME}
     for name, section in [("", root), *definitions.items()]:
         if name == "" or name.endswith("Keys"):
             section["patternProperties"] = {"^x-": True}
@@ -133,27 +135,28 @@ def _place_qos(root: Schema, definitions: Schema) -> None:
     """Every place that takes a QoS profile: its name, or its fields."""
     fields = {"$ref": "#/$defs/QoS"}
     profile: Schema = {"anyOf": [{"enum": list(PRESETS)}, {"type": "string"}, fields]}
-    root["properties"]["qos"]["additionalProperties"] = fields
+    for graph in (root, definitions["ProfileKeys"]):
+        graph["properties"]["qos"]["additionalProperties"] = fields
     definitions["TopicKeys"]["properties"]["qos"] |= profile
-    for key in ("publishers", "subscriptions"):
-        definitions["NodeKeys"]["properties"][key]["additionalProperties"] = profile
+    for section, key in product(("NodeKeys", "DefaultKeys"), ("publishers", "subscriptions")):
+        definitions[section]["properties"][key]["additionalProperties"] = profile
 
 
-def _place_includes(root: Schema) -> None:
+def _place_includes(graph: Schema) -> None:
     """A file's name is short for an entry with only that."""
     name, entry = {"type": "string"}, {"$ref": "#/$defs/IncludeKeys"}
-    description = root["properties"]["include"]["description"]
+    description = graph["properties"]["include"]["description"]
     items = {"type": "array", "items": {"anyOf": [name, entry]}}
-    root["properties"]["include"] = {"description": description, "anyOf": [name, items]}
+    graph["properties"]["include"] = {"description": description, "anyOf": [name, items]}
 
 
 def _place_restart(definitions: Schema) -> None:
     """A word is short for an entry with only that."""
     whole: Schema = {"$ref": "#/$defs/RestartKeys"}
     forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
-    properties = definitions["NodeKeys"]["properties"]
-    description = properties["restart"]["description"]
-    properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
+    for properties in (definitions[section]["properties"] for section in ("NodeKeys", "DefaultKeys")):
+        description = properties["restart"]["description"]
+        properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
 
 
 def _by_plugin(plugins: Iterable[PluginSchema], definitions: Schema) -> Schema:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, TypeAlias, cast
@@ -138,6 +138,15 @@ class Value:
             return replace(self, content=[each for each in items if each is not None])
         members = {key: inner if key == str(path[0]) else each for key, each in self.members.items()}
         return replace(self, content={key: each for key, each in members.items() if each is not None})
+
+    def without_any(self, paths: Iterable[KeyPath]) -> Value:
+        """A copy without what is at these paths, or at the nearest parent of one that is not there."""
+        tree = self
+        # The last items of a list go first, so that the numbers of the others stay right.
+        for path in sorted(paths, key=lambda path: [f"{step:0>9}" for step in path], reverse=True):
+            stated = next(path[:end] for end in range(len(path), -1, -1) if tree.find(path[:end]) is not None)
+            tree = tree.without(stated)
+        return tree
 
     def merged(self, over: Value) -> Value:
         """This value with `over` laid on it: mappings merge key by key, everything else is replaced."""
