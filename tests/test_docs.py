@@ -3,8 +3,8 @@
 - `python` is executed, all snippets of a page in one namespace; `await` may stand at the top, as in a notebook.
 - `yaml` is loaded as a launch file.
 - `console` is run: `$` begins a command, what follows is what it prints. `…` stands for any text, alone in a line for
-  any lines; `^C` presses Ctrl-C. Numbers of a run or a test are not compared, everything else is. A command that ends
-  with ` &` has printed its lines when the next one begins, and runs until the end of the page.
+  any lines; `^C` presses Ctrl-C. Numbers of a run, of its topics or of a test are not compared, everything else is. A
+  command that ends with ` &` has printed its lines when the next one begins, and runs until the end of the page.
 - `title="plugins/tilt.py"` writes the snippet to that file instead, for the commands that follow.
 - `<!-- not run: reason -->` above a snippet leaves it out. Other languages are for reading.
 """
@@ -40,7 +40,7 @@ HOME = "/home/you/busflow"
 
 _SNIPPETS = RawFencedCodeBlockLexer(re.compile(r'(?P<language>\w+)(?: title="(?P<title>[^"]+)")?$\n', re.MULTILINE))
 _NOT_RUN = re.compile(r"<!-- not run: .+ -->\n\Z")
-_MEASURED = re.compile(r"busflow run|pytest|python")
+_MEASURED = re.compile(r"busflow run|busflow topic|pytest|python")
 _NUMBER = re.compile(r"[-+]?[0-9][0-9.,:]*")
 
 

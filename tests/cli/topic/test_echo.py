@@ -10,6 +10,8 @@ from collections.abc import Callable
 import pytest
 
 from busflow.cli import main
+from busflow.cli.topic.known_type import known_type
+from busflow.wire.peer import join
 
 Captured = pytest.CaptureFixture[str]
 Said = Callable[[str], str]
@@ -163,6 +165,25 @@ class TestOdds:
         assert main(["topic", "echo", "note", "--field", "marks.y", "--timeout", "1s", "--filter", "m > 1"]) == 1
         err = capsys.readouterr().err
         assert err.count("there is no 'y'") == 1
+
+    def test_a_topic_of_two_types_is_an_error_that_names_both(self, capsys: Captured):
+        with join() as peer, peer.advertise("/talk", known_type(peer, "std_msgs/msg/Float64")):
+            assert main(["topic", "echo", "talk", "--once"]) == 2
+            err = capsys.readouterr().err
+            assert "/talk has conflicting types: " in err
+            assert "std_msgs/msg/String" in err
+            assert "std_msgs/msg/Float64" in err
+            assert printed(capsys, "talk", "std_msgs/msg/String", "--once").startswith("data: ")
+            assert main(["topic", "info", "talk"]) == 0
+            assert "conflicting types" in capsys.readouterr().err
+
+    def test_one_command_hears_another(self):
+        with join() as peer, peer.advertise("/new", known_type(peer, "std_msgs/msg/Int64")) as speaker:
+            command = [*BUSFLOW, "topic", "echo", "new", "--once"]
+            with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
+                assert speaker.wait_for_listener(20)
+                speaker.publish({"data": 7})
+                assert it.communicate(timeout=20) == ("data: 7\n---\n", "")
 
     def test_a_reader_that_leaves_ends_it_quietly(self):
         command = f"{sys.executable} -m busflow topic echo numbers | head -1; echo ${{PIPESTATUS[0]}}"
