@@ -1,4 +1,4 @@
-"""The lab's noise, turned by the real command while the lab runs, and seen in the next balance."""
+"""The lab steered by the real commands while it runs: its noise is turned, and its simulation begins anew."""
 
 import os
 import subprocess
@@ -107,3 +107,11 @@ def test_what_cannot_be_is_refused_with_the_reason_and_stays(lab, name, value, r
     assert (refused.returncode, refused.stdout) == (1, "")
     assert reason in refused.stderr
     assert lab.busflow("param", "get", "sensor_publisher", "noise.imu").stdout == "Double value is: 0.0\n"
+
+
+def test_the_simulation_begins_anew_when_the_service_is_called_from_another_terminal(lab):
+    lab.line_with("balance")
+    done = lab.busflow("service", "call", "sensor_publisher/reset", "std_srvs/srv/Trigger")
+    assert done.returncode == 0, done.stderr
+    assert "std_srvs.srv.Trigger_Response(success=True, message='began anew after " in done.stdout
+    assert "/sensor_publisher: the simulation begins anew after_s=" in lab.line_with("anew")
