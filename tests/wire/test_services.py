@@ -4,6 +4,7 @@ import asyncio
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -70,10 +71,11 @@ class Room:
 
 @pytest.fixture
 def room(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    found = Room(tmp_path)
-    yield found
-    found.kill()
+    with tempfile.TemporaryDirectory(prefix="busflow-") as place:  # pytest's own are too long for a socket
+        monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", place)
+        found = Room(tmp_path)
+        yield found
+        found.kill()
 
 
 @pytest.mark.usefixtures("room")
