@@ -191,6 +191,10 @@ class DependencyEnded(BusflowError):
     """A node waits for another one that has ended before what is waited for came about."""
 
 
+class ProcessFailed(BusflowError):
+    """A process of a run could not be started, did not get ready, or ended before its time."""
+
+
 class StartTimeout(BusflowError, TimeoutError):
     """A node's `start` did not return in time."""
 

@@ -37,6 +37,8 @@ class LogRecord:
     event: str
     values: Mapping[str, Any]
     """What the line carries besides its text."""
+    process: str = ""
+    """Where the node is; empty for the process that shows the line."""
 
 
 Sink = Callable[[LogRecord], None]
@@ -50,6 +52,8 @@ class Log:
         self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
         self.lost = 0
         """How many lines a sink could not take: the stream was closed, the disk is full."""
+        self.level = level
+        """The lowest level that is written."""
         self._clock = clock
         self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
 
@@ -59,6 +63,11 @@ class Log:
         logger = structlog.wrap_logger(None, processors=[write], wrapper_class=self._wrapper, context_class=dict)
         return cast("FilteringBoundLogger", logger.bind())
 
+    def pass_on(self, record: LogRecord) -> None:
+        """Write a line of another process, from any thread; it was filtered there."""
+        self.counts[record.level] = self.counts.get(record.level, 0) + 1
+        self._show(record)
+
     def _write(self, node: str, _logger: object, level: str, event: EventDict) -> EventDict:
         values = dict(event)
         text = str(values.pop("event", ""))
@@ -66,13 +75,15 @@ class Log:
             level = "error"
         values |= _raised(values.pop("exc_info", None))
         self.counts[level] = self.counts.get(level, 0) + 1
-        record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
+        self._show(LogRecord(self._clock.now().nanoseconds, level, node, text, values))
+        raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
+
+    def _show(self, record: LogRecord) -> None:
         for sink in self.sinks:
             try:
                 sink(record)
             except (OSError, ValueError):  # a stream that was closed is no fault of the node that writes
                 self.lost += 1
-        raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
 
 
 def _raised(told: object) -> dict[str, str]:
@@ -99,17 +110,19 @@ def console_sink(stream: TextIO, *, colour: bool) -> Sink:
             level = f"\x1b[{_COLOURS.get(record.level, '0')}m{level}\x1b[0m"
         values = "".join(f" {name}={printable(value, limit=400)}" for name, value in record.values.items())
         node, text = printable(record.node), printable(record.event)
-        stream.write(f"{time_of_day}.{nanoseconds // 1_000_000:03} {level} {node}: {text}{values}\n")
+        where = f"[{printable(record.process)}] " if record.process else ""
+        stream.write(f"{time_of_day}.{nanoseconds // 1_000_000:03} {level} {where}{node}: {text}{values}\n")
         stream.flush()
 
     return write
 
 
 def json_sink(stream: TextIO) -> Sink:
-    """One JSON object a line: `stamp_ns`, `level`, `node`, `event`, and the values under their own names."""
+    """One JSON object a line: `stamp_ns`, `level`, `node`, `event`, `process` of another one, and values by name."""
 
     def write(record: LogRecord) -> None:
         line = {"stamp_ns": record.stamp_ns, "level": record.level, "node": record.node, "event": record.event}
+        line |= {"process": record.process} if record.process else {}
         try:
             text = json.dumps({**record.values, **line}, default=str, allow_nan=False)
         except (TypeError, ValueError):  # a key, a circle or a NaN, that JSON has no form for

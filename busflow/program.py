@@ -127,7 +127,7 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1)
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + graph.around_s + 0.1)
     with guard, asyncio.Runner(loop_factory=loop_factory) as runner:
         try:
             runner.run(main())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from busflow import rosout
@@ -44,6 +44,10 @@ class TopicReport:
     type: str
     published: int
     subscriptions: tuple[SubscriptionStatistics, ...]
+    arrived: int = 0
+    """How many of them came from another process; none in the report of a whole run."""
+    losses: dict[str, int] = field(default_factory=dict[str, int])
+    """What was published in another process and did not become a message here: `lost`, `malformed`, `refused`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +58,19 @@ class ServiceReport:
     type: str
     servers: tuple[ServerStatistics, ...]
     clients: tuple[ClientStatistics, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessReport:
+    """One process of a run that has several, and what became of it."""
+
+    name: str
+    pid: int | None
+    nodes: tuple[str, ...]
+    restarts: int = 0
+    state: str = "running"
+    fates: tuple[str, ...] = ()
+    """How those of its lives ended that did not end well; what is known of them is no older than half a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +95,8 @@ class Report:
     """The handlers that kept the event loop from turning, if a watchdog watched."""
     log_lines_lost: int = 0
     """Lines of the log that could not be written."""
+    processes: tuple[ProcessReport, ...] = ()
+    """Of a run that has several."""
 
     @property
     def dropped(self) -> int:
@@ -100,6 +119,7 @@ class Report:
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
             "blocks": [asdict(each) for each in self.blocks],
             "log_lines_lost": self.log_lines_lost,
+            **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
         }
 
 
@@ -112,6 +132,8 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
             name=topic.name,
             type=type_name(topic.type),
             published=topic.published,
+            arrived=topic.arrived,
+            losses=dict(topic.losses),
             subscriptions=tuple(line for line in ledger if line.topic == topic.name),
         )
         for topic in sorted(topics, key=lambda topic: topic.name)
@@ -147,6 +169,8 @@ def _topic_json(topic: TopicReport) -> dict[str, Any]:
         "name": topic.name,
         "type": topic.type,
         "published": topic.published,
+        "arrived": topic.arrived,
+        "losses": topic.losses,
         "subscriptions": [
             {
                 "node": line.node,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, AsyncExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar, cast, overload
@@ -48,6 +49,14 @@ class Graph:
     fails ends the graph, and the `async with` block, with `NodeFailed`.
     """
 
+    exit_code = ExitCode.OK
+    _duration_s: float | None = None
+    _asked_early: ExitCode | None = None
+    tells_at_end = False
+    """Whether whoever runs it tells its failures in full at the end: then the log is not to tell them too."""
+    around_s = 0.0
+    """How long what is around it may take to end, beyond the grace of the nodes."""
+
     def __init__(
         self,
         what: Sequence[What],
@@ -80,12 +89,13 @@ class Graph:
         """Who hears, there too, that all nodes have ended, or that one could not be connected."""
         self.on_restart: list[Callable[[Unit], None]] = []
         """Who hears of a node that was built anew, before its ends are connected."""
+        self.around: list[AbstractAsyncContextManager[object]] = []
+        """What is entered before any node starts, and left when all have ended; what it raises keeps them from it."""
+        self.on_finish: Callable[[], None] = self.ask_to_stop
+        """What follows when all nodes have ended."""
         self.failures: list[Failure] = []
-        self.exit_code = ExitCode.OK
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does."""
-        self.tells_at_end = False
-        """Whether whoever runs it tells its failures in full at the end: then the log is not to tell them too."""
         self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._strict = strict
         self._plan: Plan | None = None
@@ -94,10 +104,9 @@ class Graph:
         self._host: asyncio.Task[Any] | None = None
         self._host_cancelling = 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._ending = asyncio.Event()
+        self.ending = asyncio.Event()
+        """Set once the graph is to end, for whatever reason."""
         self._ready = asyncio.Event()
-        self._duration_s: float | None = None
-        self._asked_early: ExitCode | None = None
 
     # Life.
 
@@ -145,7 +154,7 @@ class Graph:
         except asyncio.CancelledError:  # whoever waits no longer must not leave the nodes running
             await self.stop()
             raise
-        if self.failures:
+        if self.failures or self._duration_s is not None:
             await self.stop()
             await self.wait()
 
@@ -183,10 +192,10 @@ class Graph:
 
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
         """Let the graph end, without waiting; `code` says why unless a node has failed."""
-        if not self._ending.is_set():
+        if not self.ending.is_set():
             if self.exit_code is ExitCode.OK:
                 self.exit_code = code
-            self._ending.set()
+            self.ending.set()
 
     async def __aenter__(self) -> Self:
         await self.start()
@@ -211,22 +220,31 @@ class Graph:
             self.clock.start_at(Time(seconds=start_s))
 
     async def _live(self) -> None:
-        self.clock.begin()
         try:
-            async with asyncio.TaskGroup() as tasks:
-                for unit in self.units:
-                    tasks.create_task(unit.live(), name=unit.name)
-                tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
-                await self._ending.wait()
-                await self._stop_units()
+            async with AsyncExitStack() as around:
+                for each in self.around:
+                    await around.enter_async_context(each)
+                await self._live_through()
         finally:
-            self._duration_s = self.clock.seconds()
+            self._duration_s = self._duration_s or 0.0
             if self.watchdog is not None:
                 self.watchdog.close()
             self._outside.close()
             self._tell_end()
             self.bus.close()
             self._ready.set()
+
+    async def _live_through(self) -> None:
+        self.clock.begin()
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                for unit in self.units:
+                    tasks.create_task(unit.live(), name=unit.name)
+                tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
+                await self.ending.wait()
+                await self._stop_units()
+        finally:
+            self._duration_s = self.clock.seconds()
 
     def _tell_end(self) -> None:
         for hear in self.on_end:
@@ -236,7 +254,7 @@ class Graph:
         for unit in self.units:
             await unit.started.wait()
         self._ready.set()
-        if self.watchdog is not None and not self._ending.is_set():  # opening a device may block, once
+        if self.watchdog is not None and not self.ending.is_set():  # opening a device may block, once
             self.watchdog.begin()
 
     async def _stop_units(self) -> None:
@@ -259,7 +277,7 @@ class Graph:
         self.failures.append(failure)
         if self.exit_code is ExitCode.OK or not isinstance(failure.error, StopTimeout):
             self.exit_code = ExitCode.FAILED  # a run that Ctrl-C ends stays one, also where a node will not stop
-        self._ending.set()
+        self.ending.set()
         if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
         log = self.log.bind(failure.node)
@@ -276,8 +294,13 @@ class Graph:
             hear(unit)
 
     def _on_end(self, _unit: Unit) -> None:
-        if all(unit.ended.is_set() for unit in self.units):
-            self.ask_to_stop()
+        if self.has_finished:
+            self.on_finish()
+
+    @property
+    def has_finished(self) -> bool:
+        """Whether all its nodes have ended."""
+        return all(unit.ended.is_set() for unit in self.units)
 
     # What the program around the graph does.
 

@@ -7,7 +7,7 @@ has one owner: a publisher counts what it published, a queue what it dropped, a 
 from __future__ import annotations
 
 import asyncio
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
@@ -30,8 +30,9 @@ class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
     __slots__ = (
-        "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "name", "perishable", "publishers",
-        "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come", "taps", "type", "waiting",
+        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "perishable",
+        "publishers", "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come", "taps", "type",
+        "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -57,7 +58,11 @@ class Topic(Generic[M]):
         self.publishers_come = 0
         self.subscriptions_come = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
+        self.losses: Counter[str] = Counter()
+        """What others published here from another process, and became no message: `lost` on the way, `malformed`,
+        `refused` by a full blocking queue, `incompatible`, or `unsigned`, from nobody who is there."""
         self._retired = 0
+        self._arrived = 0
         self._on_leave = on_leave
         self._expiry: asyncio.TimerHandle | None = None
 
@@ -65,6 +70,11 @@ class Topic(Generic[M]):
     def published(self) -> int:
         """How many messages were ever published here."""
         return self._retired + sum(publisher.published for publisher in self.publishers)
+
+    @property
+    def arrived(self) -> int:
+        """How many of them came from another process."""
+        return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
 
     @property
     def gone(self) -> tuple[SubscriptionStatistics, ...]:
@@ -175,6 +185,7 @@ class Topic(Generic[M]):
         """A publisher leaves; what it published stays counted."""
         self.publishers.remove(publisher)
         self._retired += publisher.published
+        self._arrived += publisher.published if publisher.endpoint.remote else 0
         self.rebuild()
         for hear in self._on_leave:
             hear(publisher)

@@ -55,7 +55,7 @@ def test_it_has_every_key_that_its_readers_were_promised(report):
         "failures",
         "last_failure",
     }
-    assert set(told["topics"][0]) == {"name", "type", "published", "subscriptions"}
+    assert set(told["topics"][0]) == {"name", "type", "published", "arrived", "losses", "subscriptions"}
     assert set(told["topics"][0]["subscriptions"][0]) >= {
         "node", "depth", "overflow", "published", "delivered", "dropped", "queued",
     }  # fmt: skip

@@ -56,6 +56,11 @@ class Given:
             click.get_current_context().call_on_close(lambda: _restore(before))
         return description, problems
 
+    def arguments(self) -> list[str]:
+        """What says the same again on the command line of another process."""
+        stated = [*(f"--set={each}" for each in self.sets), *(f"--profile={each}" for each in self.profiles)]
+        return [str(self.file.absolute()), *self.assignments, *stated]
+
     def plan(self) -> tuple[LaunchDescription, Plan]:
         """What the file describes, and its nodes, built and checked.
 

@@ -42,6 +42,10 @@ Examples:
     callback=duration_or_off,
     help="Name a handler that blocks the event loop for longer; or off.",
 )
+@click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: each node in its own.")
+@click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
+@click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
+@click.option("--voice", type=int, hidden=True)
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
 @click.pass_context
@@ -58,6 +62,10 @@ def run(
     name: str | None,
     no_inspect: bool,
     watchdog_s: float | None,
+    processes: str,
+    one_process: bool,
+    process: str | None,
+    voice: int | None,
     verbose: bool,
     show_help: bool,
 ) -> int:
@@ -69,10 +77,15 @@ def run(
         return _help(context, given.file if given is not None else None)
     if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
+    if process is not None or voice is not None:
+        from busflow.processes.worker import work
+
+        return work(given.description, voice)
     from busflow.cli.running import Run
 
     run = Run(
-        given.description(),
+        given,
+        spread="one" if one_process else processes,
         sim=sim,
         seed=seed,
         strict=strict,

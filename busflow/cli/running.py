@@ -16,12 +16,14 @@ from busflow.cli.summary import print_summary
 from busflow.errors import LaunchError, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
+from busflow.launchfile.placement import Spread, placed
 from busflow.log import console_sink, json_sink
 from busflow.program import inspectable, run_graph
 from busflow.runner import Graph
 
 if TYPE_CHECKING:
-    from busflow.launchfile.description import LaunchDescription
+    from busflow.cli.launching import Given
+    from busflow.processes.crew import Crew
 
 
 class Run:
@@ -29,8 +31,9 @@ class Run:
 
     def __init__(
         self,
-        description: LaunchDescription,
+        given: Given,
         *,
+        spread: str,
         sim: bool,
         seed: int | None,
         strict: bool,
@@ -49,8 +52,13 @@ class Run:
         level = "debug" if verbose else "info"
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._options["watchdog_s"] = watchdog_s
-        self._description = description
+        self._outer = dict(os.environ)
+        self._given, self._description = given, (description := given.description())
+        self._name = name or description.name
         self._simulated = sim or is_simulated(description)
+        # So is one in several processes, which have no time in common but the system's.
+        self._placement = placed(description, Spread.ONE if self._simulated else Spread(spread))
+        self._crew: Crew | None = None
         self._inspect: bool | str = name or True if inspect else False
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
@@ -63,12 +71,12 @@ class Run:
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace):
                 graph.tells_at_end = self._for_people
-                code = _run(graph, for_s, loop_factory)
+                code = self._run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
-        outcome = graph.report()
+        outcome = self._crew.report() if self._crew else graph.report()
         if report:
             report.write_text(json_text(outcome.as_json()) + "\n", encoding="utf-8")
         print_summary(outcome)
@@ -76,6 +84,8 @@ class Run:
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
         # On simulated time a run is over before anybody could look, and has to be the same every time.
+        if self._placement.others:
+            return nullcontext((self._manned(), new_event_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             return nullcontext((inspectable(graph, self._inspect), new_event_loop))
@@ -83,14 +93,25 @@ class Run:
 
         return simulated_graph([self._description], **self._options)
 
+    def _manned(self) -> Graph:
+        """The graph of this process, with the other processes of the run."""
+        from busflow.processes.crew import Crew
 
-def _run(graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
-    try:
-        return run_graph(graph, for_s=for_s, loop_factory=loop_factory)
-    except NodeFailed:
-        for failure in graph.failures:
-            tell(f"error: {failure.render()}")
-        return graph.exit_code
+        graph = Graph([self._description], **self._options)
+        arguments = ["run", *self._given.arguments()]
+        self._crew = Crew(graph, self._placement, name=self._name, arguments=arguments, outer=self._outer)
+        return graph
+
+    def _run(self, graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
+        try:
+            return run_graph(graph, for_s=for_s, loop_factory=loop_factory)
+        except NodeFailed:
+            for failure in graph.failures:
+                tell(f"error: {failure.render()}")
+            return graph.exit_code
+        finally:
+            for text in self._crew.failures if self._crew else ():
+                tell(f"error: {text}")
 
 
 @contextmanager

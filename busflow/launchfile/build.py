@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
@@ -15,18 +16,22 @@ from busflow.launchfile.description import (
     EndpointSpec,
     LaunchDescription,
     NodeSpec,
+    ProcessSpec,
     RemapSpec,
     TopicSpec,
 )
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part
-from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys
+from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys, RestartKeys
+from busflow.launchfile.placement import MAIN
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.value import Value
 from busflow.qos import PRESETS, QoS, qos_faults
 from busflow.supervision import RestartPolicy, Supervision
 from busflow.text import did_you_mean
 from busflow.validation import shown
+
+_PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
 
 
 @dataclass(slots=True)
@@ -51,6 +56,7 @@ class Builder:
             profiles=self._profiles,
             arguments=tuple(arguments.values()),
             folders=tuple(self.part.folders),
+            processes=tuple(self._processes()),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
             seed=clock.seed if keys.seed is None else keys.seed,
             expect=self.part.tree.members.get("expect"),
@@ -97,7 +103,27 @@ class Builder:
             subscriptions=tuple(self._endpoints(value.section("subscriptions"))),
             supervision=_supervision(stated),
             depends_origins={f"/{key}": key_origin(each) for key, each in value.section("depends_on").items()},
+            process=self._process(stated, value),
         )
+
+    def _process(self, stated: NodeKeys, node: Value) -> str | None:
+        """Where a node runs; None in the main process."""
+        name = stated.process
+        if name is not None and name != MAIN and name not in self.keys.processes:
+            fix = f"{did_you_mean(name, [MAIN, *self.keys.processes])}; or add it: processes: {{{name}: {{}}}}"
+            origin = node.members["process"].origin
+            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin))
+        return None if name == MAIN else name
+
+    def _processes(self) -> Iterator[ProcessSpec]:
+        for name, value in self.part.tree.section("processes").items():
+            stated = self.keys.processes[name]
+            if name == MAIN:
+                message, fix = "main is the process that busflow run itself is", "choose another name"
+                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)))
+            elif self._named(_process_name_fault, "process name", name, value):
+                env = variables(value.members.get("env", value.without(())))
+                yield ProcessSpec(name, key_origin(value), stated.nice, env, _policy(stated.restart))
 
     def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
         rules: list[RemapSpec] = []
@@ -193,9 +219,18 @@ class Builder:
 
 def _supervision(stated: NodeKeys) -> Supervision:
     """What is asked for a node, the names of others in full."""
-    keys = stated.restart
-    policy = RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
-    return Supervision(policy, {f"/{key}": what for key, what in stated.depends_on.items()}, stated.on_exit)
+    needs = {f"/{key}": what for key, what in stated.depends_on.items()}
+    return Supervision(_policy(stated.restart), needs, stated.on_exit)
+
+
+def _policy(keys: RestartKeys) -> RestartPolicy:
+    return RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
+
+
+def _process_name_fault(name: str) -> names.Fault | None:
+    if _PROCESS_NAME.fullmatch(name):
+        return None
+    return names.Fault("not_allowed", 0, "it is made of up to 32 letters, digits, _ and -, a letter first")
 
 
 def _ordered(node: Value) -> Value:

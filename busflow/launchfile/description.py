@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.launchfile.value import Origin, Value
-from busflow.supervision import Supervision
+from busflow.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
     from busflow.errors import Problem
@@ -90,11 +90,23 @@ class NodeSpec:
     subscriptions: tuple[EndpointSpec, ...] = ()
     supervision: Supervision = field(default_factory=Supervision)
     depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other's full name
+    process: str | None = None  # where it runs; None is the process of `busflow run` itself
 
     @property
     def full_name(self) -> str:
         """The node's name with its namespace: `/left/camera`."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessSpec:
+    """A process of the run beside its main one."""
+
+    name: str
+    origin: Origin  # its `place` is the process's key
+    nice: int = 0
+    env: Mapping[str, str] = field(default_factory=dict[str, str])
+    restart: RestartPolicy = field(default_factory=RestartPolicy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +128,7 @@ class LaunchDescription:
     profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
     arguments: tuple[Argument, ...] = ()
     folders: tuple[PluginFolder, ...] = ()
+    processes: tuple[ProcessSpec, ...] = ()
     clock: ClockSpec = ClockSpec()
     seed: int | None = None
     expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`

@@ -121,13 +121,15 @@ class DefaultKeys(Section):
         default_factory=dict, description="What to wait for in other nodes before the start, by their names."
     )
     on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
+    process: str | None = Field(
+        default=None, min_length=1, description="The process it runs in, one of `processes`; main unless said."
+    )
 
 
 class NodeKeys(Repeatable, DefaultKeys):
     """One node to run."""
 
     later: ClassVar[Mapping[str, str]] = {
-        "process": "leave it out: all nodes run in one process",
         "log": "leave it out",
     }
 
@@ -160,6 +162,18 @@ def _include_list(data: object) -> object:
         items = cast("list[object]", data)
         return [{"file": each} if isinstance(each, str) else each for each in items]
     return data
+
+
+class ProcessKeys(Section):
+    """A process of the run beside its main one."""
+
+    nice: int = Field(default=0, ge=-20, le=19, description="How much it gives way to others for the processor.")
+    env: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="Variables of its environment, beside those of the run."
+    )
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
+    )
 
 
 class ClockKeys(Section):
@@ -248,6 +262,9 @@ class ProfileKeys(GraphKeys):
         default_factory=dict, description="Variables of the environment, for ${env.NAME} and for the nodes."
     )
     qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")
+    processes: dict[str, ProcessKeys] = Field(
+        default_factory=dict, description="Processes that nodes may run in, beside the main one."
+    )
     clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
     expect: ExpectKeys = Field(default=ExpectKeys(), description="What has to hold, checked by `busflow test`.")
@@ -259,7 +276,6 @@ class LaunchKeys(ProfileKeys):
 
     later: ClassVar[Mapping[str, str]] = {
         "record": "leave it out",
-        "processes": "leave it out: all nodes run in one process",
         "version": "leave it out",
     }
 
@@ -289,6 +305,7 @@ ORDER = (
         "topics",
         "nodes",
         "groups",
+        "processes",
         "include",
     ),
     *("namespace", "clock", "seed", "expect", "shutdown"),

@@ -154,7 +154,7 @@ def _place_restart(definitions: Schema) -> None:
     """A word is short for an entry with only that."""
     whole: Schema = {"$ref": "#/$defs/RestartKeys"}
     forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
-    for properties in (definitions[section]["properties"] for section in ("NodeKeys", "DefaultKeys")):
+    for properties in (definitions[owner]["properties"] for owner in ("NodeKeys", "DefaultKeys", "ProcessKeys")):
         description = properties["restart"]["description"]
         properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +68,6 @@ class Inlet:
         bus: Bus,
         session: zenoh.Session,
         log: FilteringBoundLogger,
-        losses: Counter[str],
         on_loop: Callable[..., None],
     ) -> None:
         """Begin to listen.
@@ -79,12 +78,10 @@ class Inlet:
             bus: the bus of the topic.
             session: where they come from.
             log: where the first malformed one, and the first refused one, are told.
-            losses: the topic's count of what did not become a message: `lost` on the way, `malformed`, `refused` by a
-                full blocking queue, `incompatible`, or `unsigned`, from nobody who is there.
             on_loop: runs a function on the event loop, from any thread.
         """
         self.received = 0
-        self.losses = losses
+        self.losses = topic.losses
         self._topic, self._support, self._bus, self._log = topic, support, bus, log
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._ignored: set[bytes] = set()

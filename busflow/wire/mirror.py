@@ -11,7 +11,7 @@ Zenoh tells in its own threads is brought there first.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,7 @@ from busflow.wire.history import History
 from busflow.wire.keys import DOMAIN, GRAPH, Kind, Token, split_name
 from busflow.wire.neighbours import Neighbours
 from busflow.wire.outlet import Outlet
+from busflow.wire.presence import Presence
 from busflow.wire.qos_form import to_text
 from busflow.wire.questions import Inspected, Questions
 from busflow.wire.sender import Sender
@@ -45,8 +46,6 @@ if TYPE_CHECKING:
     from busflow.wire.run_directory import RunCard
 
 End = Publisher[Any] | Subscription[Any]
-_MOST = 10_000
-"""Tokens of other processes that are told of: whoever shows more is at fault, or means harm."""
 
 
 class Mirror:
@@ -64,10 +63,8 @@ class Mirror:
         self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
         self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
-        self._elsewhere: set[str] = set()
-        """The tokens of other processes: of two that only look, neither is linked to the other."""
-        losses = self._neighbours.losses
-        self._questions = Questions(graph, card, process, self._supports, self._history, losses, self._elsewhere)
+        self._presence = Presence()
+        self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens)
         self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0
@@ -128,6 +125,23 @@ class Mirror:
         self._sender.close()
         self._replier.close()
 
+    # Whether all is there: for whoever has to wait for it.
+
+    @property
+    def presence(self) -> Presence:
+        """What the other sessions show, as far as it is dealt with here."""
+        return self._presence
+
+    @property
+    def shown(self) -> int:
+        """How many tokens this process shows."""
+        return len(self._nodes) + len(self._subscriptions) + len(self._outlets) + self._services.shown
+
+    def unheard(self, sessions: Collection[str]) -> list[str]:
+        """The topics published here that one of these sessions receives, and that do not get there yet."""
+        wanted = self._presence.received(sessions)
+        return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
+
     # What is here.
 
     def _wanted_of_rosout(self) -> Durability:
@@ -148,6 +162,7 @@ class Mirror:
         except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
             origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
             self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
+        self._presence.tell()
 
     def _show(self, end: End) -> None:
         topic = self._graph.bus.topics[end.topic]
@@ -180,6 +195,7 @@ class Mirror:
             self._neighbours.leave(self._graph.bus.topics[end.topic])
         else:
             self._services.detach(end)
+        self._presence.tell()
 
     def _outlet(self, publisher: Publisher[Any]) -> Outlet:
         support = self._supports(publisher.type)
@@ -192,6 +208,7 @@ class Mirror:
             clock=self._graph.clock,
             log=self._log,
             on_loop=self._on_loop,
+            on_open=self._presence.tell,
         )
 
     def _token(self, endpoint: Endpoint, support: TypeSupport, kind: Kind) -> Token:
@@ -239,10 +256,12 @@ class Mirror:
             return
         if token.session == self._zid:
             return
-        if not alive:
-            self._elsewhere.discard(text)
-        elif len(self._elsewhere) < _MOST:
-            self._elsewhere.add(text)
+        try:
+            self._hear(text, token, alive=alive)
+        finally:
+            self._presence.note(text, token, alive=alive)
+
+    def _hear(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
         elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:

@@ -6,7 +6,6 @@ fit is told in the log, once, and nothing of it is received: what others do wron
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -41,8 +40,6 @@ class Neighbours:
         log: FilteringBoundLogger,
         on_loop: Callable[..., None],
     ) -> None:
-        self.losses: defaultdict[str, Counter[str]] = defaultdict(Counter)
-        """By topic, what came from other processes and became no message, for which reason."""
         self._bus, self._session, self._supports, self._log, self._on_loop = bus, session, supports, log, on_loop
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
@@ -129,7 +126,6 @@ class Neighbours:
                 bus=self._bus,
                 session=self._session,
                 log=self._log,
-                losses=self.losses[topic.name],
                 on_loop=self._on_loop,
             )
             for token in self._on(topic.name):

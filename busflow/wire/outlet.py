@@ -46,8 +46,22 @@ class Outlet:
         clock: Clock,
         log: FilteringBoundLogger,
         on_loop: Callable[..., None],
+        on_open: Callable[[], None] = lambda: None,
     ) -> None:
-        """Declare the publisher to the others; `on_loop` runs a function on the event loop, from any thread."""
+        """Declare the publisher to the others.
+
+        Args:
+            publisher: what it is the way out of.
+            support: how its messages travel.
+            token: what it is known by.
+            session: where they go.
+            sender: does what may wait.
+            clock: stamps what is sent.
+            log: hears what cannot be sent.
+            on_loop: runs a function on the event loop, from any thread.
+            on_open: is called whenever it has opened or closed.
+        """
+        self._on_open = on_open
         self.sent = 0
         self.unsent = 0
         """Messages that could not be put into bytes."""
@@ -66,6 +80,11 @@ class Outlet:
     def publisher(self) -> Publisher[Any]:
         """Whose way out this is."""
         return self._publisher
+
+    @property
+    def open(self) -> bool:
+        """Whether what is published leaves the process."""
+        return self._wanted
 
     def follow(self, publisher: Publisher[Any]) -> None:
         """Be the way out of the publisher that took over from this one, when its node was restarted."""
@@ -92,6 +111,7 @@ class Outlet:
             return
         self._wanted = wanted
         self._publisher.send_through(self._send if wanted else None)
+        self._on_open()
 
     def _send(self, message: Message) -> None:
         try:

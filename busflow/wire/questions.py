@@ -72,7 +72,6 @@ class Questions:
         process: str,
         supports: Supports,
         history: History,
-        losses: Mapping[str, Mapping[str, int]],
         elsewhere: Collection[str],
     ) -> None:
         """The answers about a graph.
@@ -83,12 +82,11 @@ class Questions:
             process: this process's name.
             supports: how each message class travels.
             history: what is kept for `--last`.
-            losses: counts by topic what came from other processes and became no message.
             elsewhere: the tokens of other processes.
         """
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history = supports, history
-        self._losses, self._elsewhere = losses, elsewhere
+        self._elsewhere = elsewhere
         self.parameter_log = ParameterLog(graph.clock)
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
@@ -129,11 +127,8 @@ class Questions:
         }
 
     def report(self, _arguments: Mapping[str, Any]) -> object:
-        """The report as `--report` writes it, as it stands now; each topic with its `losses` on the way in."""
-        report = self._graph.report().as_json()
-        for topic in report["topics"]:
-            topic["losses"] = dict(self._losses.get(topic["name"], {}))
-        return report
+        """The report as `--report` writes it, as it stands now."""
+        return self._graph.report().as_json()
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """All of this process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, timers, elsewhere}`."""
@@ -245,7 +240,7 @@ class Questions:
             "publishers": [_publisher(each) for each in topic.publishers],
             "subscriptions": [_subscription(each) for each in topic.subscriptions],
             "gone": [asdict(each) for each in topic.gone],
-            "losses": dict(self._losses.get(topic.name, {})),
+            "losses": dict(topic.losses),
         }
 
 

@@ -58,6 +58,11 @@ class ServiceMirror:
         self._remote: dict[str, Token] = {}
         self._servers: dict[str, RemoteServer] = {}
 
+    @property
+    def shown(self) -> int:
+        """How many tokens there are of ends here."""
+        return sum(map(len, self._shown.values()))
+
     def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
         """Show an end of a service; a client is given the server that another process has."""
         kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT

@@ -63,7 +63,12 @@ def test_what_is_not_set_keeps_its_origin(folder):
         ("topics.imu.qos.depth=1", 1, "topics./imu.qos is text 'fast'; it has no depth", "set topics./imu.qos itself"),
         ("qos.fast.depth=0", 16, "depth must be at least 1, got 0", "allowed: at least 1"),
         ("args.rate=1", 1, "args cannot be set", "write rate:=… without --set"),
-        ("include=[a]", 1, "include cannot be set", "known: clock, expect, name, nodes, qos, seed, shutdown, topics"),
+        (
+            "include=[a]",
+            1,
+            "include cannot be set",
+            "known: clock, expect, name, nodes, processes, qos, seed, shutdown … and 1 more",
+        ),
         ("sed=1", 1, "sed cannot be set", "did you mean 'seed'?"),
         ("seed=x", 6, "seed must be a whole number, got text 'x'", None),
         ("name=", 6, "there is no value", "for an empty text write name='\"\"'"),

@@ -1,0 +1,166 @@
+"""Child: one operating system's process from start to end, and what it says meanwhile.
+
+A thread reads its pipes, so that neither a busy event loop here holds up the child, nor the child the loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import selectors
+import site
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+import busflow
+
+_PIECE = 1 << 16
+_LINE_BYTES = 4096
+"""The longest line of a print that is passed on in one piece."""
+_TOLD_BYTES = 1 << 24
+
+
+class Ear(Protocol):
+    """Who hears what a child says, in the thread that reads it."""
+
+    def on_told(self, told: Mapping[str, Any]) -> None:
+        """Something a voice says."""
+        ...
+
+    def on_print(self, line: str, *, error: bool) -> None:
+        """A line that a node printed."""
+        ...
+
+
+class Child:
+    """A process that has been started."""
+
+    def __init__(
+        self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], ear: Ear
+    ) -> None:
+        """Start it: a new interpreter, never a fork of this one.
+
+        Args:
+            arguments: those of the `busflow` command.
+            environment: all its variables.
+            first_line: what it reads first, on its standard input.
+            ear: hears what it says.
+
+        Raises:
+            OSError: the system does not let it start.
+        """
+        listening, speaking = os.pipe()
+        command = [sys.executable, "-P", "-m", "busflow", *arguments, "--voice", str(speaking)]  # -P: see `_importing`
+        try:
+            self._process = subprocess.Popen(  # noqa: S603  # our own interpreter and our own arguments
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=_importing(environment),
+                pass_fds=(speaking,),
+                process_group=0,  # the terminal's Ctrl-C is for the main process, which knows in what order to stop
+            )
+        except OSError:
+            os.close(listening)
+            raise
+        finally:
+            os.close(speaking)
+        self.pid = self._process.pid
+        self._ear, self._first_line = ear, first_line
+        self._loop = asyncio.get_running_loop()
+        self._ended: asyncio.Future[int] = self._loop.create_future()
+        self._rest = {"told": b"", "out": b"", "err": b""}
+        self._thread = threading.Thread(
+            target=self._listen, args=(listening,), name=f"busflow.child.{self.pid}", daemon=True
+        )
+        self._thread.start()
+
+    async def ended(self) -> int:
+        """Wait for the end; the exit code, or the number of the signal that killed it, negative."""
+        return await asyncio.shield(self._ended)
+
+    def terminate(self) -> None:
+        """Ask it to stop."""
+        self._process.terminate()
+
+    def kill(self) -> None:
+        """End it now."""
+        self._process.kill()
+
+    def _listen(self, voice: int) -> None:
+        process = self._process
+        assert process.stdin is not None  # noqa: S101  # all three are pipes
+        assert process.stdout is not None  # noqa: S101  # see above
+        assert process.stderr is not None  # noqa: S101  # see above
+        with suppress(OSError):  # it ended before it had read anything
+            process.stdin.write(self._first_line())
+            process.stdin.flush()
+        with selectors.DefaultSelector() as pipes:
+            names = {voice: "told", process.stdout.fileno(): "out", process.stderr.fileno(): "err"}
+            for pipe in names:
+                os.set_blocking(pipe, False)
+                pipes.register(pipe, selectors.EVENT_READ)
+            while voice in pipes.get_map():
+                for key, _ in pipes.select():
+                    self._read(key.fd, names[key.fd], pipes)
+            code = process.wait()  # no process it may have started has its voice: it is ending, or has
+            for key in tuple(pipes.get_map().values()):
+                self._read(key.fd, names[key.fd], pipes)
+        for name, rest in self._rest.items():
+            self._pass_on(name, rest)
+        os.close(voice)
+        for stream in (process.stdout, process.stderr, process.stdin):
+            with suppress(OSError):
+                stream.close()
+        with suppress(RuntimeError):  # the loop has ended: nobody waits
+            self._loop.call_soon_threadsafe(self._end, code)
+
+    def _end(self, code: int) -> None:
+        if not self._ended.done():
+            self._ended.set_result(code)
+
+    def _read(self, pipe: int, name: str, pipes: selectors.BaseSelector) -> None:
+        """Pass on what there is, whole lines only."""
+        while True:
+            try:
+                piece = os.read(pipe, _PIECE)
+            except BlockingIOError:
+                return
+            if not piece:
+                pipes.unregister(pipe)
+                return
+            *lines, rest = (self._rest[name] + piece).split(b"\n")
+            for line in lines:
+                self._pass_on(name, line)
+            longest = _TOLD_BYTES if name == "told" else _LINE_BYTES
+            if len(rest) > longest:
+                self._pass_on(name, rest)
+                rest = b""
+            self._rest[name] = rest
+            if len(piece) < _PIECE:
+                return
+
+    def _pass_on(self, name: str, line: bytes) -> None:
+        if not line:
+            return
+        if name != "told":
+            self._ear.on_print(line.decode(errors="backslashreplace"), error=name == "err")
+            return
+        with suppress(ValueError):  # half a line, of a process that was killed
+            self._ear.on_told(json.loads(line))
+
+
+def _importing(environment: Mapping[str, str]) -> dict[str, str]:
+    """The environment in which the same busflow is found as here."""
+    home = str(Path(busflow.__file__).parents[1])
+    if home in (*site.getsitepackages(), site.getusersitepackages()):
+        return dict(environment)
+    known = environment.get("PYTHONPATH")
+    return {**environment, "PYTHONPATH": f"{home}{os.pathsep}{known}" if known else home}

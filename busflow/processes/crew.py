@@ -1,0 +1,224 @@
+"""Crew: all processes of a run, started together, held back until they hear each other, and ended together."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import AsyncGenerator, Mapping, Sequence
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+import busflow
+from busflow.errors import ExitCode, LaunchError, ProcessFailed
+from busflow.launchfile.placement import MAIN, Placement
+from busflow.processes.account import merged
+from busflow.processes.assignment import Assignment
+from busflow.processes.crossing import crossing_problems, keep_main
+from busflow.processes.member import Member, MemberState
+from busflow.supervision import Restart
+from busflow.text import printable
+from busflow.wire.membership import Membership
+from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
+
+if TYPE_CHECKING:
+    from busflow.log import LogRecord
+    from busflow.report import Report
+    from busflow.runner import Graph
+    from busflow.wire.barrier import Barrier
+
+START_TIMEOUT_S = 60.0
+"""How long the processes may take to get ready, in wall time: some load a gigabyte before they build a node."""
+_WARN_S = 10.0
+_KILL_S = 0.2
+"""What a process gets beyond its nodes' grace, before it is killed."""
+_LEAVE_S = 0.3
+"""How long the account of the last ones may take, once they are killed."""
+
+
+class Crew:
+    """The processes of a run beside the main one."""
+
+    def __init__(
+        self, graph: Graph, placement: Placement, *, name: str, arguments: Sequence[str], outer: Mapping[str, str]
+    ) -> None:
+        """A crew that is started with the graph of the main process.
+
+        Args:
+            graph: what runs here, with the plan of the whole graph.
+            placement: who runs where.
+            name: under which the run is found.
+            arguments: of the `busflow` command that starts the others.
+            outer: the environment as it was before the launch file's variables were in it.
+
+        Raises:
+            LaunchError: the graph cannot run in these processes, with every problem.
+        """
+        self._graph, self._name, self._outer = graph, name, outer
+        self._log = graph.log.bind("busflow")
+        plan = graph.plan()
+        plan.problems += crossing_problems(plan, placement)
+        if plan.errors:
+            raise LaunchError(plan.errors)
+        self._stated = [variable for each in graph.descriptions for variable in each.environment]
+        self._order = [each.runtime.full_name for each in plan.members]
+        keep_main(plan, placement)
+        self.members = [
+            Member(
+                placement.specs[process],
+                placement.nodes[process],
+                f"{number}.sock",
+                arguments=arguments,
+                environment=os.environ,
+                company=self,
+                log=self._log,
+            )
+            for number, process in enumerate(placement.others, 1)
+        ]
+        self._by_name = {member.name: member for member in self.members}
+        self._directory: RunDirectory | None = None
+        self._membership: Membership | None = None
+        graph.on_start.append(self._begin)
+        graph.on_end.append(self._end)
+        graph.on_finish = self._look_whether_all_finished
+        graph.around.append(self._at_work())
+        graph.around_s = _KILL_S + _LEAVE_S
+
+    @property
+    def failures(self) -> list[str]:
+        """What went wrong in the other processes, for people."""
+        return [failure for member in self.members for failure in member.failures]
+
+    def report(self) -> Report:
+        """What the whole run has come to so far, or in the end."""
+        return merged(self._graph.report(), self.members, self._order)
+
+    def _begin(self) -> None:
+        """Make the place where the processes meet.
+
+        Raises:
+            InspectionUnavailable: there is none.
+        """
+        graph = self._graph
+        self._directory = RunDirectory.claim(self._name)
+        file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
+        name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
+        self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__)
+        self._membership = Membership(
+            graph, self._directory.path, self._card, process=MAIN, socket=SOCKET, on_change=self._on_presence
+        )
+        self._membership.begin()
+        self._directory.write_card(self._card)
+        if name != self._name:
+            self._log.info(f"other terminals find this run as {name}")
+
+    def _end(self) -> None:
+        membership, self._membership = self._membership, None
+        directory, self._directory = self._directory, None
+        try:
+            if membership is not None:
+                membership.close()
+        finally:
+            if directory is not None:
+                directory.close()
+
+    @asynccontextmanager
+    async def _at_work(self) -> AsyncGenerator[None]:
+        if self._membership is None:
+            raise RuntimeError("the graph has not started")
+        self._membership.barrier.begin()
+        problem: ProcessFailed | None = None
+        async with asyncio.TaskGroup() as tasks:
+            for member in self.members:
+                tasks.create_task(member.live(), name=f"busflow.process.{member.name}")
+            tasks.create_task(self._end_with_graph(), name="busflow.processes")
+            try:
+                await self._all_ready(self._membership.barrier)
+            except ProcessFailed as error:
+                problem = error
+                self._graph.ask_to_stop(ExitCode.FAILED)
+            else:
+                yield
+        if problem is not None:
+            raise problem
+
+    async def _all_ready(self, barrier: Barrier) -> None:
+        names = list(self._by_name)
+        passed = asyncio.create_task(barrier.passed(names, unless=self._graph.ending))
+        try:
+            for limit_s in (_WARN_S, START_TIMEOUT_S - _WARN_S):
+                await asyncio.wait([passed], timeout=limit_s)
+                if passed.done():
+                    return
+                self._log.warning("the nodes wait", reason="; ".join(barrier.lacking(names)))
+            lacking = "; ".join(barrier.lacking(names))
+            raise ProcessFailed(f"not all processes were ready within {START_TIMEOUT_S:g} s: {lacking}")
+        finally:
+            passed.cancel()
+
+    async def _end_with_graph(self) -> None:
+        """Once the graph is to end, end the others: the last one first, and none is waited for beyond its grace."""
+        await self._graph.ending.wait()
+        for member in reversed(self.members):
+            member.ask_to_stop()
+        await asyncio.sleep(0)
+        loop = asyncio.get_running_loop()
+        for member in self.members:
+            loop.call_later(self._graph.grace_s + _KILL_S, member.kill, "did not stop in time")
+
+    # What the members need.
+
+    def first_line(self, member: Member) -> bytes:
+        """Its assignment, as things are now: all wait for each other, one that comes later for those there."""
+        late = member.restarts > 0
+        there = [each.name for each in self.members if each is not member]
+        if late:
+            there = [name for name in there if self._by_name[name].state is MemberState.RUNNING]
+        return Assignment(
+            process=member.name,
+            socket=member.socket,
+            directory=str(self._directory.path) if self._directory else "",
+            card=self._card,
+            nodes=member.nodes,
+            others=(MAIN, *there),
+            seed=self._graph.seed,
+            log_level=self._graph.log.level,
+            nice=member.nice,
+            env=member.env,
+            outer={variable: self._outer.get(variable) for variable in (*self._stated, *member.env)},
+            watchdog_s=self._graph.watchdog.bound_s if self._graph.watchdog else None,
+            tells_at_end=self._graph.tells_at_end and member.policy.when is Restart.NEVER,
+            path=tuple(sys.path),
+        ).line()
+
+    def show_record(self, record: LogRecord) -> None:
+        """Show a line of another process's log."""
+        self._graph.log.pass_on(record)
+
+    def show_print(self, process: str, line: str, *, error: bool) -> None:
+        """Pass on what a node of another process printed."""
+        stream = sys.stderr if error else sys.stdout
+        if stream:  # None where the shell closed it
+            stream.write(f"[{process}] {printable(line)}\n")
+            stream.flush()
+
+    def seconds(self) -> float:
+        """The run's time."""
+        return self._graph.clock.seconds()
+
+    def on_final(self, code: int, *, finished: bool) -> None:
+        """A process has ended for good: so does the run, unless it had nothing left to do and others have."""
+        if finished and not code:
+            self._look_whether_all_finished()
+            return
+        known = {int(each): each for each in ExitCode}
+        self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
+
+    def _look_whether_all_finished(self) -> None:
+        if self._graph.has_finished and all(member.state is MemberState.ENDED for member in self.members):
+            self._graph.ask_to_stop()
+
+    def _on_presence(self, process: str, there: bool) -> None:
+        member = self._by_name.get(process)
+        if member is not None:
+            member.on_presence(there=there)

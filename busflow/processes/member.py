@@ -1,0 +1,246 @@
+"""Member: one process of a run through all its lives: started, watched, started anew where that is asked for."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.backoff import Backoff
+from busflow.errors import ExitCode
+from busflow.processes.child import Child
+from busflow.processes.voice import record_of
+from busflow.supervision import Restart
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.launchfile.description import ProcessSpec
+    from busflow.log import LogRecord
+    from busflow.supervision import RestartPolicy
+
+_ENDED_WELL = {ExitCode.OK, ExitCode.TERMINATED}
+
+
+class MemberState(StrEnum):
+    """Where a process is in its life."""
+
+    STARTING = "starting"
+    RUNNING = "running"
+    HANGS = "hangs"
+    """It has not been heard of for two seconds: it is stopped, or the machine has no time for it."""
+    RESTARTING = "restarting"
+    ENDED = "ended"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Life:
+    """What one life of a process came to."""
+
+    pid: int
+    report: Mapping[str, Any] | None
+    """Its last report; None where it never got so far."""
+    fate: str
+    """How it ended, for people; empty where it ended as it should."""
+
+
+class Company(Protocol):
+    """What a member needs of all of them."""
+
+    def first_line(self, member: Member) -> bytes:
+        """Its assignment, as things are now."""
+        ...
+
+    def show_record(self, record: LogRecord) -> None:
+        """Show a line of its log; in any thread."""
+        ...
+
+    def show_print(self, process: str, line: str, *, error: bool) -> None:
+        """Show what a node printed; in any thread."""
+        ...
+
+    def on_final(self, code: int, *, finished: bool) -> None:
+        """A process has ended for good, before anybody asked it to; because all its nodes have, if it is finished."""
+        ...
+
+    def seconds(self) -> float:
+        """The run's time."""
+        ...
+
+
+class Member:
+    """A process beside the main one."""
+
+    def __init__(
+        self,
+        spec: ProcessSpec,
+        nodes: Sequence[str],
+        socket: str,
+        *,
+        arguments: Sequence[str],
+        environment: Mapping[str, str],
+        company: Company,
+        log: FilteringBoundLogger,
+    ) -> None:
+        self.name, self.nodes, self.socket = spec.name, tuple(nodes), socket
+        self.state = MemberState.STARTING
+        self._backoff = Backoff(spec.restart)
+        self.failures: list[str] = []
+        self.lives: list[Life] = []
+        """Those that are over."""
+        self.report: Mapping[str, Any] | None = None
+        """The last one of this life."""
+        self.child: Child | None = None
+        self._spec, self._arguments, self._company, self._log = spec, [*arguments, "--process", spec.name], company, log
+        self._environment = {**environment, **spec.env}
+        self._end: dict[str, Any] = {}
+        self._stopping = asyncio.Event()
+        self._running_since_s: float | None = None
+        self._killed_for = ""
+
+    @property
+    def policy(self) -> RestartPolicy:
+        """When it is started anew."""
+        return self._spec.restart
+
+    @property
+    def restarts(self) -> int:
+        """How often it was started anew, or is about to be."""
+        return self._backoff.restarts
+
+    @property
+    def env(self) -> Mapping[str, str]:
+        """Its own variables."""
+        return self._spec.env
+
+    @property
+    def nice(self) -> int:
+        """How much it gives way to others."""
+        return self._spec.nice
+
+    @property
+    def pid(self) -> int | None:
+        """The number of its process; None between two lives."""
+        return None if self.child is None else self.child.pid
+
+    async def live(self) -> None:
+        """Be started, and anew as often as its policy says, until `ask_to_stop`."""
+        try:
+            while not self._stopping.is_set():
+                code = await self._live_once()
+                if self._stopping.is_set():
+                    return
+                pause_s = self._pause_s(code)
+                if pause_s is None:
+                    self.failures += self._end.get("failures") or ([self.lives[-1].fate] if self.lives else [])
+                    self._company.on_final(code, finished=bool(self._end.get("finished")))
+                    return
+                self.state = MemberState.RESTARTING
+                self._log.warning(f"the process {self.name} starts anew in {pause_s:g} s", restart=self.restarts)
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(pause_s):
+                        await self._stopping.wait()
+        finally:
+            if self.child is not None:
+                self.child.kill()
+
+    async def _live_once(self) -> int:
+        self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
+        self._end = {}
+        try:
+            self.child = Child(self._arguments, self._environment, lambda: self._company.first_line(self), self)
+        except OSError as error:
+            self._end = {"failures": [f"the process {self.name} cannot be started: {error}"]}
+            self._log.error(f"the process {self.name} cannot be started: {error}")
+            return ExitCode.FAILED
+        self._log.debug(f"the process {self.name} is started", pid=self.child.pid)
+        code = await self.child.ended()
+        fate = self._fate(code)
+        self.lives.append(Life(self.child.pid, self.report, fate))
+        self.child, self.report = None, None
+        self.state = MemberState.FAILED if fate else MemberState.ENDED
+        if fate and not self._stopping.is_set():
+            self._log.error(fate)
+        return code
+
+    def _fate(self, code: int) -> str:
+        """How a life ended, in words; empty where it ended well."""
+        if code in _ENDED_WELL or (self._stopping.is_set() and self._end):
+            return ""
+        if code >= 0:
+            return f"the process {self.name} ended with exit code {code}"
+        why = f", since it {self._killed_for}" if self._killed_for else ""
+        return f"the process {self.name} was ended by {_signal_name(-code)}{why}"
+
+    def _pause_s(self, code: int) -> float | None:
+        """How long until the next life; None when there is none."""
+        when, now_s = self.policy.when, self._company.seconds()
+        if when is Restart.NEVER or (when is Restart.ON_FAILURE and code in _ENDED_WELL) or code == ExitCode.USAGE:
+            return None
+        since_s, self._running_since_s = self._running_since_s, None
+        pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
+        if pause_s is None:
+            limit = f"given up after {self.policy.most} restarts within {self.policy.window_s:g} s"
+            self._log.error(f"the process {self.name} is {limit}")
+        return pause_s
+
+    def ask_to_stop(self) -> None:
+        """Let it end, and not start anew."""
+        self._stopping.set()
+        if self.child is not None:
+            self.child.terminate()
+
+    def kill(self, why: str) -> None:
+        """End it at once."""
+        if self.child is not None:
+            self._killed_for = why
+            self.child.kill()
+
+    def on_presence(self, *, there: bool) -> None:
+        """The others have come to see it, or see it no more: it ends, or hangs."""
+        if there:
+            if self.state is MemberState.HANGS:
+                self._log.warning(f"the process {self.name} is heard of again")
+            self.state = MemberState.RUNNING
+            self._running_since_s = self._company.seconds()
+        elif self.state is MemberState.RUNNING and self.child is not None:
+            asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
+
+    def _look_whether_it_hangs(self, child: Child) -> None:
+        if self.child is not child or self.state is not MemberState.RUNNING or self._stopping.is_set():
+            return
+        self.state = MemberState.HANGS
+        self._log.error(f"the process {self.name} hangs: it is stopped, or has no time to answer", pid=child.pid)
+        if self.policy.when is not Restart.NEVER:
+            self.kill("hung")
+
+    # What it says, in the thread that reads it.
+
+    def on_told(self, told: Mapping[str, Any]) -> None:
+        """A line of its voice."""
+        if "log" in told:
+            with suppress(ValueError):
+                self._company.show_record(record_of(told["log"], self.name))
+        elif "report" in told:
+            self.report = told["report"]
+            self._end = dict(told.get("end") or self._end)
+
+    def on_print(self, line: str, *, error: bool) -> None:
+        """A line that one of its nodes printed."""
+        self._company.show_print(self.name, line, error=error)
+
+
+_DYING_S = 0.2
+"""A process that ends is seen to leave before its end is known."""
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

@@ -1,0 +1,97 @@
+"""Voice: how a process tells the main one what it logs, how its figures stand and how it ended.
+
+Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. A thread writes: a main process
+that is stopped, or busy, never holds up a node here. What finds no room is lost and counted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from busflow.log import LogRecord
+
+_DEPTH = 10_000
+"""Lines that may wait; the oldest of them gives way."""
+_LAST_WORDS_S = 0.3
+"""How long the end of a process may be held up by who listens."""
+_VALUE_CHARACTERS = 4096
+
+
+class Voice:
+    """Writes lines to a pipe, in a thread of its own."""
+
+    def __init__(self, pipe: int) -> None:
+        """The writing end of a pipe, which no process that is started from here inherits."""
+        os.set_inheritable(pipe, False)
+        self.lost = 0
+        self._pipe = pipe
+        self._lines: deque[bytes] = deque()
+        self._arrived = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._write, name="busflow.voice", daemon=True)
+        self._thread.start()
+
+    def say(self, **told: Any) -> None:
+        """Tell something, from any thread, without waiting."""
+        line = json.dumps(told, default=str).encode() + b"\n"
+        with self._arrived:
+            if len(self._lines) >= _DEPTH:
+                self._lines.popleft()
+                self.lost += 1
+            self._lines.append(line)
+            self._arrived.notify()
+
+    def log(self, record: LogRecord) -> None:
+        """A sink of the log."""
+        values = {name: _short(value) for name, value in record.values.items()}
+        self.say(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
+
+    def close(self) -> None:
+        """Say what is left to say, as long as somebody listens."""
+        with self._arrived:
+            self._closed = True
+            self._arrived.notify()
+        self._thread.join(_LAST_WORDS_S)
+
+    def _write(self) -> None:
+        while True:
+            with self._arrived:
+                while not self._lines:
+                    if self._closed:
+                        return  # the pipe's end tells the main process that this one ends, so that it stays open
+                    self._arrived.wait()
+                line = self._lines.popleft()
+            try:
+                while line:
+                    line = line[os.write(self._pipe, line) :]
+            except OSError:  # nobody listens any more: the main process has ended, and so will this one
+                return
+
+
+def record_of(told: Any, process: str) -> LogRecord:
+    """A line of the log as a voice tells it.
+
+    Raises:
+        ValueError: it is none.
+    """
+    match told:
+        case [int(stamp_ns), str(level), str(node), str(event), {**values}]:
+            kept: Mapping[str, Any] = {str(name): value for name, value in values.items()}
+            return LogRecord(stamp_ns, level, node, event, kept, process)
+        case _:
+            raise ValueError("no line of a log")
+
+
+def _short(value: Any) -> Any:
+    """A value as JSON can have it, and no longer than anybody would read."""
+    if value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return value if value - value == 0 else str(value)  # JSON has no infinity, and no NaN
+    text = str(value)
+    return text if len(text) <= _VALUE_CHARACTERS else text[: _VALUE_CHARACTERS - 1] + "…"

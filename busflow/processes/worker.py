@@ -1,0 +1,155 @@
+"""Worker: what runs in a process that the main one has started: its nodes, and nothing else of the graph."""
+
+from __future__ import annotations
+
+import asyncio
+import faulthandler
+import os
+import signal
+import sys
+import threading
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
+from busflow.processes.assignment import Assignment
+from busflow.processes.voice import Voice
+from busflow.program import run_graph
+from busflow.runner import Graph
+from busflow.wire.membership import Membership
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from busflow.launchfile.description import LaunchDescription
+
+_REPORT_S = 0.5
+"""How often the main process is told how things stand: what is known of one that is killed is no older."""
+_PATIENCE_S = 60.0
+"""How long to wait for the others; the main process decides about them long before."""
+
+
+def work(describe: Callable[[], LaunchDescription], pipe: int | None) -> ExitCode:
+    """Run the nodes that standard input assigns, until the main process says so or is no more.
+
+    Raises:
+        ProcessFailed: nothing is assigned.
+    """
+    assignment = Assignment.read(sys.stdin if pipe is not None else None)
+    leash = os.dup(0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # what a node starts must not hold on to the pipe, nor read from it
+    threading.Thread(target=_end_with_main, args=(leash,), name="busflow.main", daemon=True).start()
+    _make_room(assignment)
+    voice = Voice(pipe or 0)
+    failures: list[str] = []
+    graph: Graph | None = None
+    finished = False
+    code = ExitCode.FAILED
+    try:
+        _set(assignment.outer)
+        description = describe()
+        _set(assignment.env)
+        graph = _graph(description, assignment, voice)
+        finish = graph.on_finish
+
+        def on_finish() -> None:
+            nonlocal finished
+            finished = True
+            finish()
+
+        graph.on_finish = on_finish
+        code = _run(graph, assignment, voice)
+    except NodeFailed:
+        failures = [failure.render() for failure in graph.failures] if graph is not None else []
+    except BusflowError as error:
+        code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
+    finally:
+        report = None if graph is None else graph.report().as_json()
+        voice.say(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
+        voice.close()
+    return code
+
+
+def _end_with_main(leash: int) -> None:
+    """Wait for the end of the pipe that the main process holds, which is its own end, and end too."""
+    with suppress(OSError):
+        while os.read(leash, 1):
+            pass
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _set(variables: Mapping[str, str | None]) -> None:
+    for name, value in variables.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+
+
+def _make_room(assignment: Assignment) -> None:
+    """Be as the main process is, where it matters to a node."""
+    sys.path[:] = assignment.path
+    faulthandler.enable()
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
+
+
+def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice) -> Graph:
+    """This process's part of the graph, whose other nodes are neither imported nor built.
+
+    Raises:
+        LaunchError: a node can be built in the main process, and not here.
+    """
+    own = tuple(node for node in description.nodes if node.full_name in assignment.nodes)
+    part = replace(description, nodes=own)
+    graph = Graph(
+        [part],
+        seed=assignment.seed,
+        log_level=assignment.log_level,
+        sinks=(voice.log,),
+        watchdog_s=assignment.watchdog_s,
+    )
+    graph.tells_at_end = assignment.tells_at_end
+    plan = graph.plan()
+    if len(plan.members) != len(assignment.nodes):
+        raise LaunchError(plan.errors)
+    plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
+    return graph
+
+
+def _run(graph: Graph, assignment: Assignment, voice: Voice) -> ExitCode:
+    if assignment.nice:
+        try:
+            os.nice(assignment.nice)
+        except OSError as error:
+            graph.log.bind("busflow").warning(f"nice: {assignment.nice} is not possible: {error.strerror}")
+    membership = Membership(
+        graph,
+        Path(assignment.directory),
+        assignment.card,
+        process=assignment.process,
+        socket=assignment.socket,
+    )
+
+    @asynccontextmanager
+    async def together() -> AsyncGenerator[None]:
+        membership.barrier.begin()
+        telling = asyncio.create_task(_tell_how_it_stands(graph, voice), name="busflow.voice")
+        with graph.clock.wall_timeout(_PATIENCE_S):
+            await membership.barrier.passed(assignment.others, unless=graph.ending)
+        yield
+        telling.cancel()
+
+    graph.on_start.append(membership.begin)
+    graph.on_end.append(membership.close)
+    graph.around.append(together())
+    return run_graph(graph)
+
+
+async def _tell_how_it_stands(graph: Graph, voice: Voice) -> None:
+    while True:
+        await graph.clock.sleep(_REPORT_S)
+        voice.say(report=graph.report().as_json())

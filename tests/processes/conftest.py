@@ -1,0 +1,230 @@
+"""Runs of several processes, for real: what they log is read as it comes, and what they came to from their report."""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PATIENCE_S = 40.0
+"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
+
+PLUGINS = {
+    "teller": """
+from busflow import Node, Parameters, publisher, service, timer
+from busflow.msgs.std_msgs import Int64
+from busflow.msgs.std_srvs import Trigger
+
+
+class TellerParameters(Parameters):
+    at_start: int = 0
+    rate_hz: float = 0.0
+    fail_at: int = 0
+
+
+class Teller(Node):
+    parameters: TellerParameters
+    numbers = publisher(Int64, "numbers")
+    told = 0
+
+    async def start(self) -> None:
+        self.log.info("draws", number=int(self.rng.integers(1 << 30)))
+
+    async def run(self) -> None:
+        for _ in range(self.parameters.at_start):
+            self.tell()
+
+    @timer(hz="rate_hz")
+    def tell(self) -> None:
+        self.told += 1
+        if self.told == self.parameters.fail_at:
+            raise ValueError("lost count")
+        self.numbers.publish(Int64(data=self.told))
+
+    @service(Trigger, "told")
+    def how_many(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True, message=str(self.told))
+""",
+    "hearer": """
+from busflow import Node, Parameters, subscription
+from busflow.msgs.std_msgs import Int64
+
+
+class HearerParameters(Parameters):
+    tell_at: int = 1
+
+
+class Hearer(Node):
+    parameters: HearerParameters
+    heard = 0
+    last = 0
+
+    @subscription("numbers")
+    def hear(self, number: Int64) -> None:
+        self.heard += 1
+        if number.data < self.last:
+            self.log.info("begins anew", last=self.last)
+        self.last = number.data
+        if self.heard == self.parameters.tell_at:
+            self.log.info("heard enough", heard=self.heard, last=self.last)
+""",
+    "chatter": """
+import sys
+
+from busflow import Node
+
+
+class Chatter(Node):
+    async def start(self) -> None:
+        print("hello \\x1b[31mred")
+        print("to the left", file=sys.stderr)
+        sys.stdout.write("no end")
+""",
+}
+
+
+class Run:
+    """A `busflow run` in a process of its own."""
+
+    def __init__(self, folder: Path, runtime: Path, *arguments: str) -> None:
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "busflow",
+                "run",
+                "run.yaml",
+                "--log-format",
+                "json",
+                "--report",
+                "out.json",
+                *arguments,
+            ],
+            cwd=folder,
+            env={**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.lines: list[str] = []
+        self.printed: list[str] = []
+        self._arrived = threading.Condition()
+        self._open = 2
+        self._readers = [
+            threading.Thread(target=self._read, args=(stream, into), daemon=True)
+            for stream, into in ((self.process.stderr, self.lines), (self.process.stdout, self.printed))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    def _read(self, stream: Any, into: list[str]) -> None:
+        with stream:
+            for line in stream:
+                with self._arrived:
+                    into.append(line)
+                    self._arrived.notify_all()
+        with self._arrived:
+            self._open -= 1
+            self._arrived.notify_all()
+
+    def wait_for(self, *texts: str, times: int = 1) -> None:
+        """Wait until so many lines with all of these texts were logged."""
+
+        def count() -> int:
+            return sum(all(text in line for text in texts) for line in self.lines)
+
+        with self._arrived:
+            self._arrived.wait_for(lambda: not self._open or count() >= times, timeout=PATIENCE_S)
+        assert count() >= times, (texts, "".join(self.lines))
+
+    def log(self) -> list[dict[str, Any]]:
+        """The lines of the log so far."""
+        return [json.loads(line) for line in self.lines if line.startswith("{")]
+
+    def pids(self) -> dict[str, int]:
+        """The other processes, by name, as they were started last."""
+        return {
+            each["event"].split()[2]: each["pid"]
+            for each in self.log()
+            if each["event"].startswith("the process ") and "pid" in each and "is started" in each["event"]
+        }
+
+    def kill(self, process: str, number: int = signal.SIGKILL) -> None:
+        os.kill(self.pids()[process], number)
+
+    def end(self, number: int | None = signal.SIGINT) -> int:
+        """Ask it to end, unless it does so by itself, and wait for that."""
+        if number is not None and self.process.poll() is None:
+            self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        for reader in self._readers:
+            reader.join(PATIENCE_S)
+        return code
+
+    def report(self) -> dict[str, Any]:
+        """What the run came to."""
+        return json.loads((self.folder / "out.json").read_text())
+
+    def topic(self, name: str) -> dict[str, Any]:
+        (found,) = [topic for topic in self.report()["topics"] if topic["name"] == name]
+        return found
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
+    """Starts runs of a launch file, and ends whatever is left of them."""
+    (tmp_path / "plugins").mkdir()
+    for name, code in PLUGINS.items():
+        (tmp_path / f"plugins/{name}.py").write_text(code)
+    started: list[Run] = []
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as runtime:
+
+        def start(text: str, *arguments: str) -> Run:
+            (tmp_path / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
+            started.append(Run(tmp_path, Path(runtime), *arguments))
+            return started[-1]
+
+        yield start
+        for run in started:
+            if run.process.poll() is None:
+                run.process.kill()
+            run.end(None)
+        left = {path.name for path in Path(runtime).iterdir()} - {".lock"}
+        assert not left or any(each.process.returncode == -signal.SIGKILL for each in started)
+
+
+def ended(pids: list[int], within_s: float) -> bool:
+    """Whether all of these processes, which are nobody's children here, end in time."""
+    left = []
+    for pid in pids:
+        try:
+            left.append(os.pidfd_open(pid))
+        except ProcessLookupError:
+            continue
+    try:
+        while left:
+            ready, _, _ = select.select(left, [], [], within_s)
+            if not ready:
+                return False
+            for each in ready:
+                left.remove(each)
+                os.close(each)
+        return True
+    finally:
+        for each in left:
+            os.close(each)
+
+
+@pytest.fixture
+def have_ended() -> Callable[[list[int], float], bool]:
+    return ended

@@ -1,0 +1,139 @@
+"""A run of several processes: nothing is lost at the start, all end together, and what dies is started anew."""
+
+import signal
+import time
+
+import pytest
+
+THREE = """
+processes:
+  left:
+  right:
+nodes:
+  teller:
+    plugin: teller
+    process: left
+    parameters: {at_start: 500}
+  hearer:
+    plugin: hearer
+    process: right
+    parameters: {tell_at: 500}
+    subscriptions: {numbers: {depth: 1000}}
+  here:
+    plugin: hearer
+    parameters: {tell_at: 500}
+    subscriptions: {numbers: {depth: 1000}}
+"""
+
+
+@pytest.mark.parametrize("arguments", [[], ["--processes", "auto"], ["--one-process"]], ids=" ".join)
+def test_what_is_published_first_reaches_every_process(start, arguments):
+    run = start(THREE, *arguments)
+    run.wait_for("heard enough", times=2)
+    assert run.end() == 130
+    topic = run.topic("/numbers")
+    assert topic["published"] == 500
+    assert {(line["node"], line["published"], line["delivered"]) for line in topic["subscriptions"]} == {
+        ("/hearer", 500, 500),
+        ("/here", 500, 500),
+    }
+    assert [node["name"] for node in run.report()["nodes"]] == ["/teller", "/hearer", "/here"]
+    assert [node["state"] for node in run.report()["nodes"]] == ["stopped"] * 3
+
+
+def test_where_a_node_runs_does_not_change_what_it_draws(start):
+    drawn = set()
+    for arguments in ([], ["--one-process"]):
+        run = start(THREE, "--seed", "7", *arguments)
+        run.wait_for("draws")
+        drawn |= {each["number"] for each in run.log() if each["event"] == "draws"}
+        run.end()
+    assert len(drawn) == 1
+
+
+def test_ctrl_c_ends_every_process_within_a_second(start, have_ended):
+    run = start(THREE, "-v")
+    run.wait_for("heard enough", times=2)
+    pids = [*run.pids().values()]
+    assert len(pids) == 2
+    began = time.perf_counter()
+    assert run.end() == 130
+    assert have_ended(pids, 0)
+    assert time.perf_counter() - began < 5, "on a machine with nothing else to do it takes a tenth of a second"
+
+
+STEADY = """
+processes:
+  left: {restart: POLICY}
+  right:
+nodes:
+  teller:
+    plugin: teller
+    process: left
+    parameters: {rate_hz: 100}
+  hearer:
+    plugin: hearer
+    process: right
+    parameters: {tell_at: 20}
+  here:
+    plugin: hearer
+    parameters: {tell_at: 20}
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "told"),
+    [(signal.SIGKILL, "was ended by SIGKILL"), (signal.SIGSTOP, "hangs"), (signal.SIGSEGV, "was ended by SIGSEGV")],
+    ids=["killed", "stopped", "crashed"],
+)
+def test_a_process_that_dies_or_hangs_starts_anew_and_the_others_go_on(start, number, told):
+    run = start(STEADY.replace("POLICY", "on-failure"), "-v")
+    run.wait_for("heard enough", times=2)
+    run.kill("left", number)
+    run.wait_for("the process left", told)
+    run.wait_for("begins anew", times=2)
+    assert run.end() == 130
+    report = run.report()
+    (left,) = [each for each in report["processes"] if each["name"] == "left"]
+    assert left["restarts"] == 1
+    assert len(left["fates"]) == 1
+    topic = run.topic("/numbers")
+    for line in topic["subscriptions"]:
+        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
+        # Of the life that was killed the last half second is not known; of the other one everything is.
+        assert line["published"] > 20
+
+
+def test_a_process_that_dies_and_is_not_to_start_anew_ends_the_run(start, have_ended):
+    run = start(STEADY.replace("POLICY", "never"), "-v")
+    run.wait_for("heard enough", times=2)
+    pids = [*run.pids().values()]
+    run.kill("left")
+    assert run.end(None) == 1
+    assert "error: the process left was ended by SIGKILL" in "".join(run.lines)
+    assert have_ended(pids, 0)
+
+
+def test_a_process_that_is_killed_with_the_main_one_s_leaves_no_orphan(start, have_ended):
+    run = start(STEADY.replace("POLICY", "always"), "-v")
+    run.wait_for("heard enough", times=2)
+    pids = [*run.pids().values()]
+    assert run.end(signal.SIGKILL) == -9
+    assert have_ended(pids, 5)
+
+
+def test_a_node_that_fails_in_another_process_ends_the_run_and_is_named(start):
+    run = start(STEADY.replace("POLICY", "never").replace("rate_hz: 100", "rate_hz: 100, fail_at: 30"))
+    assert run.end(None) == 1
+    told = "".join(run.lines)
+    assert "/teller" in told
+    assert "lost count" in told
+    assert "teller.py" in told
+
+
+def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
+    run = start("processes:\n  side:\nnodes:\n  chatter:\n    plugin: chatter\n    process: side\n", "--for", "0.2s")
+    assert run.end(None) == 0
+    assert "[side] hello \\x1b[31mred\n" in run.printed
+    assert "[side] no end\n" in run.printed
+    assert "[side] to the left\n" in run.lines
