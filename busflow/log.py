@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -48,7 +48,9 @@ class Log:
     """Where the nodes of a run write, and how many lines of each level there were."""
 
     def __init__(self, clock: Clock, *, level: str = "info", sinks: tuple[Sink, ...] = ()) -> None:
+        """A log that is written to `sinks`, those that whoever starts the run reads; others may be added."""
         self.sinks: list[Sink] = list(sinks)
+        self._first = tuple(sinks)
         self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
         self.lost = 0
         """How many lines a sink could not take: the stream was closed, the disk is full."""
@@ -57,9 +59,9 @@ class Log:
         self._clock = clock
         self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
 
-    def bind(self, node: str) -> FilteringBoundLogger:
-        """The logger of one node."""
-        write = partial(self._write, node)
+    def bind(self, node: str, *, to_all: bool = True) -> FilteringBoundLogger:
+        """The logger of one node; unless `to_all`, its lines are for those alone who look into the run."""
+        write = partial(self._write, node, to_all)
         logger = structlog.wrap_logger(None, processors=[write], wrapper_class=self._wrapper, context_class=dict)
         return cast("FilteringBoundLogger", logger.bind())
 
@@ -68,18 +70,19 @@ class Log:
         self.counts[record.level] = self.counts.get(record.level, 0) + 1
         self._show(record)
 
-    def _write(self, node: str, _logger: object, level: str, event: EventDict) -> EventDict:
+    def _write(self, node: str, to_all: bool, _logger: object, level: str, event: EventDict) -> EventDict:
         values = dict(event)
         text = str(values.pop("event", ""))
         if level == "exception":
             level = "error"
         values |= _raised(values.pop("exc_info", None))
         self.counts[level] = self.counts.get(level, 0) + 1
-        self._show(LogRecord(self._clock.now().nanoseconds, level, node, text, values))
+        record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
+        self._show(record, without=() if to_all else self._first)
         raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
 
-    def _show(self, record: LogRecord) -> None:
-        for sink in self.sinks:
+    def _show(self, record: LogRecord, without: Sequence[Sink] = ()) -> None:
+        for sink in [each for each in self.sinks if each not in without]:
             try:
                 sink(record)
             except (OSError, ValueError):  # a stream that was closed is no fault of the node that writes

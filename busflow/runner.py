@@ -53,7 +53,7 @@ class Graph:
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
     tells_at_end = False
-    """Whether whoever runs it tells its failures in full at the end: then the log is not to tell them too."""
+    """Whether whoever runs it tells its failures in full at the end: then its console is not to tell them too."""
     around_s = 0.0
     """How long what is around it may take to end, beyond the grace of the nodes."""
 
@@ -280,8 +280,7 @@ class Graph:
         self.ending.set()
         if self._host is not None and len(self.failures) == 1:
             self._host.cancel()
-        log = self.log.bind(failure.node)
-        (log.debug if self.tells_at_end else log.error)(failure.summary)
+        self.log.bind(failure.node, to_all=not self.tells_at_end).error(failure.summary)
 
     def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
         log = self.log.bind(unit.name)

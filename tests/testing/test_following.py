@@ -194,7 +194,7 @@ async def test_the_stamps_of_nodes_are_the_simulator_s():
         assert [stamp.sec * 2 + stamp.nanosec // 500_000_000 for stamp in lab.received("stamps")] == [201, 202]
 
 
-def test_a_wait_that_no_simulator_ends_is_a_deadlock():
+def wait_for_nobody():
     @follows
     async def main():
         async with harness(Ticker) as lab:
@@ -203,6 +203,12 @@ def test_a_wait_that_no_simulator_ends_is_a_deadlock():
 
     with pytest.raises(Deadlock, match="nobody says that it is later"):
         main()
+
+
+def test_a_wait_that_no_simulator_ends_is_a_deadlock():
+    # In a process of its own: any thread that another test's fixture has started could be a simulator.
+    script = "from test_following import wait_for_nobody; wait_for_nobody()"
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60, cwd=Path(__file__).parent)
 
 
 def test_a_clock_of_another_type_is_refused():
