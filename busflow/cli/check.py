@@ -35,6 +35,8 @@ def check(given: Given, strict: bool, as_json: bool, verbose: bool) -> int:
 
 def _problems(given: Given, *, strict: bool) -> list[Problem]:
     """What is wrong with the file, and with the nodes of what is right in it."""
+    from busflow.ingredients import is_simulated
+    from busflow.launchfile.placement import placed
     from busflow.runner import Graph
     from busflow.testing.expectations import expectation_problems
 
@@ -43,6 +45,10 @@ def _problems(given: Given, *, strict: bool) -> list[Problem]:
     if description is not None:
         plan = Graph([description], strict=strict).plan()
         found += [*plan.problems, *expectation_problems(description, plan.members)]
+        if placed(description).others and not is_simulated(description):
+            from busflow.processes.crossing import crossing_problems
+
+            found += crossing_problems(plan, placed(description))
     return found
 
 

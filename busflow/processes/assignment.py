@@ -31,6 +31,8 @@ class Assignment:
     """The processes that it has to hear, and they it, before its nodes start."""
     seed: int
     log_level: str
+    restarts: int
+    """How often it was started anew."""
     nice: int
     env: Mapping[str, str]
     """The variables that are this process's own."""

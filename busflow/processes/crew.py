@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import busflow
 from busflow.errors import ExitCode, LaunchError, ProcessFailed
@@ -105,7 +105,13 @@ class Crew:
         name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
         self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__)
         self._membership = Membership(
-            graph, self._directory.path, self._card, process=MAIN, socket=SOCKET, on_change=self._on_presence
+            graph,
+            self._directory.path,
+            self._card,
+            process=MAIN,
+            socket=SOCKET,
+            about=self._about,
+            on_change=self._on_presence,
         )
         self._membership.begin()
         self._directory.write_card(self._card)
@@ -183,6 +189,7 @@ class Crew:
             others=(MAIN, *there),
             seed=self._graph.seed,
             log_level=self._graph.log.level,
+            restarts=member.restarts,
             nice=member.nice,
             env=member.env,
             outer={variable: self._outer.get(variable) for variable in (*self._stated, *member.env)},
@@ -213,6 +220,15 @@ class Crew:
             return
         known = {int(each): each for each in ExitCode}
         self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
+
+    def _about(self) -> Mapping[str, Any]:
+        """What of the others is known here, for when they cannot tell themselves."""
+        members = [
+            {"process": member.name, "pid": member.pid, "nodes": len(member.nodes), "restarts": member.restarts}
+            | {"states": {member.state.value: len(member.nodes)}}
+            for member in self.members
+        ]
+        return {"restarts": 0, "members": members}
 
     def _look_whether_all_finished(self) -> None:
         if self._graph.has_finished and all(member.state is MemberState.ENDED for member in self.members):

@@ -132,6 +132,7 @@ def _run(graph: Graph, assignment: Assignment, voice: Voice) -> ExitCode:
         assignment.card,
         process=assignment.process,
         socket=assignment.socket,
+        about=lambda: {"restarts": assignment.restarts},
     )
 
     @asynccontextmanager

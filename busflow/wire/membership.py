@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.wire.session import open_session
 
@@ -32,6 +32,7 @@ class Membership:
         *,
         process: str,
         socket: str,
+        about: Callable[[], Mapping[str, Any]] = dict,
         on_change: Callable[[str, bool], None] | None = None,
     ) -> None:
         """A member that does not join before `begin`.
@@ -42,10 +43,11 @@ class Membership:
             card: what the run says of itself.
             process: this process's name.
             socket: the name of its socket in the directory.
+            about: what the process tells of itself beside what its graph does.
             on_change: hears of another process that has come, or is gone or hangs.
         """
         self._graph, self._directory, self._card = graph, directory, card
-        self._process, self._socket, self._on_change = process, socket, on_change
+        self._process, self._socket, self._about, self._on_change = process, socket, about, on_change
         self._mirror: Mirror | None = None
         self._barrier: Barrier | None = None
 
@@ -57,7 +59,7 @@ class Membership:
 
         topics = [topic for each in self._graph.descriptions for topic in each.topics]
         history = {topic.topic: topic.history for topic in topics if topic.history is not None}
-        self._mirror = Mirror(self._graph, session, self._card, self._process, history)
+        self._mirror = Mirror(self._graph, session, self._card, self._process, history, self._about)
         self._mirror.begin()
         self._barrier = Barrier(self._mirror, session, self._process, on_change=self._on_change)
 

@@ -11,7 +11,7 @@ Zenoh tells in its own threads is brought there first.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -52,9 +52,24 @@ class Mirror:
     """What a process shows of its graph in a Zenoh session, and takes in from it."""
 
     def __init__(
-        self, graph: Inspected, session: zenoh.Session, card: RunCard, process: str, history: Mapping[str, int]
+        self,
+        graph: Inspected,
+        session: zenoh.Session,
+        card: RunCard,
+        process: str,
+        history: Mapping[str, int],
+        about: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        """A mirror that shows nothing until `begin`, which the event loop has to call."""
+        """A mirror that shows nothing until `begin`, which the event loop has to call.
+
+        Args:
+            graph: what runs in this process.
+            session: where it is shown.
+            card: what the run says of itself.
+            process: this process's name.
+            history: by final topic name, how many messages are kept for `--last`.
+            about: what else is told of the process, and of others that cannot tell of themselves.
+        """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
         # Who asks is not to wait behind the images of somebody who has stopped reading them.
@@ -64,7 +79,7 @@ class Mirror:
         self._supports = cache(TypeSupport)
         self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
         self._presence = Presence()
-        self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens)
+        self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
         self._zid = str(session.info.zid())
         self._node_ids: dict[str, int] = {}
         self._ids = 0

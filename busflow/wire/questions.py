@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -73,6 +73,7 @@ class Questions:
         supports: Supports,
         history: History,
         elsewhere: Collection[str],
+        about: Callable[[], Mapping[str, Any]],
     ) -> None:
         """The answers about a graph.
 
@@ -83,10 +84,11 @@ class Questions:
             supports: how each message class travels.
             history: what is kept for `--last`.
             elsewhere: the tokens of other processes.
+            about: what else `run` answers: `restarts`, or of the main process `members`, what it knows of the others.
         """
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history = supports, history
-        self._elsewhere = elsewhere
+        self._elsewhere, self._about = elsewhere, about
         self.parameter_log = ParameterLog(graph.clock)
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
@@ -124,6 +126,7 @@ class Questions:
             "elapsed_s": graph.clock.seconds(),
             "nodes": len(graph.units),
             "states": Counter(unit.state.value for unit in graph.units),
+            **self._about(),
         }
 
     def report(self, _arguments: Mapping[str, Any]) -> object:

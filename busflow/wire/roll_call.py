@@ -68,6 +68,13 @@ def _asked(run: FoundRun, patience_s: float) -> PresentRun:
         with closing(Peer(run, patience_s=patience_s)) as peer:
             begun = perf_counter()
             processes = tuple(peer.ask("run"))
-            return PresentRun(run, processes, answered_in_s=perf_counter() - begun)
+            return PresentRun(run, _with_silent_ones(processes), answered_in_s=perf_counter() - begun)
     except InspectionUnavailable as error:
         return PresentRun(run, silence=str(error))
+
+
+def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:
+    """What the processes answer, the main one first, and what that knows of those that do not."""
+    answered = {answer["process"] for answer in answers}
+    silent = [member for answer in answers for member in answer.get("members", ()) if member["process"] not in answered]
+    return (*sorted(answers, key=lambda answer: "members" not in answer), *silent)

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +95,7 @@ class Run:
     """A `busflow run` in a process of its own."""
 
     def __init__(self, folder: Path, runtime: Path, *arguments: str) -> None:
-        self.folder = folder
+        self.folder, self.runtime = folder, runtime
         self.process = subprocess.Popen(
             [
                 sys.executable,
@@ -189,7 +189,9 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
     started: list[Run] = []
     with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as runtime:
 
-        def start(text: str, *arguments: str) -> Run:
+        def start(text: str, *arguments: str, files: Mapping[str, str] = {}) -> Run:
+            for name, content in files.items():
+                (tmp_path / name).write_text(content)
             (tmp_path / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
             started.append(Run(tmp_path, Path(runtime), *arguments))
             return started[-1]

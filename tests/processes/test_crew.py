@@ -5,6 +5,11 @@ import time
 
 import pytest
 
+from busflow.wire.peer import join
+from busflow.wire.roll_call import call_roll
+
+PATIENCE_S = 20.0
+
 THREE = """
 processes:
   left:
@@ -137,3 +142,25 @@ def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
     assert "[side] hello \\x1b[31mred\n" in run.printed
     assert "[side] no end\n" in run.printed
     assert "[side] to the left\n" in run.lines
+
+
+def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch):
+    run = start(STEADY.replace("POLICY", "on-failure"), "-v")
+    run.wait_for("heard enough", times=2)
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    run.kill("left")
+    run.wait_for("begins anew", times=2)
+    (present,) = call_roll(PATIENCE_S)
+    told = {each["process"]: (each["nodes"], each["restarts"]) for each in present.processes}
+    assert told == {"main": (1, 0), "left": (1, 1), "right": (1, 0)}
+    assert next(iter(present.processes))["process"] == "main"
+    with join() as peer:
+        graph = peer.graph()
+        assert {name: node.details["process"] for name, node in graph.nodes.items()} == {
+            "/teller": "left",
+            "/hearer": "right",
+            "/here": "main",
+        }
+        assert {end.node for end in graph.topic("numbers").subscriptions} == {"/hearer", "/here"}
+        asked = peer.call(peer.service("/told"), {}, timeout_s=PATIENCE_S)
+        assert asked["success"]

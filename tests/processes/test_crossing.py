@@ -1,0 +1,57 @@
+"""What cannot go from one process to another is found before anything starts."""
+
+import pytest
+from pydantic import Field
+
+from busflow import Node, client, publisher, subscription
+from busflow.launchfile.placement import Placement
+from busflow.message import Message
+from busflow.msgs.std_msgs import Int64
+from busflow.msgs.std_srvs import Trigger
+from busflow.processes.crossing import crossing_problems
+from busflow.qos import QoS
+from busflow.runner import Graph
+from busflow.supervision import supervised
+
+
+class Plain(Message, package="test"):
+    """Travels as JSON, since ROS has no word for it."""
+
+    words: dict[str, int] = Field(default_factory=dict)
+
+
+class Source(Node):
+    numbers = publisher(Int64, "numbers")
+    plain = publisher(Plain, "plain")
+
+
+class Sink(Node):
+    ask = client(Trigger, "ask")
+
+    @subscription("numbers", qos=QoS(overflow="block"))
+    def hear(self, number: Int64) -> None: ...
+
+    @subscription("plain")
+    def hear_plain(self, plain: Plain) -> None: ...
+
+
+def found(*what, apart):
+    nodes = {"main": ("/source",), "other": ("/sink",)} if apart else {"main": ("/source", "/sink")}
+    return [(each.code, each.message) for each in crossing_problems(Graph(what).plan(), Placement(nodes, {}))]
+
+
+def test_a_queue_that_blocks_cannot_hold_up_a_publisher_elsewhere():
+    ((code, message),) = found(Source, Sink, apart=True)
+    assert code == "cannot-block"
+    assert "Sink.hear receives /numbers with overflow: block, and /source in another process" in message
+
+
+def test_in_one_process_it_can():
+    assert found(Source, Sink, apart=False) == []
+
+
+@pytest.mark.parametrize("apart", [True, False])
+def test_a_node_waits_for_the_start_of_one_in_its_own_process_only(apart):
+    waiting = supervised(Source, depends_on={"sink": "started"})
+    problems = [message for code, message in found(waiting, Sink, apart=apart) if code == "cannot-depend"]
+    assert problems == (["/source depends on /sink, which is in another process"] if apart else [])
