@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack
 from pathlib import Path
 from types import TracebackType
@@ -12,14 +12,13 @@ from typing import Any, Self, TypeVar, cast, overload
 from busflow.bus import Bus
 from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
-from busflow.clock import Clock, SimClock, SystemClock, Time, perf_counter
-from busflow.dependencies import stop_order
+from busflow.clock import Clock, SimClock, SystemClock, Time
 from busflow.dispatcher import Chooser
 from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
 from busflow.failure import Failure
 from busflow.ingredients import What, described, is_simulated, made_by_hand
 from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.preflight import Plan, Preflight
+from busflow.launchfile.preflight import Member, Plan, Preflight
 from busflow.launchfile.problems import tell
 from busflow.log import Log, Sink
 from busflow.message import Message
@@ -33,6 +32,7 @@ from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
 from busflow.text import did_you_mean
+from busflow.units import stop_units, units_of
 from busflow.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -48,6 +48,8 @@ class Graph:
     Use it as `async with launch(...) as graph`, or call `start` and `stop` yourself (in a notebook). A node that
     fails ends the graph, and the `async with` block, with `NodeFailed`.
     """
+
+    _tasks: asyncio.TaskGroup | None = None  # while it lives
 
     exit_code = ExitCode.OK
     _duration_s: float | None = None
@@ -94,10 +96,10 @@ class Graph:
         self.on_finish: Callable[[], None] = self.ask_to_stop
         """What follows when all nodes have ended."""
         self.failures: list[Failure] = []
+        self.strict = strict
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does."""
         self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
-        self._strict = strict
         self._plan: Plan | None = None
         self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
         self._main: asyncio.Task[None] | None = None
@@ -113,7 +115,7 @@ class Graph:
     def plan(self) -> Plan:
         """Build and check the nodes, once, without starting them."""
         if self._plan is None:
-            preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self._strict)
+            preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self.strict)
             self._plan = preflight.plan(self.descriptions, self._nodes)
         return self._plan
 
@@ -135,7 +137,7 @@ class Graph:
         if plan.errors:
             raise LaunchError(plan.errors)
         tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
-        self._make_units(plan)
+        self.units += units_of(plan.members, self._overseer())
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         try:
             for hear in self.on_start:
@@ -158,18 +160,27 @@ class Graph:
             await self.stop()
             await self.wait()
 
-    def _make_units(self, plan: Plan) -> None:
-        overseer = Overseer(
+    async def dismiss(self, names: Collection[str]) -> None:
+        """Stop some of the nodes for good, while the others go on."""
+        leaving = [unit for unit in self.units if unit.name in names]
+        self.units = [unit for unit in self.units if unit not in leaving]
+        await stop_units(leaving, self.clock, self.grace_s)
+
+    def admit(self, members: Sequence[Member]) -> None:
+        """Start nodes beside those that run."""
+        if self._tasks is None or self.ending.is_set():
+            return
+        units = units_of(members, self._overseer(), self.units)
+        self.units += units
+        for unit in units:
+            unit.runtime.connect(self.bus)
+        for unit in units:
+            self._tasks.create_task(unit.live(), name=unit.name)
+
+    def _overseer(self) -> Overseer:
+        return Overseer(
             self._on_failure, self._on_pause, self._on_restart, lambda _unit: self.ask_to_stop(), self._on_end
         )
-        for member in plan.members:
-            unit = Unit(member.node, plugin=member.plugin, overseer=overseer, supervision=member.supervision)
-            self.units.append(unit)
-        by_name = {unit.name: unit for unit in self.units}
-        for unit in self.units:
-            unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
-            for other, condition in unit.needs:
-                other.comes_about(condition)  # which it has to know before its first message
 
     async def wait(self) -> None:
         """Wait until the graph has ended.
@@ -238,11 +249,12 @@ class Graph:
         self.clock.begin()
         try:
             async with asyncio.TaskGroup() as tasks:
+                self._tasks = tasks
                 for unit in self.units:
                     tasks.create_task(unit.live(), name=unit.name)
                 tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
                 await self.ending.wait()
-                await self._stop_units()
+                await stop_units(self.units, self.clock, self.grace_s)
         finally:
             self._duration_s = self.clock.seconds()
 
@@ -256,22 +268,6 @@ class Graph:
         self._ready.set()
         if self.watchdog is not None and not self.ending.is_set():  # opening a device may block, once
             self.watchdog.begin()
-
-    async def _stop_units(self) -> None:
-        """Stop the nodes, the last one first; none is given up before the grace of all has passed."""
-        end = perf_counter() + self.grace_s
-        by_name = {unit.name: unit for unit in self.units}
-        order = stop_order(list(by_name), {unit.name: unit.supervision.depends_on for unit in self.units})
-        for left, unit in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
-            unit.ask_to_stop()
-            # A slow node costs the others the order of stopping, not their own stop().
-            with self.clock.wall_timeout((end - perf_counter()) / left):
-                await unit.ended.wait()
-        for unit in [unit for unit in self.units if not unit.ended.is_set()]:
-            with self.clock.wall_timeout(end - perf_counter()):
-                await unit.ended.wait()
-        for unit in [unit for unit in self.units if not unit.ended.is_set()]:
-            unit.give_up(self.grace_s)
 
     def _on_failure(self, failure: Failure) -> None:
         self.failures.append(failure)
@@ -292,8 +288,8 @@ class Graph:
         for hear in self.on_restart:
             hear(unit)
 
-    def _on_end(self, _unit: Unit) -> None:
-        if self.has_finished:
+    def _on_end(self, unit: Unit) -> None:
+        if unit in self.units and self.has_finished:
             self.on_finish()
 
     @property

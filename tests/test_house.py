@@ -25,6 +25,7 @@ WING_LINES = {
     "parameters": 600,
     "services": 600,
     "supervision": 500,
+    "edits": 200,
     "messages": 980,
     "launch file": 3350,
 }
@@ -41,6 +42,7 @@ WINGS = {
     },
     "services": {"calls", "clients", "servers", "services"},
     "supervision": {"supervision", "supervisor", "backoff", "dependencies", "watchdog"},
+    "edits": {"revision", "watch"},
     "launch file": {"launchfile", "annotation", "validation"},
     "": {"cli", "testing", "msgs", "recording", "wire", "processes"},  # not the core
 }

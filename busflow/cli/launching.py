@@ -47,9 +47,7 @@ class Given:
 
         The variables that it states are in the environment from now on, until the command ends.
         """
-        from busflow.launchfile.load import examine
-
-        description, problems = examine(self.file, assignments=self.assignments, sets=self.sets, profiles=self.profiles)
+        description, problems = self.read()
         if description is not None:
             before = {name: os.environ.get(name) for name in description.environment}
             os.environ.update(description.environment)
@@ -60,6 +58,20 @@ class Given:
         """What says the same again on the command line of another process."""
         stated = [*(f"--set={each}" for each in self.sets), *(f"--profile={each}" for each in self.profiles)]
         return [str(self.file.absolute()), *self.assignments, *stated]
+
+    def read(
+        self, environment: Mapping[str, str] | None = None
+    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+        """What the file describes, in this environment, and everything that is wrong with it."""
+        from busflow.launchfile.load import examine
+
+        return examine(
+            self.file,
+            assignments=self.assignments,
+            sets=self.sets,
+            profiles=self.profiles,
+            environment=environment,
+        )
 
     def plan(self) -> tuple[LaunchDescription, Plan]:
         """What the file describes, and its nodes, built and checked.

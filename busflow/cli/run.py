@@ -19,6 +19,7 @@ Examples:
   busflow run configs/lab1.yaml --for 5s --report run.json
   busflow run configs/lab1.yaml --sim --for 10min --seed 7 --trace run.txt
   busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
+  busflow run configs/lab1.yaml --watch
   busflow run configs/lab1.yaml --help"""
 
 
@@ -46,6 +47,7 @@ Examples:
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
 @click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
 @click.option("--voice", type=int, hidden=True)
+@click.option("--watch", is_flag=True, help="Follow FILE when it is edited: set parameters, start and stop nodes.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
 @click.pass_context
@@ -66,6 +68,7 @@ def run(
     one_process: bool,
     process: str | None,
     voice: int | None,
+    watch: bool,
     verbose: bool,
     show_help: bool,
 ) -> int:
@@ -94,6 +97,7 @@ def run(
         inspect=not no_inspect,
         name=name,
         watchdog_s=watchdog_s,
+        watch=watch,
     )
     return run.go(for_s, report, trace)
 

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from busflow.launchfile.placement import Spread, placed
 from busflow.log import console_sink, json_sink
 from busflow.program import inspectable, run_graph
 from busflow.runner import Graph
+from busflow.watch import Watch
 
 if TYPE_CHECKING:
     from busflow.cli.launching import Given
@@ -42,6 +44,7 @@ class Run:
         inspect: bool = True,
         name: str | None = None,
         watchdog_s: float | None = None,
+        watch: bool = False,
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -59,6 +62,11 @@ class Run:
         # So is one in several processes, which have no time in common but the system's.
         self._placement = placed(description, Spread.ONE if self._simulated else Spread(spread))
         self._crew: Crew | None = None
+        self._watch = watch
+        if watch and self._simulated:
+            raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
+        if watch and self._placement.others:
+            raise click.UsageError("--watch follows runs in one process: add --one-process")
         self._inspect: bool | str = name or True if inspect else False
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
@@ -88,6 +96,8 @@ class Run:
             return nullcontext((self._manned(), new_event_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
+            if self._watch:
+                Watch(graph, self._description, partial(self._given.read, self._outer))
             return nullcontext((inspectable(graph, self._inspect), new_event_loop))
         from busflow.testing.simulation import simulated_graph
 

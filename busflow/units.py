@@ -1,0 +1,41 @@
+"""Units side by side: made of the members of a plan, each with those that it waits for, and stopped in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from busflow.clock import Clock, perf_counter
+from busflow.dependencies import stop_order
+from busflow.supervisor import Overseer, Unit
+
+if TYPE_CHECKING:
+    from busflow.launchfile.preflight import Member
+
+
+def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
+    """A unit for each member; `beside` are others that they may wait for."""
+    units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
+    by_name = {unit.name: unit for unit in (*beside, *units)}
+    for unit in units:
+        unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
+        for other, condition in unit.needs:
+            other.comes_about(condition)  # which it has to know before its first message
+    return units
+
+
+async def stop_units(units: Sequence[Unit], clock: Clock, grace_s: float) -> None:
+    """Stop nodes, the last one first; none is given up before the grace of all has passed."""
+    end = perf_counter() + grace_s
+    by_name = {unit.name: unit for unit in units}
+    order = stop_order(list(by_name), {unit.name: unit.supervision.depends_on for unit in units})
+    for left, unit in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
+        unit.ask_to_stop()
+        # A slow node costs the others the order of stopping, not their own stop().
+        with clock.wall_timeout((end - perf_counter()) / left):
+            await unit.ended.wait()
+    for unit in [unit for unit in units if not unit.ended.is_set()]:
+        with clock.wall_timeout(end - perf_counter()):
+            await unit.ended.wait()
+    for unit in [unit for unit in units if not unit.ended.is_set()]:
+        unit.give_up(grace_s)
