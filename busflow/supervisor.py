@@ -218,8 +218,16 @@ class Unit:
         if condition not in self._come_about:
             self._come_about[condition] = asyncio.Event()
             if condition is Condition.FIRST_MESSAGE:
-                self.runtime.ends.on_first = lambda: self._comes_about(condition)
+                self._hear_of_the_first_message()
         return self._come_about[condition]
+
+    def _hear_of_the_first_message(self) -> None:
+        self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
+        for publisher in self.runtime.publishers:  # of a node that runs already, if a newcomer waits for it
+            if publisher.published:
+                self._comes_about(Condition.FIRST_MESSAGE)
+            publisher.on_first = self.runtime.ends.on_first
+            publisher.adjust()
 
     def _comes_about(self, condition: Condition) -> None:
         self.met.add(condition)

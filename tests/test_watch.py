@@ -176,6 +176,21 @@ async def test_nodes_come_and_go_and_nothing_is_lost_from_the_account(watched):
     assert lab.graph.report().exit_code == 0
 
 
+@virtual_time
+async def test_a_newcomer_waits_for_what_runs_already(watched):
+    file = watched(LAB.replace("${args.value}", "1.0\n      rate_hz: 0"))
+    quiet = file.file.read_text()
+    async with file.lab as lab:
+        newcomer = "  third:\n    plugin: listener\n    depends_on: {talker: first_message}\n"
+        await file.edit(quiet + newcomer)
+        assert file.states()["/third"] == "waiting"
+        lab.set_parameters("talker", rate_hz=10.0)
+        await lab.advance(1)
+        assert file.states()["/third"] == "running"
+        await file.edit(quiet + newcomer + newcomer.replace("third", "fourth"))
+        assert file.states()["/fourth"] == "running"
+
+
 @pytest.mark.parametrize(
     "edited",
     [
