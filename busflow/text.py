@@ -8,6 +8,9 @@ from collections.abc import Iterable
 # terminal show something other than what is there; lone surrogates cannot be encoded at all.
 UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
+_SEPARATOR = re.compile("[/.]")
+"""What stands between the parts of a name: of a topic, a type, a parameter."""
+
 _COMPARED = 500
 """Candidates that `nearest` compares: a hostile file may name ten thousand, at 30 µs each."""
 
@@ -31,11 +34,17 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
 
     >>> nearest("rate_hzz", ["rate_hz", "noise"])
     'rate_hz'
+    >>> nearest("Imu", ["sensor_msgs/msg/Imu", "sensor_msgs/msg/Image"])
+    'sensor_msgs/msg/Imu'
     """
     candidates = sorted(set(words))
     for candidate in candidates:
         if candidate.casefold() == word.casefold():
             return candidate
+    last = word.lstrip("/").casefold()
+    same = [each for each in candidates if _SEPARATOR.split(each)[-1].casefold() == last]
+    if len(same) == 1:  # two would be a guess: who leaves out where a name is can mean either
+        return same[0]
     found = difflib.get_close_matches(word, candidates[:_COMPARED], 1, cutoff=0.6)
     return found[0] if found else None
 

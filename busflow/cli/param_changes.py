@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from threading import Event
@@ -21,12 +22,27 @@ if TYPE_CHECKING:
     from busflow.wire.peer import Peer
 
 _POLL_S = 0.2
+_NEGATIVE = re.compile(r"-\.?(\d|inf)", re.IGNORECASE)
 _PAUSE = Event()
 """Never set: waiting for it is how the watch pauses."""
 _node = click.argument("node", shell_complete=complete_nodes)
 
 
-@click.command("set")
+class _Assigning(click.Command):
+    """A command whose values may be negative numbers, which are no options."""
+
+    ignore_unknown_options = True
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        options = args[: args.index("--")] if "--" in args else args[:]
+        rest = super().parse_args(ctx, args)
+        for each in (ctx.params.get("node"), *ctx.params.get("assignments", ())):
+            if each in options and each.startswith("-") and not _NEGATIVE.match(each):
+                raise click.NoSuchOption(each, ctx=ctx)
+        return rest
+
+
+@click.command("set", cls=_Assigning)
 @_node
 @click.argument(
     "assignments", nargs=-1, required=True, metavar="NAME VALUE [NAME VALUE]...", shell_complete=complete_parameters
@@ -38,7 +54,9 @@ def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool
     A value is written as in a launch file: 0.5, true, imu_link, "[1.0, 2.0]".
     """
     if len(assignments) % 2:
-        raise click.UsageError(f"{printable(assignments[-1])} has no value: write NAME VALUE for each parameter")
+        name, is_joined, value = assignments[-1].partition("=")
+        fix = f"{name} {value}" if is_joined else "NAME VALUE for each parameter"
+        raise click.UsageError(f"{printable(assignments[-1])} has no value: write {printable(fix)}")
     values = {name: _value(text) for name, text in zip(assignments[::2], assignments[1::2], strict=True)}
     with joined(run) as peer:
         return _set(peer, node, values, as_json=as_json)
@@ -114,7 +132,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
 @joins
 def watch(run: str | None, node: str | None, as_json: bool) -> int:
     """Show each change of a parameter of NODE, or of any node, as it is made, until Ctrl-C or the end of the run."""
-    from busflow.wire.run_directory import find_run
+    from busflow.wire.run_directory import runs
 
     with joined(run) as peer:
         if node is not None:
@@ -124,7 +142,8 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
             try:
                 answers = peer.ask("parameter_changes", since=known)
             except InspectionUnavailable:
-                find_run(peer.run.name)  # which is raised at its end; else it does not answer for another reason
+                if all(each.name != peer.run.name for each in runs()):
+                    raise InspectionUnavailable(f"the run {peer.run.name} has ended") from None
                 raise
             for answer in answers:
                 _print_changes(answer, known, node, as_json=as_json)

@@ -332,7 +332,9 @@ def _neighbour(path: Path) -> str | None:
     try:
         if path.exists():
             return None
+        if not path.parent.exists():
+            return _neighbour(path.parent) or f"there is no folder {path.parent}"
         near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
     except (OSError, ValueError):
-        return f"create the folder {path.parent}" if not path.parent.exists() else None
+        return None
     return f"did you mean {near!r}?" if near else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from busflow.errors import KeyPath, LaunchError, Place, Problem
 from busflow.launchfile.document import MAX_DEPTH, parse_value
 from busflow.launchfile.faults import key_origin, problem_at
+from busflow.launchfile.model import NodeKeys
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import did_you_mean
 from busflow.validation import dotted, shown
@@ -67,7 +68,7 @@ def apply(tree: Value, override: Override) -> tuple[Value, Problem | None]:
     path = override.path
     section, *_ = path
     if section not in SETTABLE:
-        return tree, _unknown(override, f"{section} cannot be set", _instead(path))
+        return tree, _unknown(override, f"{section} cannot be set", _instead(tree, path))
     if section == "topics" and len(path) > 1:
         path = ("topics", f"/{str(path[1]).lstrip('/')}", *path[2:])
     if section == "nodes" and len(path) > 1:
@@ -113,8 +114,12 @@ def _with_indices(tree: Value, path: KeyPath) -> KeyPath:
     return tuple(steps)
 
 
-def _instead(path: KeyPath) -> str:
+def _instead(tree: Value, path: KeyPath) -> str:
     first, *rest = path
+    nodes = tree.members.get("nodes")
+    if rest and nodes is not None and _node(str(first), list(nodes.members)) is not None:
+        within = rest if rest[0] in NodeKeys.model_fields else ("parameters", *rest)
+        return f"write {dotted(('nodes', str(first).lstrip('/'), *within))}=…"
     if first == "args" and rest:
         return f"write {rest[0]}:=… without --set"
     return did_you_mean(str(first), SETTABLE)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -46,7 +47,7 @@ nodes:
 
 
 @pytest.fixture
-def launch_file(tmp_path: Path, start_run: Callable[..., object]) -> Path:
+def launch_file(tmp_path: Path, start_run: Callable[..., Any]) -> Path:
     """A run of one node; commands of this process see it."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/sensor.py").write_text(PUBLISHER)
@@ -135,6 +136,42 @@ def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Pat
     assert main(["param", "save", "sensor"]) == 0
     assert "says so already" in capsys.readouterr().out
     assert launch_file.read_text() == text
+
+
+@pytest.mark.usefixtures("launch_file")
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["noise.imu", "-1"], 1, "noise.imu must be at least 0, got -1\n"),
+        (["noise.imu", "-.5e3", "--json"], 1, ""),
+        (["noise.imu", "-.inf"], 1, "noise.imu must be "),
+        (["noise.imu", "--", "-1"], 1, "got -1\n"),
+        (["frame_id", "--", "-link"], 1, "frame_id is read-only"),
+        (["noise.imu", "1", "--jsn"], 2, "there is no option --jsn: did you mean '--json'?"),
+        (["noise.imu", "-x"], 2, "there is no option -x"),
+        (["noise.imu=0.5"], 2, "noise.imu=0.5 has no value: write noise.imu 0.5\n"),
+    ],
+)
+def test_a_negative_number_is_a_value_and_no_option(capsys: Captured, arguments: list[str], code: int, told: str):
+    assert main(["param", "set", "sensor", *arguments]) == code
+    assert told in capsys.readouterr().err
+
+
+def test_a_watch_says_that_its_run_has_ended(tmp_path: Path, start_run: Callable[..., Any]):
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/sensor.py").write_text(PUBLISHER)
+    (tmp_path / "sensors.yaml").write_text(LAUNCH)
+    run = start_run(tmp_path, str(tmp_path / "sensors.yaml"))
+    run.wait_for("works")
+    command = [sys.executable, "-u", "-m", "busflow", "param", "watch", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as watch:
+        for value in range(20, 200):  # until it has joined
+            assert main(["param", "set", "sensor", "rate_hz", str(value)]) == 0
+            if _line(watch):
+                break
+        run.stop()
+        _, err = watch.communicate(timeout=20)
+    assert (watch.returncode, err) == (1, "error: the run sensors has ended\n")
 
 
 @pytest.mark.usefixtures("launch_file")

@@ -274,6 +274,15 @@ def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
     ]
 
 
+@pytest.mark.parametrize(
+    ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
+)
+def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):
+    folder.write(TALKER, "lab/lab1.yaml")
+    _, problems = examine(path, environment={})
+    assert [each.fix for each in problems] == [fix]
+
+
 def test_includes_without_end_are_refused(folder):
     for number in range(MAX_INCLUDE_DEPTH + 5):
         folder.write(f"include: [{number + 1}.yaml, {number + 1}.yaml]\n", f"{number}.yaml")

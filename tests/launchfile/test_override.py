@@ -62,6 +62,8 @@ def test_what_is_not_set_keeps_its_origin(folder):
         ("qos.fast.depth.x=1", 1, "qos.fast.depth is 1; it has no x", "set qos.fast.depth itself"),
         ("topics.imu.qos.depth=1", 1, "topics./imu.qos is text 'fast'; it has no depth", "set topics./imu.qos itself"),
         ("qos.fast.depth=0", 16, "depth must be at least 1, got 0", "allowed: at least 1"),
+        ("talker.rate=1", 1, "talker cannot be set", "write nodes.talker.parameters.rate=…"),
+        ("talker.restart=always", 1, "talker cannot be set", "write nodes.talker.restart=…"),
         ("args.rate=1", 1, "args cannot be set", "write rate:=… without --set"),
         (
             "include=[a]",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from busflow.errors import NoSuchTarget, UnknownType
+from busflow.text import did_you_mean, printable
+from busflow.wire.shipped import shipped_types
 
 if TYPE_CHECKING:
     from busflow.wire.foreign import ForeignType
@@ -21,6 +23,9 @@ def known_type(peer: Peer, name: str) -> ForeignType:
     try:
         return peer.type(full)
     except NoSuchTarget:
+        if "/" not in full:
+            known = shipped_types().messages
+            raise UnknownType(f"no type {printable(full)!r}; {did_you_mean(full, known)}") from None
         return _own(full)
 
 
