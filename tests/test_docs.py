@@ -214,7 +214,12 @@ def test_the_page_on_launch_files_names_every_key():
 def test_the_page_on_the_command_line_names_every_command_and_option():
     page = (PROJECT / "docs/command-line.md").read_text("utf-8")
     assert {name for name in COMMANDS if f"## `busflow {name}`" not in page} == set()
-    options = {option for each in run.params for option in each.opts if option.startswith("-")}
+    options = {
+        option
+        for each in run.params
+        for option in each.opts
+        if option.startswith("-") and not getattr(each, "hidden", False)
+    }
     assert {option for option in options if f"`{option}" not in page} == {"--verbose", "-h"}
 
 

@@ -75,6 +75,9 @@ class Run:
         Raises:
             LaunchError: It cannot run.
         """
+        if self._placement.others:
+            self._refuse(trace is not None, "--trace", "it follows one process")
+            self._refuse(self._inspect is False, "--no-inspect", "the processes of a run look into each other")
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace):
@@ -102,6 +105,11 @@ class Run:
         from busflow.testing.simulation import simulated_graph
 
         return simulated_graph([self._description], **self._options)
+
+    @staticmethod
+    def _refuse(stated: bool, option: str, why: str) -> None:
+        if stated:
+            raise click.BadParameter(f"{why}; add --one-process", param_hint=option)
 
     def _manned(self) -> Graph:
         """The graph of this process, with the other processes of the run."""

@@ -156,7 +156,7 @@ def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch):
     assert next(iter(present.processes))["process"] == "main"
     with join() as peer:
         graph = peer.graph()
-        assert {name: node.details["process"] for name, node in graph.nodes.items()} == {
+        assert {name: node.details.get("process") for name, node in graph.nodes.items() if not node.hidden} == {
             "/teller": "left",
             "/hearer": "right",
             "/here": "main",
@@ -164,3 +164,18 @@ def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch):
         assert {end.node for end in graph.topic("numbers").subscriptions} == {"/hearer", "/here"}
         asked = peer.call(peer.service("/told"), {}, timeout_s=PATIENCE_S)
         assert asked["success"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--trace", "trace.txt"], "--trace: it follows one process; add --one-process"),
+        (["--no-inspect"], "--no-inspect: the processes of a run look into each other; add --one-process"),
+        (["--process", "left"], "--process is how busflow run starts its own processes; leave it out"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_what_cannot_be_asked_of_several_processes_is_refused(start, arguments, told):
+    run = start(THREE, *arguments)
+    assert run.end(None) in {1, 2}
+    assert told in "".join(run.lines)
