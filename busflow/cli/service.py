@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.joining import complete_services, joined, joins, print_answer
+from busflow.cli.launching import duration
 from busflow.cli.lazy import LazyGroup
 from busflow.cli.output import print_columns
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
@@ -30,7 +31,7 @@ Examples:
   busflow service info sensor_publisher/reset
   busflow service call sensor_publisher/reset std_srvs/srv/Trigger
   busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2"""
-_ANSWER_S = 5.0
+_ANSWER = "5s"
 
 service = LazyGroup("service", _VERBS, help="Look at the services of a running graph, and ask them.", epilog=_EXAMPLES)
 _name = click.argument("name", shell_complete=complete_services)
@@ -112,7 +113,13 @@ def info(run: str | None, name: str, as_json: bool) -> int:
 @click.argument("type_name", metavar="TYPE")
 @click.argument("values", default="")
 @click.option(
-    "--timeout", "timeout_s", type=click.FloatRange(0, min_open=True), default=_ANSWER_S, show_default=True, metavar="S"
+    "--timeout",
+    "timeout_s",
+    metavar="DURATION",
+    callback=duration,
+    default=_ANSWER,
+    show_default=True,
+    help="Wait for the answer no longer than this.",
 )
 @joins
 def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> int:

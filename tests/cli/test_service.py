@@ -105,6 +105,9 @@ def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
     [
         ("call lamp/switch std_srvs/SetBool {data:\\ false}", 1, r"ValueError: it stays \x1b[31mon"),
         ("call lamp/never std_srvs/Trigger --timeout 0.2", 1, "did not answer within 0.2 s"),
+        ("call lamp/never std_srvs/Trigger --timeout 200ms", 1, "did not answer within 0.2 s"),
+        ("call lamp/never std_srvs/Trigger --timeout soon", 2, "--timeout"),
+        ("call lamp/never std_srvs/Trigger --timeout 0", 2, "--timeout"),
         ("call nobody std_srvs/Trigger", 1, "nobody answers /nobody"),
         ("call lamp/swich std_srvs/SetBool", 4, "did you mean '/lamp/switch'?"),
         ("call lamp/switch std_srvs/Trigger", 2, "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
