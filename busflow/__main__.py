@@ -1,7 +1,17 @@
-"""`python -m busflow` is the `busflow` command."""
+"""The `busflow` command, and `python -m busflow`."""
 
 import sys
 
-from busflow.cli import main
 
-sys.exit(main())
+def main() -> int:
+    """Answer the command line; returns the exit code."""
+    try:
+        from busflow.cli import main as answer  # whoever presses Ctrl-C while it is imported is not shown a traceback
+
+        return answer()
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -53,7 +53,8 @@ def print_summary(report: Report) -> None:
         )
     if lost := report.inbox_dropped + report.inbox_refused:
         console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
-    click.echo(text.getvalue(), nl=False, color=True)  # rich has decided about colour already
+    lines = (line.rstrip() for line in text.getvalue().splitlines())
+    click.echo("\n".join(lines), color=True)  # rich has decided about colour already
 
 
 def _times(count: int) -> str:

@@ -250,7 +250,7 @@ class Peer:
         """
         payload = service.request.encode(values)
         replies = self.session.get(
-            topic_key(service.name, service.type, service.hash),
+            f"{topic_key(service.name, service.type, service.hash)}?timeout={timeout_s}",
             payload=payload,
             attachment=Attachment(1, 0, bytes(16)).encode(),
             target=zenoh.QueryTarget.ALL_COMPLETE,

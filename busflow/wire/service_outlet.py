@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.errors import BusflowError, ServiceUnavailable
+from busflow.errors import BusflowError, ServiceTimeout, ServiceUnavailable
 from busflow.message import Message, ServiceType
 from busflow.wire.refusal import encode_refusal
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from busflow.wire.sender import Sender
     from busflow.wire.typesupport import TypeSupport
 
+PATIENCE = "timeout"
+"""The parameter of a query that says for how many seconds the answer is waited for."""
 _AT_ONCE = 1000
 """Requests that may be under way at once; the server's own queue is shorter and refuses first."""
 
@@ -70,15 +72,37 @@ class ServiceOutlet:
     async def _serve(self, query: zenoh.Query) -> None:
         try:
             request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
-            payload = self._response.encode(await self._answer(request))
+            payload = self._response.encode(await self._in_time(request, _patience_s(query)))
         except BusflowError as error:
             self._refuse(query, error)
         else:
             attachment = None if query.attachment is None else query.attachment.to_bytes()
             self._sender.hand(self, partial(_reply, query, payload, attachment))
 
+    async def _in_time(self, request: Message, patience_s: float | None) -> Message:
+        """The answer, unless who asks gives up first: then a request that still waits is withdrawn.
+
+        Raises:
+            ServiceError: there is no answer, or none in time.
+        """
+        try:
+            async with asyncio.timeout(patience_s):
+                return await self._answer(request)
+        except TimeoutError as error:
+            if isinstance(error, BusflowError):
+                raise
+            raise ServiceTimeout(f"{self._name} did not answer within {patience_s:g} s") from None
+
     def _refuse(self, query: zenoh.Query, error: BusflowError) -> None:
         self._sender.hand(self, partial(_reply_error, query, encode_refusal(error)))
+
+
+def _patience_s(query: zenoh.Query) -> float | None:
+    """How long the one who asks will wait, where it says so: ROS 2's clients do not."""
+    try:
+        return float(query.parameters.get(PATIENCE) or "")
+    except ValueError:
+        return None
 
 
 def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None:

@@ -101,6 +101,20 @@ def test_a_peer_hears_why_there_is_no_answer():
 
 
 @pytest.mark.usefixtures("room")
+def test_a_request_whose_caller_has_given_up_is_withdrawn_before_it_begins():
+    with join() as peer:
+        never = peer.service("/lamp/never")
+        for _ in range(3):
+            with pytest.raises(ServiceTimeout):
+                peer.call(never, {}, timeout_s=0.2)
+        account = {}
+        end = time.monotonic() + PATIENCE_S
+        while account.get("withdrawn") != 2 and time.monotonic() < end:
+            account = peer.ask("services", names=["/lamp/never"])[0]["/lamp/never"]["servers"][0]
+        assert (account["received"], account["withdrawn"], account["waiting"]) == (3, 2, 1), "one had begun"
+
+
+@pytest.mark.usefixtures("room")
 def test_a_request_that_is_none_is_refused_and_the_next_one_answered():
     with join() as peer:
         switch = peer.service("/lamp/switch")
