@@ -15,7 +15,7 @@ from busflow.cli.output import colour
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.report import NodeReport, Report
+    from busflow.report import NodeReport, ProcessReport, Report
 
 _WIDE = 200
 """Characters of a line where standard output is a file or a pipe: nothing is cut."""
@@ -51,6 +51,13 @@ def print_summary(report: Report) -> None:
             f"\n{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
             f"for {block.longest_s:.2f} s at the longest"
         )
+    for process in report.processes:
+        if process.restarts or process.fates:
+            console.print(f"\n{_fortunes(process)}")
+    for topic in report.topics:
+        if gone := {reason: count for reason, count in topic.losses.items() if count}:
+            reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
+            console.print(f"\n{printable(topic.name)}: not all that came from other processes was received: {reasons}")
     if lost := report.inbox_dropped + report.inbox_refused:
         console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
     lines = (line.rstrip() for line in text.getvalue().splitlines())
@@ -67,6 +74,13 @@ def _lives(node: NodeReport) -> str:
     anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
     last = f"; the last time it {printable(node.last_failure, limit=200)}" if node.last_failure else ""
     return " and ".join(filter(None, [failed, anew])) + last
+
+
+def _fortunes(process: ProcessReport) -> str:
+    """How a process that ended before its time fared."""
+    anew = f" was started anew {_times(process.restarts)}" if process.restarts else ""
+    last = f"; the last time {printable(process.fates[-1], limit=200)}" if process.fates else ""
+    return f"process {printable(process.name)}{anew}{last}" if anew else printable(process.fates[-1])
 
 
 def _topics(report: Report) -> Table:

@@ -101,6 +101,8 @@ class Member:
         self._end: dict[str, Any] = {}
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
+        self._heard_s = 0.0
+        self._is_out_of_sight = False
         self._killed_for = ""
 
     @property
@@ -203,6 +205,7 @@ class Member:
 
     def on_presence(self, *, there: bool) -> None:
         """The others have come to see it, or see it no more: it ends, or hangs."""
+        self._is_out_of_sight = not there
         if there:
             if self.state is MemberState.HANGS:
                 self._log.warning(f"the process {self.name} is heard of again")
@@ -212,7 +215,10 @@ class Member:
             asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
 
     def _look_whether_it_hangs(self, child: Child) -> None:
-        if self.child is not child or self.state is not MemberState.RUNNING or self._stopping.is_set():
+        if self.child is not child or not self._is_out_of_sight or self._stopping.is_set():
+            return
+        if self._company.seconds() - self._heard_s < _SILENT_S:  # it lives: this process stood still, or the link broke
+            asyncio.get_running_loop().call_later(_SILENT_S, self._look_whether_it_hangs, child)
             return
         self.state = MemberState.HANGS
         self._log.error(f"the process {self.name} hangs: it is stopped, or has no time to answer", pid=child.pid)
@@ -223,6 +229,7 @@ class Member:
 
     def on_told(self, told: Mapping[str, Any]) -> None:
         """A line of its voice."""
+        self._heard_s = self._company.seconds()
         if "log" in told:
             with suppress(ValueError):
                 self._company.show_record(record_of(told["log"], self.name))
@@ -237,6 +244,8 @@ class Member:
 
 _DYING_S = 0.2
 """A process that ends is seen to leave before its end is known."""
+_SILENT_S = 1.0
+"""A process that says nothing for so long, though it would twice, does nothing at all."""
 
 
 def _signal_name(number: int) -> str:

@@ -12,7 +12,7 @@ from collections.abc import AsyncGenerator, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
 from busflow.processes.assignment import Assignment
@@ -67,7 +67,7 @@ def work(describe: Callable[[], LaunchDescription], pipe: int | None) -> ExitCod
     except BusflowError as error:
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
-        report = None if graph is None else graph.report().as_json()
+        report = None if graph is None else _figures(graph, voice)
         voice.say(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         voice.close()
     return code
@@ -153,4 +153,10 @@ def _run(graph: Graph, assignment: Assignment, voice: Voice) -> ExitCode:
 async def _tell_how_it_stands(graph: Graph, voice: Voice) -> None:
     while True:
         await graph.clock.sleep(_REPORT_S)
-        voice.say(report=graph.report().as_json())
+        voice.say(report=_figures(graph, voice))
+
+
+def _figures(graph: Graph, voice: Voice) -> Mapping[str, Any]:
+    """The report so far; what the voice could not say is missing in the log."""
+    report = graph.report().as_json()
+    return report | {"log_lines_lost": report["log_lines_lost"] + voice.lost}

@@ -1,0 +1,22 @@
+"""A run whose processes are killed and stopped at random; `python benchmarks/chaos.py` goes on for longer."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+spec = importlib.util.spec_from_file_location("chaos", Path(__file__).parents[2] / "benchmarks/chaos.py")
+chaos = importlib.util.module_from_spec(spec)
+sys.modules["chaos"] = chaos  # where its dataclass looks for its types
+spec.loader.exec_module(chaos)
+
+
+@pytest.mark.e2e
+@pytest.mark.timeout(240)
+def test_a_run_survives_what_happens_to_its_processes(monkeypatch):
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", "")  # which the attack sets; this puts it back
+    outcome = chaos.chaos(seconds=20, seed=3)
+    assert outcome.broken == []
+    assert sum(outcome.faults.values()) >= 3
+    assert outcome.restarts >= 1
