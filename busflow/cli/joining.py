@@ -72,6 +72,15 @@ def line_of(told: Mapping[str, Any]) -> str:
         return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
+def full_type(name: str, kind: str = "msg") -> str:
+    """A type's full name, of which the middle may be left out.
+
+    >>> full_type("std_msgs/String"), full_type("std_srvs/Trigger", "srv"), full_type("std_msgs/msg/String")
+    ('std_msgs/msg/String', 'std_srvs/srv/Trigger', 'std_msgs/msg/String')
+    """
+    return name.replace("/", f"/{kind}/") if name.count("/") == 1 else name
+
+
 # Completion. The shell shows whatever a completer prints, so that it fails in silence.
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_services, joined, joins, print_answer
+from busflow.cli.joining import complete_services, full_type, joined, joins, print_answer
 from busflow.cli.launching import duration
 from busflow.cli.lazy import LazyGroup
 from busflow.cli.output import print_columns
@@ -74,7 +74,7 @@ def type_(run: str | None, name: str, as_json: bool) -> int:
 @joins
 def find(run: str | None, type_name: str, as_json: bool) -> int:
     """List the services whose type is TYPE, such as std_srvs/srv/Trigger."""
-    full = _full_type(type_name)
+    full = full_type(type_name, "srv")
     with joined(run) as peer:
         services = peer.graph().services.values()
     found = [each.name for each in services if full in each.types]
@@ -133,7 +133,7 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
     from busflow.cli.topic.typed_values import TypedValues
 
     with joined(run) as peer:
-        kind = peer.service(_asked(peer, name, _full_type(type_name)).name)
+        kind = peer.service(_asked(peer, name, full_type(type_name, "srv")).name)
         shape = shape_of(kind.request)
         request = TypedValues(values, kind.request, shape).at(0)
         if not as_json:
@@ -158,11 +158,6 @@ def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
     if not found.publishers:
         raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
     return found
-
-
-def _full_type(name: str) -> str:
-    """`std_srvs/Trigger` is short for `std_srvs/srv/Trigger`."""
-    return name.replace("/", "/srv/") if name.count("/") == 1 else name
 
 
 def _counts(account: dict[str, Any]) -> list[str]:

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -21,6 +22,7 @@ import zenoh
 
 from busflow.errors import BusflowError
 from busflow.text import did_you_mean, printable
+from busflow.wire.refusal import encode_refusal
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -79,22 +81,22 @@ class Answers:
         self._room.release()
         # The reply leaves through the sender: a link whose reader has stopped would hold up the loop.
         name = str(query.key_expr).rpartition("/")[2]
-        messages, text = self._told(name, query)
-        size = len(text) + sum(len(payload) for payload, _ in messages)
-        self._sender.hand(self, partial(_reply, query, self._key + name, messages, text), size)
+        messages, told = self._told(name, query)
+        size = len(told) + sum(len(payload) for payload, _ in messages)
+        self._sender.hand(self, partial(_reply, query, self._key + name, messages, told), size)
 
-    def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], str]:
+    def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
         try:
             found = self._question(name)(_arguments(query))
             answer = found if isinstance(found, WithMessages) else WithMessages(found, ())
-            return answer.messages, json.dumps({"answer": answer.answer}, default=str)
+            return answer.messages, json.dumps({"answer": answer.answer}, default=str).encode()
         except KeyError as error:
-            return (), _refusal(ValueError(f"{name} needs the argument {error}"))
+            return (), encode_refusal(ValueError(f"{name} needs the argument {error}"))
         except (BusflowError, ValueError, LookupError, TypeError, ArithmeticError, RecursionError) as error:
-            return (), _refusal(error)
+            return (), encode_refusal(error)
         except Exception as error:  # noqa: BLE001  # who asks must not end a run, and both sides are told
             self._log.error(f"the question {printable(name)} was not answered", exc_info=error)
-            return (), _refusal(error)
+            return (), encode_refusal(error)
 
     def _question(self, name: str) -> Question:
         found = self._questions.get(name)
@@ -115,16 +117,19 @@ def _arguments(query: zenoh.Query) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", found)
 
 
-def _refusal(error: Exception) -> str:
-    return json.dumps({"error": str(error), "kind": type(error).__name__})
-
-
-def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], text: str) -> None:
-    try:
+def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], told: bytes) -> None:
+    with replying(query):
         for payload, attachment in messages:
             query.reply(key, payload, attachment=attachment)
-        query.reply(key, text.encode())
+        query.reply(key, told)
+
+
+@contextmanager
+def replying(query: zenoh.Query) -> Generator[None]:
+    """Reply to a query inside, and it is over; who asked may have gone."""
+    try:
+        yield
     except zenoh.ZError:
-        pass  # who asked has gone
+        pass
     finally:
         query.drop()

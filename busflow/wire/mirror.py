@@ -42,7 +42,6 @@ from busflow.wire.typesupport import TypeSupport
 if TYPE_CHECKING:
     from busflow.bus import Attached
     from busflow.bus import End as AnyEnd
-    from busflow.endpoint import Endpoint
     from busflow.wire.run_directory import RunCard
 
 End = Publisher[Any] | Subscription[Any]
@@ -92,7 +91,7 @@ class Mirror:
             session=session,
             sender=self._replier,
             log=self._log,
-            identify=self._identify,
+            make_token=self._token,
             on_loop=self._on_loop,
         )
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -192,8 +191,7 @@ class Mirror:
             return
         former = _predecessor(end, self._subscriptions, topic.subscriptions)
         if former is None:
-            token = self._token(end.endpoint, self._supports(end.type), Kind.SUBSCRIPTION)
-            self._subscriptions[end] = self._session.liveliness().declare_token(str(token))
+            self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
         else:
             self._subscriptions[end] = self._subscriptions.pop(former)
         self._neighbours.serve(end)
@@ -213,11 +211,10 @@ class Mirror:
         self._presence.tell()
 
     def _outlet(self, publisher: Publisher[Any]) -> Outlet:
-        support = self._supports(publisher.type)
         return Outlet(
             publisher,
-            support,
-            self._token(publisher.endpoint, support, Kind.PUBLISHER),
+            self._supports(publisher.type),
+            self._token_of(publisher),
             session=self._session,
             sender=self._sender,
             clock=self._graph.clock,
@@ -226,27 +223,28 @@ class Mirror:
             on_open=self._presence.tell,
         )
 
-    def _token(self, endpoint: Endpoint, support: TypeSupport, kind: Kind) -> Token:
-        session, node_id, entity_id = self._identify(endpoint.node)
-        namespace, node = split_name(endpoint.node)
-        return Token(
-            session=session,
-            node_id=node_id,
-            entity_id=entity_id,
-            kind=kind,
-            namespace=namespace,
-            node=node,
-            topic=endpoint.topic,
-            type=support.name,
-            hash=support.type_hash,
-            qos=to_text(endpoint.qos),
-        )
-
-    def _identify(self, node: str) -> tuple[str, int, int]:
-        """The session, a node's number, and a new number for one of its ends."""
+    def _token(self, kind: Kind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
+        """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""
         node_id = self._node_id(node)
         self._ids += 1
-        return self._zid, node_id, self._ids
+        namespace, short = split_name(node)
+        return Token(
+            session=self._zid,
+            node_id=node_id,
+            entity_id=self._ids,
+            kind=kind,
+            namespace=namespace,
+            node=short,
+            topic=name,
+            type=support.name,
+            hash=support.type_hash,
+            qos=qos,
+        )
+
+    def _token_of(self, end: End) -> Token:
+        kind = Kind.PUBLISHER if isinstance(end, Publisher) else Kind.SUBSCRIPTION
+        endpoint = end.endpoint
+        return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
 
     def _node_id(self, name: str) -> int:
         """The number of a node in its tokens; the first time declares the node."""

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from typing import TypeVar
 
 from busflow import errors
-from busflow.errors import BusflowError, ServiceError, ServiceFailed, ServiceGone
+from busflow.errors import BusflowError, NoSuchTarget, ServiceError, ServiceFailed, ServiceGone
+
+E = TypeVar("E", bound=BusflowError)
 
 
 def encode_refusal(error: Exception) -> bytes:
@@ -20,15 +23,15 @@ def service_refusal(service: str, node: str, told: bytes) -> ServiceError:
         kind, text = str(said["kind"]), str(said["error"])
     except (ValueError, KeyError, TypeError):
         return ServiceGone(f"{service}: {node} did not answer")
-    found = getattr(errors, kind, None)
-    if isinstance(found, type) and issubclass(found, ServiceError):
-        return found(text)
-    return ServiceFailed(text)
+    return _of_kind(kind, ServiceError, ServiceFailed)(text)
 
 
 def refusal(kind: str, text: str) -> BusflowError:
     """The error of a kind that a run may answer a question with; another kind becomes a plain BusflowError."""
+    return _of_kind(kind, NoSuchTarget, BusflowError)(text)
+
+
+def _of_kind(kind: str, family: type[E], otherwise: type[E]) -> type[E]:
+    """The class of this name, where it is one of a family that others may make us raise."""
     found = getattr(errors, kind, None)
-    if isinstance(found, type) and issubclass(found, errors.NoSuchTarget):
-        return found(text)
-    return BusflowError(text)
+    return found if isinstance(found, type) and issubclass(found, family) else otherwise

@@ -16,7 +16,7 @@ from busflow.errors import BusflowError
 from busflow.message import ServiceType
 from busflow.parameter_store import ParameterStore
 from busflow.servers import Server
-from busflow.wire.keys import Kind, Token, split_name, topic_key
+from busflow.wire.keys import Kind, Token, topic_key
 from busflow.wire.parameter_services import ParameterServices
 from busflow.wire.service_inlet import RemoteServer
 from busflow.wire.service_outlet import ServiceOutlet
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
 CALLER = "another process"
 """Who asks, for a server's log."""
-Identify = Callable[[str], tuple[str, int, int]]
-"""By a node's full name: the session, the node's number, and a new number for one of its ends."""
+MakeToken = Callable[[Kind, str, str, "TypeSupport", str], Token]
+"""Of what kind, of which node, of which service, of what type and QoS: a token with a number of its own."""
 
 
 class ServiceMirror:
@@ -47,11 +47,11 @@ class ServiceMirror:
         session: zenoh.Session,
         sender: Sender,
         log: FilteringBoundLogger,
-        identify: Identify,
+        make_token: MakeToken,
         on_loop: Callable[..., None],
     ) -> None:
         self._bus, self._supports, self._session, self._sender = bus, supports, session, sender
-        self._log, self._identify, self._on_loop = log, identify, on_loop
+        self._log, self._make_token, self._on_loop = log, make_token, on_loop
         self._shown: dict[Shown, list[zenoh.LivelinessToken]] = {}
         self._gids: dict[str, bytes] = {}
         self._outlets: dict[Shown, list[ServiceOutlet]] = {}
@@ -67,7 +67,7 @@ class ServiceMirror:
         """Show an end of a service; a client is given the server that another process has."""
         kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT
         name = end.endpoint.service
-        token = self._token(kind, end.endpoint.node, name, end.type)
+        token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
         self._shown[end] = [self._session.liveliness().declare_token(str(token))]
         service = self._bus.services[name]
         if isinstance(end, Server):
@@ -83,7 +83,7 @@ class ServiceMirror:
             self._hide(former)
         self._shown[store], self._outlets[store] = [], []
         for name, service_type, answer in ParameterServices(store).all():
-            token = self._token(Kind.SERVICE, store.node, name, service_type)
+            token = self._make_token(Kind.SERVICE, store.node, name, self._supports(service_type), _QOS)
             self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
 
@@ -152,12 +152,6 @@ class ServiceMirror:
             sender=self._sender,
             on_loop=self._on_loop,
         )
-
-    def _token(self, kind: Kind, node: str, service: str, service_type: type[ServiceType]) -> Token:
-        support = self._supports(service_type)
-        session, node_id, entity_id = self._identify(node)
-        namespace, name = split_name(node)
-        return Token(session, node_id, entity_id, kind, namespace, name, service, support.name, support.type_hash, _QOS)
 
     def _key(self, service: str, service_type: type[ServiceType]) -> str:
         support = self._supports(service_type)

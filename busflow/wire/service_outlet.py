@@ -18,6 +18,7 @@ import zenoh
 
 from busflow.errors import BusflowError, ServiceTimeout, ServiceUnavailable
 from busflow.message import Message, ServiceType
+from busflow.wire.answers import replying
 from busflow.wire.refusal import encode_refusal
 
 if TYPE_CHECKING:
@@ -106,18 +107,10 @@ def _patience_s(query: zenoh.Query) -> float | None:
 
 
 def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None:
-    try:
+    with replying(query):
         query.reply(query.key_expr, payload, attachment=attachment)
-    except zenoh.ZError:
-        pass  # who asked has gone
-    finally:
-        query.drop()
 
 
 def _reply_error(query: zenoh.Query, told: bytes) -> None:
-    try:
+    with replying(query):
         query.reply_err(told)
-    except zenoh.ZError:
-        pass  # who asked has gone
-    finally:
-        query.drop()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.cli.joining import full_type
 from busflow.cli.output import tell
 from busflow.cli.topic.known_type import known_type
 from busflow.cli.topic.paths import Absent
@@ -122,7 +123,7 @@ def agreed_type(topic: TopicView, wanted: str | None) -> str:
     Raises:
         InvalidInput: They do not.
     """
-    full = wanted.replace("/", "/msg/") if wanted and wanted.count("/") == 1 else wanted
+    full = full_type(wanted) if wanted else wanted
     if full in topic.types:
         return full
     if full is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from busflow.cli.joining import full_type
 from busflow.errors import NoSuchTarget, UnknownType
 from busflow.text import did_you_mean, printable
 from busflow.wire.shipped import shipped_types
@@ -19,7 +20,7 @@ def known_type(peer: Peer, name: str) -> ForeignType:
     Raises:
         UnknownType: The run does not use it and busflow does not bring it.
     """
-    full = name.replace("/", "/msg/") if name.count("/") == 1 else name
+    full = full_type(name)
     try:
         return peer.type(full)
     except NoSuchTarget:

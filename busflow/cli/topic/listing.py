@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_topics, complete_types, joined, joins, print_answer
+from busflow.cli.joining import complete_topics, complete_types, full_type, joined, joins, print_answer
 from busflow.cli.output import tell
 from busflow.errors import NoSuchTarget
 from busflow.text import did_you_mean, printable
@@ -70,7 +70,7 @@ def type_(run: str | None, name: str, as_json: bool) -> int:
 @joins
 def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -> int:
     """List the topics whose type is TYPE, such as sensor_msgs/msg/Imu."""
-    full = name if name.count("/") != 1 else name.replace("/", "/msg/")
+    full = full_type(name)
     with joined(run) as peer:
         topics = _shown(peer.graph(), hidden=hidden)
     found = [each.name for each in topics if full in each.types]
