@@ -1,13 +1,13 @@
 """Small launch files with two nodes each: one in a folder of its own, and one that runs while commands look at it."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -267,22 +267,31 @@ class Place:
         monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(self.path))
 
 
+@contextmanager
+def standing(
+    folder: Path, name: str, launch_file: str, plugins: Mapping[str, str], *options: str
+) -> Iterator[tuple[Place, LiveRun]]:
+    """A run of a launch file and its plugins, alone in a place of its own, for as long as the block lasts."""
+    (folder / "plugins").mkdir()
+    for plugin, source in plugins.items():
+        (folder / f"plugins/{plugin}.py").write_text(source)
+    (folder / f"{name}.yaml").write_text(launch_file)
+    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+        place = Place(Path(path))
+        run = place.run(folder, f"{name}.yaml", *options)
+        try:
+            yield place, run
+        finally:
+            run.stop()
+
+
 @pytest.fixture(scope="session")
 def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""
-    folder = tmp_path_factory.mktemp("imu_lab")
-    (folder / "plugins").mkdir()
-    (folder / "plugins/imu_publisher.py").write_text(IMU_PUBLISHER)
-    (folder / "plugins/processor.py").write_text(PROCESSOR)
-    (folder / "imu_lab.yaml").write_text(IMU_LAB)
-    place = Place(Path(tempfile.mkdtemp(prefix="busflow-")))
-    run = place.run(folder, "imu_lab.yaml", "-v")
-    try:
+    plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
+    with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, "-v") as (place, run):
         run.wait_for("works")
         yield place
-    finally:
-        run.stop()
-        shutil.rmtree(place.path)
 
 
 @pytest.fixture
@@ -295,18 +304,9 @@ def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
 @pytest.fixture(scope="session")
 def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Where the run with the odd topics runs, alone, for as long as the tests do."""
-    folder = tmp_path_factory.mktemp("odd_lab")
-    (folder / "plugins").mkdir()
-    (folder / "plugins/odds.py").write_text(ODDS)
-    (folder / "odd_lab.yaml").write_text(ODD_LAB)
-    place = Place(Path(tempfile.mkdtemp(prefix="busflow-")))
-    run = place.run(folder, "odd_lab.yaml")
-    try:
+    with standing(tmp_path_factory.mktemp("odd_lab"), "odd_lab", ODD_LAB, {"odds": ODDS}) as (place, run):
         run.wait_for("ready")
         yield place
-    finally:
-        run.stop()
-        shutil.rmtree(place.path)
 
 
 @pytest.fixture

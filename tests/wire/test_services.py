@@ -2,11 +2,7 @@
 
 import asyncio
 import os
-import subprocess
-import sys
-import tempfile
 import time
-from pathlib import Path
 
 import pytest
 
@@ -52,30 +48,9 @@ class Hand(Node):
     never = client(Trigger, "lamp/never")
 
 
-class Room:
-    """A run in a process of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        (folder / "plugins").mkdir()
-        (folder / "plugins/lamp.py").write_text(SERVER)
-        (folder / "room.yaml").write_text("name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n")
-        command = [sys.executable, "-m", "busflow", "run", str(folder / "room.yaml")]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, env=os.environ)
-        assert b"ready" in self.process.stderr.readline()
-
-    def kill(self) -> None:
-        self.process.kill()
-        self.process.wait(PATIENCE_S)
-        self.process.stderr.close()
-
-
 @pytest.fixture
-def room(tmp_path, monkeypatch):
-    with tempfile.TemporaryDirectory(prefix="busflow-") as place:  # pytest's own are too long for a socket
-        monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", place)
-        found = Room(tmp_path)
-        yield found
-        found.kill()
+def room(robots):
+    return robots(SERVER, "room").ready()
 
 
 @pytest.mark.usefixtures("room")
