@@ -1,13 +1,20 @@
 """Kills and stops the processes of a run at random, to see whether it survives: `python benchmarks/chaos.py`.
 
-Three processes are attacked; each publishes 100 numbers a second to all others. Two more, which nobody attacks, do the
-same between themselves. The seed decides who is hit when, by what. What has to hold, whatever happens:
+Three processes are attacked; each publishes 100 numbers a second to all others, asks their services, and has a
+parameter set again and again. Two more, which nobody attacks, do the same between themselves. The seed decides who is
+hit when, by what. What has to hold, whatever happens:
 
 - the steady pair loses nothing (I1), and no one sees a number twice, or before an earlier one of the same life (I2);
-- every line of the ledger balances (I3);
-- within five seconds of the last fault every process answers again (I11);
+- every line of the ledger balances (I3), and no queue is ever longer than its depth (I4);
+- within five seconds of the last fault every process answers again (I11), with the parameters it was told last;
 - afterwards the main process has the descriptors and threads it began with (I6), and once the run has ended no process,
-  socket or directory of it is left (I5).
+  socket or directory of it is left (I5);
+- the end of a process is told once, and the log stays readable (I7);
+- every call ends in an answer or an error within its time, and those of the steady pair in an answer (I8);
+- no process starts anew more often than its limit allows, and one that ran calmly for long pauses as at first (I9);
+- a seed stands for one sequence of faults (I12; `schedule` is a function of it alone).
+
+I10 does not apply: a recording follows one process.
 """
 
 from __future__ import annotations
@@ -25,7 +32,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,13 +40,26 @@ from typing import Any
 VICTIMS = ("left", "middle", "right")
 PATIENCE_S = 60.0
 RECOVERY_S = 5.0
+MOST, WINDOW_S, FIRST_S, LONGEST_S = 30, 10.0, 0.05, 0.5
+RESTART = f"{{policy: always, max: {MOST}, window: {WINDOW_S}s, backoff: [{FIRST_S}s, {LONGEST_S}s]}}"
+STOPPED_S, LATE_S = 4.0, 2.0
+"""How long a process may be stopped, and a call with a limit of one second take on a busy machine."""
+UNSURE_S = 0.5
+"""How much later than it happened a line of the log may be written."""
+LINES_PER_S = 100.0
 PLUGIN = '''
-from busflow import Node, Parameters, QoS, timer
+import asyncio
+
+from busflow import Node, Parameters, QoS, ServiceError, service, timer
 from busflow.msgs.std_msgs import Int64MultiArray
+from busflow.msgs.std_srvs import Trigger
+
+LIMIT_S = 1.0
 
 
 class BeaterParameters(Parameters):
     hears: list[str] = []
+    mark: int = 0
 
 
 class Beater(Node):
@@ -53,6 +73,7 @@ class Beater(Node):
             self.create_subscription(
                 Int64MultiArray, f"{name}/beats", lambda beat, name=name: self.hear(name, beat), qos=QoS(depth=500)
             )
+        self.others = [self.create_client(Trigger, f"{name}/ask") for name in self.parameters.hears]
 
     async def start(self) -> None:
         self.life, self.number, self.last = self.clock.now().nanoseconds, 0, {}
@@ -61,6 +82,22 @@ class Beater(Node):
     def beat(self) -> None:
         self.number += 1
         self.beats.publish(Int64MultiArray(data=[self.life, self.number]))
+
+    @service(Trigger, "~/ask")
+    def answer(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+    async def run(self) -> None:
+        while True:
+            await asyncio.sleep(0.05)
+            for other in self.others:
+                begun = self.clock.seconds()
+                try:
+                    await other.call(timeout=LIMIT_S)
+                except ServiceError:
+                    pass
+                if (took := self.clock.seconds() - begun) > 2 * LIMIT_S:
+                    self.log.error("late answer", service=other.service, took=took)
 
     def hear(self, name: str, beat: Int64MultiArray) -> None:
         life, number = beat.data.tolist()
@@ -83,6 +120,12 @@ class Outcome:
     received: int = 0
     lost: int = 0
     dropped: int = 0
+    called: int = 0
+    unanswered: int = 0
+    marks: int = 0
+    """Parameters that were set."""
+    hang_seen_s: float = 0.0
+    """The longest time from a process's being stopped to its being told of."""
     stop_s: float = 0.0
     broken: list[str] = field(default_factory=list[str])
     """The invariants that did not hold."""
@@ -103,7 +146,9 @@ class Run:
             text=True,
         )
         self.pids: dict[str, int] = {}
-        self.out_of_order: list[dict[str, Any]] = []
+        self.lines: list[dict[str, Any]] = []
+        self.stopped_at: dict[str, float] = {}
+        self.hang_seen_s = 0.0
         self.told: list[str] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -119,10 +164,16 @@ class Run:
             self.told.append(text)
             return
         line = json.loads(text)
+        self.lines.append(line)
+        process = line["event"].removeprefix("the process ").partition(" ")[0]
         if line["event"].endswith("is started"):
-            self.pids[line["event"].split()[2]] = line["pid"]
-        elif line["event"] == "out of order":
-            self.out_of_order.append(line)
+            self.pids[process] = line["pid"]
+        elif " hangs: " in line["event"] and process in self.stopped_at:
+            self.hang_seen_s = max(self.hang_seen_s, time.perf_counter() - self.stopped_at[process])
+
+    def those(self, *texts: str) -> list[dict[str, Any]]:
+        """The lines of the log in whose event all these words are."""
+        return [line for line in self.lines if all(text in line["event"] for text in texts)]
 
     def hit(self, process: str, number: int) -> bool:
         """Send a signal to a process; False when there is none just now."""
@@ -150,7 +201,7 @@ class Run:
 def launch_file() -> str:
     """The run: a process for each beater, the main one with a beater of its own."""
     lines = ["name: chaos", "plugins: [plugins]", "processes:"]
-    lines += [f"  {name}:\n    restart: {{policy: always, max: 10000, backoff: [50ms, 500ms]}}" for name in VICTIMS]
+    lines += [f"  {name}:\n    restart: {RESTART}" for name in VICTIMS]
     lines += ["  calm:", "  steady:", "nodes:"]
     everybody = ("main", *VICTIMS)
     for name in everybody:
@@ -198,25 +249,96 @@ def all_answer(within_s: float) -> float | None:
     return None
 
 
+Fault = tuple[float, str, str, float]
+"""The pause before it, who is hit, by which signal, and how long one that is stopped stays so."""
+
+
+def schedule(seed: int) -> Iterator[Fault]:
+    """The faults of a seed, one after the other."""
+    chance = random.Random(seed)  # it has to be the same every time
+    while True:
+        fault = chance.choice(["SIGKILL", "SIGKILL", "SIGSTOP", "SIGTERM", "SIGSEGV"])
+        yield chance.uniform(0.2, 1.5), chance.choice(VICTIMS), fault, chance.uniform(0.1, STOPPED_S)
+
+
 def attack(run: Run, outcome: Outcome, seconds: float) -> None:
     """Hit processes at random for a time; what is stopped goes on in the end."""
-    chance = random.Random(outcome.seed)
     digest = hashlib.sha256()
     end = time.perf_counter() + seconds
-    while time.perf_counter() < end:
-        time.sleep(chance.uniform(0.2, 1.5))
-        process, fault = chance.choice(VICTIMS), chance.choice(["SIGKILL", "SIGKILL", "SIGSTOP", "SIGTERM", "SIGSEGV"])
-        pause_s = chance.uniform(0.1, 4.0)
-        digest.update(f"{process} {fault} {pause_s:.3f};".encode())
+    for pause_s, process, fault, stopped_s in schedule(outcome.seed):
+        if time.perf_counter() > end:
+            break
+        time.sleep(pause_s)
+        digest.update(f"{process} {fault} {stopped_s:.3f};".encode())
+        if fault == "SIGSTOP":
+            run.stopped_at[process] = time.perf_counter()
         if not run.hit(process, signal.Signals[fault]):
             continue
         outcome.faults[fault] += 1
         if fault == "SIGSTOP":
             stopped = run.pids[process]
-            time.sleep(pause_s)
+            time.sleep(stopped_s)
             if run.pids[process] == stopped:
                 run.hit(process, signal.SIGCONT)
     outcome.schedule = digest.hexdigest()[:12]
+
+
+class Meddler:
+    """Sets parameters all the time, and looks into queues."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        self._outcome, self._over = outcome, threading.Event()
+        self.possible: dict[str, set[int]] = {f"/beater_{name}": {0} for name in (*VICTIMS, "calm")}
+        """What each node's mark may be: what was set last, and what was asked for without an answer since."""
+        self._thread = threading.Thread(target=self._meddle, daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """Leave the run alone."""
+        self._over.set()
+        self._thread.join(PATIENCE_S)
+
+    def _meddle(self) -> None:
+        from busflow.wire.peer import join
+
+        mark = 0
+        with join(patience_s=1.0) as peer:
+            while not self._over.wait(0.3):
+                mark += 1
+                for node, possible in self.possible.items():
+                    self._set(peer, node, mark, possible)
+                self._look(peer)
+
+    def _set(self, peer: Any, node: str, mark: int, possible: set[int]) -> None:
+        from busflow.errors import BusflowError
+
+        possible.add(mark)
+        with suppress(BusflowError):  # it is dead, or between two lives
+            (answer,) = peer.ask("set_parameters", node=node, values={"mark": mark})
+            if [change["new"] for change in answer["changed"]] == [mark]:
+                possible.intersection_update({mark})
+                self._outcome.marks += 1
+
+    def _look(self, peer: Any) -> None:
+        from busflow.errors import BusflowError
+
+        with suppress(BusflowError):
+            for report in peer.ask("report"):
+                for topic in report["topics"]:
+                    for line in topic["subscriptions"]:
+                        if line["queued"] > line["depth"]:
+                            self._outcome.broken.append(f"I4: {line['node']} has {line['queued']} of {topic['name']}")
+
+    def check(self) -> None:
+        """Whether every node has what it was told last, however often its process died since."""
+        from busflow.wire.peer import join
+
+        with join(patience_s=RECOVERY_S) as peer:
+            told = {node: values for answer in peer.ask("parameters") for node, values in answer.items()}
+        for node, possible in self.possible.items():
+            (mark,) = [each["value"] for each in told[node] if each["name"] == "mark"]
+            if mark not in possible:
+                self._outcome.broken.append(f"parameters: the mark of {node} is {mark}, and was set to {possible}")
 
 
 def judge(run: Run, folder: Path, outcome: Outcome) -> None:
@@ -237,8 +359,62 @@ def judge(run: Run, folder: Path, outcome: Outcome) -> None:
                 outcome.broken.append(
                     f"I1: {topic['name']}: {topic['published']} published, {line['delivered']} delivered"
                 )
-    if run.out_of_order:
-        outcome.broken.append(f"I2: {len(run.out_of_order)} out of order, first {run.out_of_order[0]}")
+    if found := run.those("out of order"):
+        outcome.broken.append(f"I2: {len(found)} out of order, first {found[0]}")
+    judge_log(run, report, outcome)
+    judge_calls(run, report, outcome)
+    judge_restarts(run, outcome)
+
+
+def judge_log(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
+    """Whether what went wrong is told, once, and not drowned."""
+    fates = sum(len(each["fates"]) for each in report["processes"])
+    told = run.those("the process", "was ended by") + run.those("the process", "ended with exit code")
+    if len(told) != fates:
+        outcome.broken.append(f"I7: {fates} processes died, and {len(told)} deaths are told")
+    if len(run.lines) > LINES_PER_S * max(report["duration_s"], 1.0):
+        outcome.broken.append(f"I7: {len(run.lines)} lines in {report['duration_s']:.0f} s")
+
+
+def judge_calls(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
+    """Whether every call has ended, in time."""
+    for service in report["services"]:
+        for line in service["clients"]:
+            outcome.called += line["called"]
+            outcome.unanswered += line["called"] - line["answered"]
+            if line["called"] != line["answered"] + line["failed"] + line["cancelled"] + line["waiting"]:
+                outcome.broken.append(f"I8: the calls of {line['node']} to {service['name']} do not add up")
+            steady = {"/beater_calm", "/beater_steady"}
+            if line["node"] in steady and line["called"] - line["answered"] > 1:  # one may be on its way at the end
+                outcome.broken.append(f"I8: {line['node']} called {line['called']}, answered {line['answered']}")
+    # One that was stopped itself has waited meanwhile, by the time of the machine.
+    allowed_s = dict.fromkeys([f"/beater_{name}" for name in VICTIMS], LATE_S + STOPPED_S)
+    if found := [line for line in run.those("late answer") if line["took"] > allowed_s.get(line["node"], LATE_S)]:
+        outcome.broken.append(f"I8: {len(found)} answers came late, first {found[0]}")
+
+
+def judge_restarts(run: Run, outcome: Outcome) -> None:
+    """Whether the limit of restarts and their pauses are what was asked for."""
+    for name in VICTIMS:
+        moments: list[float] = []
+        runs_since: float | None = None
+        row = 0
+        for line in run.those(f"the process {name} "):
+            moment, event = line["stamp_ns"] / 1e9, line["event"]
+            if event.endswith(" runs"):
+                runs_since = moment
+            elif "starts anew in" in event:
+                lived_s, runs_since = 0.0 if runs_since is None else moment - runs_since, None
+                row = 0 if lived_s >= WINDOW_S else row
+                pause_s, expected_s = float(event.split()[-2]), min(LONGEST_S, FIRST_S * 2**row)
+                if pause_s != expected_s and abs(lived_s - WINDOW_S) > UNSURE_S:
+                    outcome.broken.append(
+                        f"I9: {name} paused for {pause_s:g} s, not {expected_s:g}, having lived {lived_s:.1f} s"
+                    )
+                row = 1 if pause_s == FIRST_S else row + 1
+                moments.append(moment)
+        if any(last - first < WINDOW_S for first, last in zip(moments, moments[MOST:], strict=False)):
+            outcome.broken.append(f"I9: {name} started anew more than {MOST} times within {WINDOW_S:g} s")
 
 
 def chaos(seconds: float, seed: int) -> Outcome:
@@ -249,11 +425,16 @@ def chaos(seconds: float, seed: int) -> Outcome:
             outcome.broken.append(f"it did not start: {''.join(run.told)}")
             return outcome
         before = run.resources()
+        meddler = Meddler(outcome)
         attack(run, outcome, seconds)
+        meddler.end()
         recovery_s = all_answer(PATIENCE_S)
         if recovery_s is None or recovery_s > RECOVERY_S:
             outcome.broken.append(f"I11: not everything ran again within {RECOVERY_S:g} s, but after {recovery_s} s")
         outcome.recovery_s = recovery_s or PATIENCE_S
+        outcome.hang_seen_s = run.hang_seen_s
+        if recovery_s is not None:
+            meddler.check()
         after = run.resources()
         if after[0] > before[0] + 2 or after[1] > before[1] + 2:
             outcome.broken.append(f"I6: descriptors and threads were {before}, and are {after}")
@@ -276,6 +457,8 @@ def main() -> int:
     outcome = chaos(given.seconds, given.seed)
     print(f"seed {outcome.seed}, schedule {outcome.schedule}: {dict(outcome.faults)}, {outcome.restarts} restarts")
     print(f"{outcome.published} published; {outcome.received} received, {outcome.lost} lost, {outcome.dropped} dropped")
+    print(f"{outcome.called} calls, {outcome.unanswered} of them without an answer; {outcome.marks} parameters set")
+    print(f"a stopped process was told of after {outcome.hang_seen_s:.2f} s at most (0: none was stopped for so long)")
     print(f"all ran again after {outcome.recovery_s:.1f} s; Ctrl-C took {outcome.stop_s:.2f} s")
     for broken in outcome.broken:
         print(f"BROKEN {broken}")

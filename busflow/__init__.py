@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from busflow.parameters import Parameters as Parameters
     from busflow.parameters import ReadOnly as ReadOnly
     from busflow.program import launch as launch
-    from busflow.program import run as run
     from busflow.publishers import Publisher as Publisher
     from busflow.qos import DEFAULT as DEFAULT
     from busflow.qos import SENSOR_DATA as SENSOR_DATA
@@ -51,6 +50,7 @@ if TYPE_CHECKING:
     from busflow.qos import QoS as QoS
     from busflow.qos import Reliability as Reliability
     from busflow.runner import Graph as Graph
+    from busflow.script import run as run
     from busflow.servers import Server as Server
     from busflow.subscriptions import Subscription as Subscription
     from busflow.supervision import RestartPolicy as RestartPolicy
@@ -102,7 +102,7 @@ _HOMES = {
     "on_event": "handlers",
     "on_parameters": "handlers",
     "publisher": "declarations",
-    "run": "program",
+    "run": "script",
     "service": "handlers",
     "subscription": "handlers",
     "supervised": "supervision",

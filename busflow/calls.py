@@ -94,14 +94,23 @@ class Answerer(Protocol):
 class Call(Generic[Req, Res]):
     """One request, and the answer to come."""
 
-    __slots__ = ("activity", "caller", "number", "reply", "request", "service")
+    __slots__ = ("activity", "caller", "limit_s", "number", "reply", "request", "service")
 
-    def __init__(self, service: str, number: int, request: Req, caller: str) -> None:
-        """A call that is to be made on the running loop; `number` counts those of the service."""
+    def __init__(self, service: str, number: int, request: Req, caller: str, limit_s: float | None = None) -> None:
+        """A call that is to be made on the running loop.
+
+        Args:
+            service: its name.
+            number: counts those of the service.
+            request: what is asked.
+            caller: who asks.
+            limit_s: how long the caller will wait from now on; None for as long as it takes.
+        """
         self.service = service
         self.number = number
         self.request = request
         self.caller = caller
+        self.limit_s = limit_s
         self.activity = Activity(service)
         """Its being answered."""
         self.reply: asyncio.Future[Res] = asyncio.get_running_loop().create_future()

@@ -101,6 +101,12 @@ class Dispatcher:
             return handled >= (QUANTUM if self._explore else BUDGET_MESSAGES)
         return handled >= QUANTUM and perf_counter() - started > BUDGET_S
 
+    async def rest(self) -> None:
+        """Give the loop its turn after such a batch, on wall time with all timers that are due."""
+        await asyncio.sleep(0)
+        if not self._virtual:  # a loop goes on with a task that yields before it calls a timer, but not a second time
+            await asyncio.sleep(0)
+
     def _dispatch(self) -> None:
         loop = self._loop
         if loop is None:
@@ -114,16 +120,28 @@ class Dispatcher:
                 self._serve_by_time()
         finally:  # whatever one turn may raise, the others get theirs
             if self.ready and self._loop is not None:
-                self._loop.call_soon(self._dispatch)
+                self._go_on_later(self._loop)
             else:
                 self._awake = False
 
+    def _go_on_later(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Take the next turn of the loop, on wall time after all timers that are due.
+
+        A loop calls what `call_soon` left with it before any timer: one would come a budget later than it has to.
+        """
+        if self._virtual:
+            loop.call_soon(self._dispatch)
+        else:
+            loop.call_later(0, self._dispatch)
+
     def _serve_by_time(self) -> None:
         ready = self.ready
+        if not ready:  # an entry point that published nothing does not ask for the time
+            return
         end = perf_counter() + BUDGET_S
-        while ready:
+        while True:
             ready.popleft().turn(QUANTUM)
-            if perf_counter() > end:
+            if not ready or perf_counter() > end:
                 return
 
     def _serve_by_count(self) -> None:

@@ -26,6 +26,7 @@ class ExitCode(IntEnum):
     DIFFERENT = 3  # `check` or `diff` found something
     NOT_FOUND = 4  # no such run or target
     INCOMPLETE = 5  # dropped or incomplete where that was forbidden
+    HUNG_UP = 129  # SIGHUP: the terminal is gone
     INTERRUPTED = 130  # Ctrl-C
     TERMINATED = 143  # SIGTERM
 
@@ -116,10 +117,30 @@ class InspectionUnavailable(BusflowError, RuntimeError):
     """A run cannot be looked into: no safe directory, no Zenoh, or nobody answers."""
 
 
+class BagError(BusflowError, ValueError):
+    """A recording cannot be read, or not beyond a place in it.
+
+    >>> str(BagError("a chunk is damaged", file="run.mcap", offset=20, fix="recover it"))
+    'run.mcap: at byte 20: a chunk is damaged; recover it'
+    """
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, reason: str, *, file: str = "", offset: int | None = None, fix: str | None = None) -> None:
+        self.reason, self.file, self.offset, self.fix = reason, file, offset, fix
+        where = [file, "" if offset is None else f"at byte {offset}"]
+        text = ": ".join(part for part in (*where, reason) if part)
+        super().__init__(printable(f"{text}; {fix}" if fix else text))
+
+
 class NoSuchRun(BusflowError, LookupError):
     """No run of this name lives on this machine, or it has to be said which."""
 
     exit_code = ExitCode.NOT_FOUND
+
+
+class NotAllowed(BusflowError, PermissionError):
+    """Who has joined a run on other machines may look, and no more."""
 
 
 class NoSuchTarget(BusflowError, LookupError):
@@ -175,6 +196,18 @@ class DuplicateServer(BusflowError, ValueError):
     """Two nodes want to answer one service."""
 
 
+class RecordingRefused(BusflowError, ValueError):
+    """A recording cannot be made as it is asked for: its file is there already, or cannot be."""
+
+    exit_code = ExitCode.USAGE
+
+
+class IncompleteRecording(BusflowError):
+    """A recording lacks something of the run, which it was not to."""
+
+    exit_code = ExitCode.INCOMPLETE
+
+
 class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 
@@ -195,12 +228,24 @@ class ProcessFailed(BusflowError):
     """A process of a run could not be started, did not get ready, or ended before its time."""
 
 
+class CertificateError(BusflowError):
+    """A certificate cannot be made."""
+
+    exit_code = ExitCode.USAGE
+
+
 class StartTimeout(BusflowError, TimeoutError):
     """A node's `start` did not return in time."""
 
 
 class NotSeen(BusflowError, AssertionError):
     """What a test waited for did not come; the message says what there was instead."""
+
+
+class ReplayDiffers(BusflowError, AssertionError):
+    """Nodes that were run anew on a recording did not publish what was recorded."""
+
+    exit_code = ExitCode.DIFFERENT
 
 
 class Deadlock(BusflowError):

@@ -34,7 +34,7 @@ from pydantic_core import CoreSchema
 from busflow import aliases, arrays
 from busflow.aliases import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.arrays import array, take, zeros
-from busflow.constructor import constructor, fill_with, has_rules
+from busflow.constructor import constructor, late_maker
 from busflow.errors import Fault, InvalidDeclaration, InvalidMessage, UnknownType
 from busflow.fields import ArrayKind, FieldType, Length, Primitive, understand
 from busflow.text import did_you_mean
@@ -96,6 +96,7 @@ class Message(BaseModel, metaclass=_Frozen):
         __ros_name__: ClassVar[str]
         __ros_fields__: ClassVar[Mapping[str, FieldType | None]]
         __ros_constants__: ClassVar[tuple[Constant, ...]]
+        __of_keys__: ClassVar[Callable[..., Message]]  # what makes one within another message, of the keys of a dict
 
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -283,14 +284,11 @@ def _set_constructor(cls: type[Message]) -> None:
         raise InvalidDeclaration(f"{cls.__name__} has an __init__; write a class method that makes one")
 
     def __init__(self: Message, /, **data: Any) -> None:  # noqa: N807 - it becomes that method
-        known = [each for each in cls.__ros_fields__.values() if each is not None]
-        if len(known) == len(cls.__ros_fields__) and not has_rules(cls, Message):
-            _become_constructor(cls, constructor(cls, known))
-        else:
-            _become_constructor(cls, fill_with)
+        _become_constructor(cls, constructor(cls, Message))
         self.__init__(**data)
 
     _become_constructor(cls, __init__)
+    cls.__of_keys__ = late_maker(cls, Message)
 
 
 def _become_constructor(cls: type[Message], made: Callable[..., None]) -> None:

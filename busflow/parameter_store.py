@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -166,11 +166,21 @@ class ParameterStore:
         """Let a parameter decide a timer's period from now on."""
         self._paces.append(_Pace(parameter, period, timer))
 
+    @property
+    def set_at_run_time(self) -> frozenset[str]:
+        """The names of all that were changed since the run began, also in an earlier life of the node."""
+        return frozenset(self._set_at_run_time)
+
     def take_over(self, former: ParameterStore) -> None:
         """Go on counting where the store of the node's former instance ended."""
         self.times_set = former.times_set
         self._first = former._first
         self._set_at_run_time = set(former._set_at_run_time)
+
+    def remember(self, names: Iterable[str], times_set: int) -> None:
+        """Know that these were changed in a life of the node that another process had."""
+        self._set_at_run_time |= set(names) & self.infos.keys()
+        self.times_set += times_set
 
     def _source(self, name: str) -> ValueSource:
         if name in self._set_at_run_time:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 GROUP = "busflow.nodes"
 """The entry point group under which an installed distribution offers its nodes."""
 
+_BUILT_IN = {"player": "busflow.recording.player:Player"}
 _PACKAGE = "busflow_plugins_"
 _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
 
@@ -62,8 +63,13 @@ def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
             for summary in _summaries(path):
                 found.setdefault(summary.name, summary)
     for entry in _entry_points():
-        found.setdefault(entry.name, _summary_of_installed(entry))
+        found.setdefault(entry.name, _summary_of_installed(entry.name, entry.module, entry.attr))
     return sorted(found.values(), key=lambda summary: summary.name)
+
+
+def built_in() -> list[PluginSummary]:
+    """The nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
+    return [_summary_of_installed(name, *value.split(":")) for name, value in _BUILT_IN.items()]
 
 
 def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node]:
@@ -88,6 +94,9 @@ def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node
         )
     for path in paths.values():
         return _load_from_folder(name, wanted, path)
+    if name in _BUILT_IN:
+        module, _, attr = _BUILT_IN[name].partition(":")
+        return getattr(importlib.import_module(module), attr)
     for entry in _entry_points():
         if entry.name == name:
             return _load_installed(entry, wanted)
@@ -290,7 +299,7 @@ def _fix_for_missing(missing: str, folder: Path | None) -> str:
 
 def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
     looked = [blame.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
-    fix = did_you_mean(name, (each.name for each in find(folders)))
+    fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
     if os.sep in name or name.endswith(".py"):
         fix = f"write {Path(name).stem!r}, and its folder under `plugins:`"
     where = ", ".join([*looked, f"the installed ones (entry points {GROUP})"])
@@ -357,10 +366,10 @@ def _summaries(path: Path) -> list[PluginSummary]:
     ]
 
 
-def _summary_of_installed(entry: EntryPoint) -> PluginSummary:
+def _summary_of_installed(name: str, module: str, attr: str) -> PluginSummary:
     """Follows the module's name from folder to folder: `importlib.util.find_spec` would import parents."""
     spec, search = None, None
-    parts = entry.module.split(".")
+    parts = module.split(".")
     for end in range(1, len(parts) + 1):
         spec = PathFinder.find_spec(".".join(parts[:end]), search)
         search = spec.submodule_search_locations if spec else []
@@ -368,7 +377,7 @@ def _summary_of_installed(entry: EntryPoint) -> PluginSummary:
         with suppress(*UNREADABLE):
             known = Outline().of_file(Path(spec.origin))
             own = (each for each in known.values() if str(each.file) == spec.origin)
-            found = known.get(entry.attr) or next(own, None)
+            found = known.get(attr) or next(own, None)
             if found:
-                return PluginSummary(entry.name, found.summary, str(found.file), found.line)
-    return PluginSummary(entry.name, "", None)
+                return PluginSummary(name, found.summary, str(found.file), found.line)
+    return PluginSummary(name, "", None)

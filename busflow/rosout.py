@@ -67,6 +67,8 @@ class Rosout:
         publisher, thread = self._publisher, get_ident()
         if publisher is None or not publisher.is_received or thread in self._publishing:
             return
+        if record.process:  # which publishes it itself
+            return
         if any(each.endpoint.node == record.node for each in self._bus.topics[TOPIC].subscriptions):
             return
         self._publishing.add(thread)

@@ -14,7 +14,7 @@ from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
 from busflow.clock import Clock, SimClock, SystemClock, Time
 from busflow.dispatcher import Chooser
-from busflow.errors import ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
+from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
 from busflow.failure import Failure
 from busflow.ingredients import What, described, is_simulated, made_by_hand
 from busflow.launchfile.description import LaunchDescription
@@ -26,7 +26,7 @@ from busflow.node import Node, runtime_of
 from busflow.outside import Outside
 from busflow.publishers import Publisher
 from busflow.qos import QoS
-from busflow.report import Report, node_reports, service_reports, topic_reports
+from busflow.report import RecordingReport, Report, report_of
 from busflow.rosout import Rosout
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
@@ -52,6 +52,11 @@ class Graph:
     _tasks: asyncio.TaskGroup | None = None  # while it lives
 
     exit_code = ExitCode.OK
+    recording: Callable[[], RecordingReport] | None = None
+    """What there is of its recording, if it is recorded."""
+    given_up: BusflowError | None = None
+    """Why it was ended, where that is no node's fault."""
+    _host_called = False
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
     tells_at_end = False
@@ -194,6 +199,8 @@ class Graph:
         if self.failures:
             first = self.failures[0]
             raise NodeFailed(first.render()) from first.error
+        if self.given_up is not None:
+            raise self.given_up
 
     async def stop(self) -> None:
         """Stop the nodes in reverse order; returns when all have ended, and not before that when it is cancelled."""
@@ -208,6 +215,19 @@ class Graph:
                 self.exit_code = code
             self.ending.set()
 
+    def give_up(self, error: BusflowError) -> None:
+        """End the graph for a reason that is no node's; whoever waits for its end is told."""
+        if self.given_up is None:
+            self.given_up = error
+            self.ask_to_stop(error.exit_code)
+            self._call_host()
+
+    def _call_host(self) -> None:
+        """Let the block that runs the graph end, once."""
+        if self._host is not None and not self._host_called:
+            self._host_called = True
+            self._host.cancel()
+
     async def __aenter__(self) -> Self:
         await self.start()
         self._host = asyncio.current_task()
@@ -219,9 +239,9 @@ class Graph:
     ) -> None:
         host, self._host = self._host, None
         # A failure has cancelled the block, which is taken back here; somebody else may want the task to end as well.
-        taken_back = host is not None and bool(self.failures) and host.uncancel() <= self._host_cancelling
+        taken_back = host is not None and self._host_called and host.uncancel() <= self._host_cancelling
         await self.stop()
-        if self.failures and (error is None or (kind is asyncio.CancelledError and taken_back)):
+        if (self.failures or self.given_up) and (error is None or (kind is asyncio.CancelledError and taken_back)):
             await self.wait()
 
     def _set_clock(self) -> None:
@@ -274,8 +294,7 @@ class Graph:
         if self.exit_code is ExitCode.OK or not isinstance(failure.error, StopTimeout):
             self.exit_code = ExitCode.FAILED  # a run that Ctrl-C ends stays one, also where a node will not stop
         self.ending.set()
-        if self._host is not None and len(self.failures) == 1:
-            self._host.cancel()
+        self._call_host()
         self.log.bind(failure.node, to_all=not self.tells_at_end).error(failure.summary)
 
     def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
@@ -363,21 +382,7 @@ class Graph:
 
     def report(self) -> Report:
         """What the run has come to so far, or in the end."""
-        return Report(
-            name=self.name,
-            seed=self.seed,
-            clock=self.clock.kind,
-            duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
-            exit_code=self.exit_code,
-            nodes=node_reports(self.units),
-            topics=topic_reports(self.bus),
-            services=service_reports(self.bus),
-            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
-            inbox_dropped=self.bus.inbox.dropped,
-            inbox_refused=self.bus.inbox.refused,
-            blocks=self.watchdog.blocks if self.watchdog else (),
-            log_lines_lost=self.log.lost,
-        )
+        return report_of(self, self.clock.seconds() if self._duration_s is None else self._duration_s)
 
     def _around(self) -> Outside:
         if self._main is None:

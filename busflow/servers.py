@@ -244,7 +244,7 @@ class Server(Generic[Req, Res]):
             else:
                 self._answer(call, response)
             if dispatcher.spent(started, handled):
-                await asyncio.sleep(0)
+                await dispatcher.rest()
                 handled, started = 0, dispatcher.now()
 
     def _next(self) -> Call[Req, Res]:

@@ -80,7 +80,7 @@ class Service(Generic[Req, Res]):
         if get_ident() != self._thread:
             raise NotRunning(f"a call of {self.name} must be awaited on the graph's own event loop")
         self._calls += 1
-        call: Call[Req, Res] = Call(self.name, self._calls, request, caller)
+        call: Call[Req, Res] = Call(self.name, self._calls, request, caller, timeout_s)
         behalf = current_activity()
         for tap in self.taps:
             tap(call)

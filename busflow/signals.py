@@ -1,4 +1,4 @@
-"""SignalGuard: Ctrl-C and SIGTERM reach a run even while a node blocks the event loop.
+"""SignalGuard: Ctrl-C, SIGTERM and SIGHUP reach a run even while a node blocks the event loop.
 
 Python's own handlers run on the main thread, between two of its instructions, so a node stuck in a C call would
 keep them out. The operating system's signal is therefore written to a socket, and a thread of its own reads it: it
@@ -27,6 +27,8 @@ _ENDED = 0
 _LIMITED = 255
 """Nor this one: from now on the run has so long, and then its grace."""
 _CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
+if sys.platform != "win32":
+    _CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
 _BUSFLOW = str(Path(__file__).parent) + os.sep
 _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 
@@ -47,7 +49,9 @@ class SignalGuard:
             return self  # signals are the main thread's: whoever runs us in another one takes care of them
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
-        for number in _CODES:
+        for number, code in _CODES.items():
+            if code is ExitCode.HUNG_UP and signal.getsignal(number) is signal.SIG_IGN:
+                continue  # who starts a run with nohup wants it to outlive the terminal
             self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import asyncio
+from collections import Counter
 from collections.abc import Callable, Coroutine
-from inspect import iscoroutinefunction
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from busflow.accounts import SubscriptionStatistics
-from busflow.dispatcher import QUANTUM
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
 from busflow.events import DeadlineMissed, Event, SubscriptionMatched
-from busflow.failure import is_failure, refuse_coroutine
-from busflow.limits import Perishable, Watch, expire, fresh
+from busflow.limits import Perishable, Watch, expire
 from busflow.message import Message
 from busflow.notices import UNWANTED, Notices
 from busflow.qos import Durability
-from busflow.queues import Queue, create_queue
+from busflow.queues import create_queue
+from busflow.recipients import MessageHandler, OnFailure, Recipient
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -27,11 +25,8 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=Message)
 
-MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
-OnFailure = Callable[[BaseException, Message], None]
 
-
-class Subscription(Generic[M]):
+class Subscription(Recipient[M]):
     """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
 
     Pulling: `async for message in subscription` takes them one by one and ends with the graph; `latest` skips to
@@ -39,38 +34,26 @@ class Subscription(Generic[M]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_clock", "_deadline", "_dispatcher", "_doorbell", "_ended", "_handler", "_hear",
-        "_is_async", "_latest", "_notices", "_on_failure", "_open", "_topic", "deadlines_missed", "delivered",
-        "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
+        "_at_close", "_at_start", "_deadline", "_ended", "_hear", "_latest", "_notices", "deadlines_missed",
+        "is_pulled", "link", "on_close", "on_event", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
         """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
+        super().__init__(endpoint, handler)
         self.type = message_type
-        self.endpoint = endpoint
-        self.delivered = 0
         self.deadlines_missed = 0
         self.on_event: Callable[[Event], None] | None = None
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
-        self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         self.is_pulled = handler is None
-        self._handler = handler
-        self._is_async = iscoroutinefunction(handler)
         self._hear: Callable[[M], None] | None = None
-        self._topic: Topic[M] | None = None
-        self._dispatcher: Dispatcher | None = None
-        self._on_failure: OnFailure | None = None
-        self._doorbell: asyncio.Future[None] | None = None
         self._latest: M | None = None
-        self._clock: Clock | None = None
         self._deadline: Watch | None = None
         self._notices = Notices()
         self._at_start = 0
         self._at_close: int | None = None
-        self._open = False
         self._ended = False
-        self._listen()
 
     @property
     def topic(self) -> str:
@@ -91,7 +74,7 @@ class Subscription(Generic[M]):
 
     def statistics(self) -> SubscriptionStatistics:
         """The ledger's line of this subscription, as it stands now."""
-        queue, qos = self.queue, self.endpoint.qos
+        drops, qos = self.drops, self.endpoint.qos
         return SubscriptionStatistics(
             node=self.endpoint.node,
             topic=self.topic,
@@ -99,11 +82,20 @@ class Subscription(Generic[M]):
             overflow=qos.overflow,
             published=self.published,
             delivered=self.delivered,
-            dropped=queue.dropped,
+            dropped=drops.total(),
             queued=self.queued,
-            drops=dict(queue.drops),
+            drops=dict(drops),
             deadlines_missed=self.deadlines_missed,
         )
+
+    @property
+    def drops(self) -> Counter[str]:
+        """How many messages were lost here, by reason."""
+        drops = Counter(self.queue.drops)
+        lost = self.published - self.delivered - self.queued - drops.total()
+        if self.queue.forgets and lost > 0:
+            drops["overflow"] += lost
+        return drops
 
     @property
     def queued(self) -> int:
@@ -168,13 +160,6 @@ class Subscription(Generic[M]):
             self._topic.grant()
         return message
 
-    def _fresh(self, item: M | Perishable[M]) -> M | None:
-        """The message of an item, or None and one more drop when it has expired."""
-        message = fresh(item, self._clock) if isinstance(item, Perishable) and self._clock is not None else item
-        if message is None:
-            self.queue.drops["expired"] += 1
-        return message  # type: ignore[return-value]  # a Perishable is unpacked above once there is a clock
-
     # Being handed messages.
 
     def observe(self, hear: Callable[[M], None]) -> None:
@@ -213,7 +198,7 @@ class Subscription(Generic[M]):
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """What has to hear of a message that arrives."""
-        push = self._make_room_and_push if self._topic is not None and self._topic.perishable else self.queue.push
+        push = self._make_room_and_push if self._topic is not None and self._topic.perishable else self.queue.way_in
         if self._deadline is None or self._ended:
             return (push,)
         return (push, self._deadline.touch)
@@ -227,13 +212,26 @@ class Subscription(Generic[M]):
         for event in (
             *notices.matching(SubscriptionMatched, name, topic.publishers_come, len(topic.publishers)),
             *notices.liveliness(name, *topic.liveliness()),
-            *notices.losses(name, self.queue.drops),
+            *notices.losses(name, self.drops),
         ):
             tell(event)
 
+    def receive(self, item: M | Perishable[M]) -> None:
+        """Take in a message that a link has held."""
+        for arrive in self.arrivals:
+            arrive(item)
+        if self.idle:
+            self.wake()
+
+    def hear_drops(self, hear: Callable[[str], None]) -> None:
+        """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
+        self.queue.hear_drops(hear)
+        if self._topic is not None:
+            self._topic.rebuild()
+
     def hear_losses(self) -> None:
         """Tell the node also of messages that were lost, together those of one moment."""
-        self.queue.hear_drops(self._on_drop)
+        self.hear_drops(self._on_drop)
 
     def open(self) -> Coroutine[Any, Any, None] | None:
         """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
@@ -243,15 +241,10 @@ class Subscription(Generic[M]):
         if self._is_async:
             return self._pump(self._handler)
         if self.queue.items:
-            self._get_in_line()
+            self.wake()
         else:
-            self.queue.idle = True
+            self._rest()
         return None
-
-    def pause(self) -> None:
-        """Hand over no more; what arrives waits in the queue."""
-        self._open = False
-        self.queue.idle = False
 
     def close(self) -> None:
         """Leave the topic; iterations end after what still waits."""
@@ -288,84 +281,16 @@ class Subscription(Generic[M]):
         predecessor._topic = None
         predecessor.queue = create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth)
         predecessor.close()
-        self._listen()
         if self._topic is not None:
             self._topic.replace_subscription(predecessor, self)
-
-    def turn(self, limit: int) -> int:
-        """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
-        queue = self.queue
-        items: Any = queue.items
-        handler: Any = self._handler
-        topic: Any = self._topic  # attached, or nothing would have arrived
-        handled = 0
-        message: M | None = None
-        try:
-            while items and handled < limit and self._open:
-                handled += 1
-                message = items.popleft()
-                if topic.perishable and (message := self._fresh(message)) is None:  # type: ignore[arg-type]  # just taken
-                    continue
-                self.delivered += 1
-                if (result := handler(message)) is not None:
-                    refuse_coroutine(result, self.endpoint.origin)
-        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
-            self._failed(error, message)
-        if topic is not None and topic.waiting:
-            topic.grant()
-        if self._open:
-            if items:
-                self._dispatcher.ready.append(self)  # type: ignore[union-attr]  # attached, or it had no turn
-            else:
-                queue.idle = True
-        return handled
-
-    async def _pump(self, handler: Callable[[M], Any]) -> None:
-        """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
-        dispatcher: Dispatcher = self._dispatcher  # type: ignore[assignment]  # attached before it is opened
-        while self._open:
-            if not self.queue.items:
-                await self._ring()
-            handled, started = 0, dispatcher.now()
-            while self._open and (message := self._take()) is not None:
-                handled += 1
-                try:
-                    await handler(message)
-                except BaseException as error:
-                    if not is_failure(error):
-                        raise
-                    self._failed(error, message)
-                    return
-                if handled >= QUANTUM and dispatcher.spent(started, handled):
-                    await asyncio.sleep(0)
-                    handled, started = 0, dispatcher.now()
 
     def _refuse_beside_handler(self) -> None:
         if self._handler is not None:
             raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
 
-    async def _ring(self) -> None:
-        """Wait until something arrives, or the subscription ends."""
-        if self._doorbell is not None:
-            raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
-        self._doorbell = asyncio.get_running_loop().create_future()
-        self.queue.idle = True
-        try:
-            await self._doorbell
-        finally:
-            self._doorbell = None
-
     def _answer(self) -> None:
         if self._doorbell is not None and not self._doorbell.done():
             self._doorbell.set_result(None)
-
-    def _listen(self) -> None:
-        """Choose what an arrival does: a plain handler gets in line, a task that waits is woken."""
-        plain = self._handler is not None and not self._is_async
-        self.queue.wake = self._get_in_line if plain else self._answer
-
-    def _get_in_line(self) -> None:
-        self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
 
     def _watch(self, clock: Clock) -> None:
         self._clock = clock
@@ -390,10 +315,6 @@ class Subscription(Generic[M]):
         self.deadlines_missed += 1
         if self.on_event is not None:
             self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
-
-    def _failed(self, error: BaseException, message: M | None) -> None:
-        self.pause()
-        cast("OnFailure", self._on_failure)(error, cast("M", message))
 
     def __repr__(self) -> str:
         s = self.statistics()

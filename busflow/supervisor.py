@@ -15,6 +15,7 @@ from busflow.backoff import Backoff
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.failure import Failure, is_failure
 from busflow.node import Node, runtime_of
+from busflow.parameters import Parameters
 from busflow.runtime import NodeRuntime
 from busflow.supervision import Condition, OnExit, Restart, Supervision
 
@@ -77,6 +78,7 @@ class Unit:
         self._come_about = {Condition.READY: self.started}
         self._overseer = overseer
         self._backoff = Backoff(self.supervision.restart)
+        self._lives_before = self.runtime.surroundings.life
         self._stop_asked = asyncio.Event()
         self._scope = anyio.CancelScope()
         self._starting: anyio.CancelScope | None = None
@@ -312,7 +314,10 @@ class Unit:
         former = self.runtime
         self._begin_life()
         try:
-            self.runtime = self._built_anew(former)
+            self.runtime = built_anew(former, former.node.parameters, self._lives_before + self.restarts)
+            self.runtime.on_failure = self._failed
+            if Condition.FIRST_MESSAGE not in self.met:
+                self.runtime.ends.on_first = former.ends.on_first
             self.node = self.runtime.node
             self._overseer.on_restart(self)
             self.runtime.connect(former.bus, former)
@@ -323,19 +328,17 @@ class Unit:
             return False
         return True
 
-    def _built_anew(self, former: NodeRuntime) -> NodeRuntime:
-        node = type(former.node)(former.node.parameters, name=former.name)
-        runtime = runtime_of(node)
-        runtime.on_failure = self._failed
-        runtime.parameters.take_over(former.parameters)
-        runtime.declare(replace(former.surroundings, life=self.restarts))
-        runtime.parameter_events.take_over(former.parameter_events)
-        if Condition.FIRST_MESSAGE not in self.met:
-            runtime.ends.on_first = former.ends.on_first
-        return runtime
-
     def __repr__(self) -> str:
         return f"<Unit {self.name} {self.state}>"
+
+
+def built_anew(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRuntime:
+    """The node of this runtime once more, with parameters and what is known of them, connected to nothing yet."""
+    runtime = runtime_of(type(former.node)(parameters, name=former.name))
+    runtime.parameters.take_over(former.parameters)
+    runtime.declare(replace(former.surroundings, life=life))
+    runtime.parameter_events.take_over(former.parameter_events)
+    return runtime
 
 
 async def outlast(task: asyncio.Task[None]) -> None:

@@ -30,9 +30,9 @@ class Topic(Generic[M]):
     """A name, its type, and who is on both ends of it now."""
 
     __slots__ = (
-        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "perishable",
-        "publishers", "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come", "taps", "type",
-        "waiting",
+        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "idle", "losses", "name",
+        "perishable", "publishers", "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come",
+        "taps", "type", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -46,6 +46,8 @@ class Topic(Generic[M]):
         self.name = name
         self.clock = clock
         self.perishable = False
+        self.idle = False
+        """Whether some subscription may have to be woken when a message comes."""
         self.type = message_type
         self.publishers: list[Publisher[M]] = []
         self.subscriptions: list[Subscription[M]] = []
@@ -138,6 +140,20 @@ class Topic(Generic[M]):
         if self._expiry is not None:
             self._expiry.cancel()
         self._expiry = None if due_ns is None else self.clock.call_at(due_ns, self.grant)
+
+    def wake(self) -> None:
+        """Wake those that have been idle and have a message now, in the order in which they came.
+
+        One look here, once a message, is all that a publish pays for those that are busy anyway.
+        """
+        idle = False
+        for each in self.subscriptions:
+            if each.idle:
+                if each.queue.items:
+                    each.wake()
+                else:
+                    idle = True
+        self.idle = idle
 
     def rebuild(self) -> None:
         """Bring the tuple that a publish walks up to date with who is here."""

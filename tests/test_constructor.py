@@ -126,6 +126,64 @@ def test_a_subclass_has_a_constructor_of_its_own_whichever_is_made_first():
         Parent(more=1.0)
 
 
+class Share(Message, package="tests"):
+    """Has a rule beyond its type."""
+
+    value: float64 = Field(default=0.0, ge=0, le=1)
+
+
+class Nothing(Message, package="tests"):
+    pass
+
+
+class Box(Message, package="tests"):
+    everything: Everything = Everything()
+    share: Share = Share()
+    nothing: Nothing = Nothing()
+    header: Header = Header()
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in GIVEN.items() for value in values])
+def test_a_message_within_another_may_be_a_dict_and_is_taken_as_the_message(name, value):
+    boxed = outcome(lambda: Box(everything={name: value}).everything)
+    assert boxed == outcome(lambda: Everything(**{name: value}))
+    assert boxed == "refused" or type(boxed) is Everything
+
+
+def test_dicts_are_messages_at_any_depth():
+    given = {"header": {"stamp": {"sec": 1}, "frame_id": "a"}, "share": {"value": 1}, "nothing": {}}
+    assert Box(**given) == Box(header=Header(stamp=Time(sec=1), frame_id="a"), share=Share(value=1.0))
+    box = Box(**given)
+    assert [type(each) for each in (box.header, box.header.stamp, box.share, box.nothing)] == [
+        Header,
+        Time,
+        Share,
+        Nothing,
+    ]
+    assert given == {"header": {"stamp": {"sec": 1}, "frame_id": "a"}, "share": {"value": 1}, "nothing": {}}
+    with pytest.raises(InvalidMessage, match=r"Box: share\.value must be less than or equal to 1, got 2"):
+        Box(share={"value": 2})
+    with pytest.raises(InvalidMessage, match=r"Box: header\.frame_id must be a valid string, got 5"):
+        Box(header={"frame_id": 5})
+
+
+def test_a_dict_makes_a_message_of_the_field_s_own_class():
+    class Parent(Message, package="tests"):
+        value: float64 = 1.0
+
+    class Child(Parent, package="tests"):
+        more: float64 = 2.0
+
+    class Family(Message, package="tests"):
+        parent: Parent = Parent()
+        child: Child = Child()
+
+    family = Family(parent={"value": 3.0}, child={"value": 4.0, "more": 5.0})
+    assert family == Family(parent=Parent(value=3.0), child=Child(value=4.0, more=5.0))
+    with pytest.raises(InvalidMessage, match=r"unknown field parent\.more"):
+        Family(parent={"more": 1.0})
+
+
 # What is wrong, in words
 
 
@@ -162,9 +220,6 @@ def test_a_mistake_is_told_in_busflow_s_words(make, words):
 
 
 def test_a_constraint_of_the_field_is_told_with_its_limit():
-    class Share(Message, package="tests"):
-        value: float64 = Field(default=0.0, ge=0, le=1)
-
     assert Share(value=1).value == 1.0
     with pytest.raises(InvalidMessage, match=r"Share: value must be less than or equal to 1, got 1\.5"):
         Share(value=1.5)

@@ -5,6 +5,7 @@ import itertools
 
 import pytest
 
+from busflow.clock import perf_counter
 from busflow.dispatcher import BUDGET_MESSAGES, BUDGET_S, QUANTUM, Dispatcher
 from busflow.testing import virtual_time
 from busflow.testing.schedule import Schedule
@@ -95,6 +96,50 @@ def test_the_loop_gets_its_turn_after_the_budget_of_wall_time():
 
     assert asyncio.run(main()) > 1
     assert BUDGET_S < 0.001
+
+
+def test_a_timer_that_is_due_comes_before_the_next_turn_of_a_flood():
+    async def main():
+        loop, dispatcher, log = asyncio.get_running_loop(), opened(virtual=False), []
+        done = loop.create_future()
+
+        class Flood(Endless):
+            def turn(self, limit):
+                handled = super().turn(limit)
+                if len(log) == handled:  # the first turn of all: a timer becomes due within it
+                    loop.call_later(0, lambda: done.set_result(len(log)))
+                    end = perf_counter() + 2 * BUDGET_S
+                    while perf_counter() < end:
+                        pass
+                return handled
+
+        dispatcher.schedule(Flood(dispatcher, log, "a", 1))
+        return await done
+
+    assert asyncio.run(main()) == QUANTUM  # one turn
+
+
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_a_timer_that_is_due_comes_before_the_next_batch_of_an_async_handler(cancelled):
+    async def main():
+        loop, dispatcher, log = asyncio.get_running_loop(), opened(virtual=False), []
+
+        async def batches():
+            loop.call_later(0, log.append, "timer")
+            if cancelled:
+                loop.call_soon(task.cancel)
+            await dispatcher.rest()
+            log.append("batch")
+
+        problems = []
+        loop.set_exception_handler(lambda _loop, context: problems.append(context))
+        task = loop.create_task(batches())
+        await asyncio.wait([task])
+        for _ in range(3):
+            await asyncio.sleep(0)
+        return log, problems, task.cancelled()
+
+    assert asyncio.run(main()) == (["timer"] if cancelled else ["timer", "batch"], [], cancelled)
 
 
 @virtual_time

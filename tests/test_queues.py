@@ -39,26 +39,29 @@ def test_a_depth_below_one_is_refused_with_the_depth(depth):
         create_queue(Overflow.DROP_OLDEST, depth)
 
 
-@pytest.mark.parametrize("overflow", list(Overflow))
-def test_one_wake_up_serves_any_number_of_arrivals_until_the_consumer_is_idle_again(overflow):
-    queue = create_queue(overflow, 3)
-    woken: list[int] = []
-    queue.wake = lambda: woken.append(len(queue))
-    queue.idle = True
-    queue.push("a")
-    queue.push("b")
-    assert woken == [1]
-    queue.items.clear()
-    queue.idle = True
-    queue.push("c")
-    assert woken == [1, 1]
+def test_a_queue_that_nobody_listens_to_may_forget_what_it_loses_and_only_then():
+    queue = create_queue(Overflow.DROP_OLDEST, 2)
+    for item in "abc":
+        queue.way_in(item)
+    assert (list(queue.items), queue.dropped, queue.forgets) == (["b", "c"], 0, True)
+    heard: list[str] = []
+    queue.hear_drops(heard.append)
+    queue.way_in("d")
+    assert (list(queue.items), queue.dropped, heard) == (["c", "d"], 1, ["overflow"])
+    queue.ignore_drops()
+    queue.way_in("e")
+    assert (list(queue.items), queue.dropped, heard) == (["d", "e"], 1, ["overflow"])
 
 
-@pytest.mark.parametrize("overflow", LOSSY)
-def test_a_queue_nobody_consumes_wakes_nobody(overflow):
-    queue = filled(overflow, 1, "ab")
-    assert not queue.idle
-    assert queue.dropped == 1
+@pytest.mark.parametrize("overflow", [Overflow.DROP_NEWEST, Overflow.BLOCK])
+def test_no_other_queue_forgets(overflow):
+    queue = create_queue(overflow, 2)
+    for item in "ab":
+        queue.way_in(item)
+    if overflow is Overflow.DROP_NEWEST:
+        queue.way_in("c")
+    assert not queue.forgets
+    assert (list(queue.items), queue.dropped) == (["a", "b"], int(overflow is Overflow.DROP_NEWEST))
 
 
 def test_discarding_counts_under_its_own_reason():

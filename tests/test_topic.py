@@ -109,7 +109,7 @@ async def test_keep_last(make_bench, case):
     publish(publisher, *values)
     expected = [int(str(text).removeprefix("put")) for text in case["expect"]["received"]]
     assert taken(subscription) == expected
-    assert subscription.queue.dropped == case["expect"].get("dropped", len(values) - len(expected))
+    assert subscription.statistics().dropped == case["expect"].get("dropped", len(values) - len(expected))
 
 
 @pytest.mark.parametrize("case", cases("model/transient_local", "model/volatile"))

@@ -25,13 +25,17 @@ _COMMANDS = {
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
     "service": ("busflow.cli.service:service", "Look at the services of a running graph, and ask them."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes, and set them."),
+    "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),
+    "replay": ("busflow.cli.replay:replay", "Run nodes anew on a recording and compare with it."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
+    "foxglove": ("busflow.cli.foxglove:foxglove", "Serve a running graph to Foxglove and Lichtblick."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
     "interface": ("busflow.cli.interface:interface", "Look at message and service types."),
     "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
     "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
     "completion": ("busflow.cli.completion:completion", "Print the script by which a shell completes."),
+    "certs": ("busflow.cli.certs:certs", "Make the certificates that link machines."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
 _HELP = """A robot's node graph that you pip install.
@@ -132,10 +136,20 @@ def _tell_traceback(error: Exception) -> None:
 
 
 def _usage(error: click.ClickException) -> str:
-    message = error.format_message()
+    message = error.format_message().replace("\n\t", " ")  # click lists what may be chosen line by line
     context = error.ctx if isinstance(error, click.UsageError) else None
     if context and isinstance(error, click.NoSuchOption):
-        known = [name for each in context.command.get_params(context) for name in each.opts if name[0] == "-"]
-        message = f"there is no option {error.option_name}: {did_you_mean(error.option_name, known)}"
+        message = f"there is no option {error.option_name}: {_option_meant(error.option_name, context)}"
     help_ = [context.get_usage(), f"Try '{context.command_path} --help'."] if context else []
     return "\n".join([f"error: {message}", *help_])
+
+
+def _option_meant(name: str, context: click.Context) -> str:
+    """Which option was meant; one that belongs to the verbs of a group, as `--run` does, is given after the verb."""
+    group = context.command
+    verbs = group.list_commands(context) if isinstance(group, click.Group) else []
+    for verb in verbs if context.parent else []:
+        command = group.get_command(context, verb) if isinstance(group, click.Group) else None
+        if command is not None and any(name in each.opts for each in command.params):
+            return f"give it after the verb: {context.command_path} {verb} {name}"
+    return did_you_mean(name, [each for option in group.get_params(context) for each in option.opts if each[0] == "-"])

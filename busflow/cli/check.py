@@ -45,10 +45,11 @@ def _problems(given: Given, *, strict: bool) -> list[Problem]:
     if description is not None:
         plan = Graph([description], strict=strict).plan()
         found += [*plan.problems, *expectation_problems(description, plan.members)]
-        if placed(description).others and not is_simulated(description):
+        placement = placed(description)
+        if (placement.others or placement.elsewhere) and not is_simulated(description):
             from busflow.processes.crossing import crossing_problems
 
-            found += crossing_problems(plan, placed(description))
+            found += crossing_problems(plan, placement)
     return found
 
 

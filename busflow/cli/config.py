@@ -21,7 +21,7 @@ def config(given: Given, as_json: bool) -> int:
     Parameters that nobody states are shown with the default that their plugin gives them.
     """
     from busflow.cli.output import print_json
-    from busflow.cli.resolved import lines, origins, resolve
+    from busflow.launchfile.resolved import lines, origins, resolve
 
     resolved = resolve(given.description())
     if as_json:

@@ -13,7 +13,7 @@ import click
 
 import busflow
 from busflow.cli.joining import complete_runs, print_answer
-from busflow.cli.output import print_columns, print_problems
+from busflow.cli.output import near, print_columns, print_problems
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 
 if TYPE_CHECKING:
@@ -44,10 +44,8 @@ def doctor(run: str | None, as_json: bool) -> int:
 
     Directories that dead runs have left are removed.
     """
-    from busflow.wire.run_directory import find_run, folders
+    from busflow.wire.run_directory import folders
 
-    if run is not None:
-        find_run(run)
     places = folders()
     findings = [*_about_versions(), *_about(places)]
     examined = [_examine(present) for present in _present(run, findings)]
@@ -62,12 +60,15 @@ def doctor(run: str | None, as_json: bool) -> int:
 
 
 def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
-    from busflow.wire.roll_call import call_roll
+    from busflow.wire.roll_call import call, call_roll
 
+    if run is not None:
+        from busflow.wire.peer import run_called
+
+        yield call(run_called(run))
+        return
     try:
-        for present in call_roll():
-            if run in (None, present.run.name):
-                yield present
+        yield from call_roll()
     except InspectionUnavailable:
         if not findings:  # an unsafe folder is told of already
             raise
@@ -115,7 +116,28 @@ def _examine(present: PresentRun) -> _Examined:
     graph = view(tokens, answers)
     clocks = ", ".join(dict.fromkeys(answer["clock"] for answer in answers))
     topics = sum(not topic.hidden for topic in graph.topics.values())
-    return _Examined(present, clocks, topics, (*_about_age(present), *findings(graph, tokens, answers)))
+    wrong = (
+        *_about_age(present),
+        *_about_machines(present),
+        *_about_processes(present),
+        *findings(graph, tokens, answers),
+    )
+    return _Examined(present, clocks, topics, wrong)
+
+
+def _about_machines(present: PresentRun) -> Iterator[Problem]:
+    for name, reason in present.missing.items():
+        text = f"the machine {name} is not linked" + (f": {reason}" if reason else "")
+        fix = f"start it there: busflow run {near(present.run.card.file)} --machine {name}"
+        yield Problem("machine-missing", text, fix.removesuffix(" --machine main"), severity=Severity.WARNING)
+
+
+def _about_processes(present: PresentRun) -> Iterator[Problem]:
+    for each in present.processes:
+        if restarts := each.get("restarts", 0):
+            text = f"the process {each['process']} was started anew {restarts} time{'s' * (restarts > 1)}"
+            fix = "busflow log --level warning tells why; its nodes' figures began anew as well"
+            yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
 
 
 def _about_age(present: PresentRun) -> Iterator[Problem]:

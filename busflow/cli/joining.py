@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from busflow.cli.output import finite, print_json
+from busflow.cli.output import print_json
+from busflow.wire.finite import finite
 
 if TYPE_CHECKING:
     from busflow.wire.peer import Peer

@@ -31,23 +31,23 @@ class Given:
     sets: tuple[str, ...]
     profiles: tuple[str, ...] = ()
 
-    def description(self) -> LaunchDescription:
-        """What the file describes.
+    def description(self, args: Mapping[str, object] | None = None) -> LaunchDescription:
+        """What the file describes; `args` are arguments that the command line does not give.
 
         Raises:
             LaunchError: With every problem.
         """
-        description, problems = self.examine()
+        description, problems = self.examine(args)
         if problems or description is None:
             raise LaunchError(problems)
         return description
 
-    def examine(self) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+    def examine(self, args: Mapping[str, object] | None = None) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
         """What the file describes as far as it is right, and everything that is wrong with it.
 
         The variables that it states are in the environment from now on, until the command ends.
         """
-        description, problems = self.read()
+        description, problems = self.read(args=args)
         if description is not None:
             before = {name: os.environ.get(name) for name in description.environment}
             os.environ.update(description.environment)
@@ -60,13 +60,14 @@ class Given:
         return [str(self.file.absolute()), *self.assignments, *stated]
 
     def read(
-        self, environment: Mapping[str, str] | None = None
+        self, environment: Mapping[str, str] | None = None, args: Mapping[str, object] | None = None
     ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
         """What the file describes, in this environment, and everything that is wrong with it."""
         from busflow.launchfile.load import examine
 
         return examine(
             self.file,
+            args=args,
             assignments=self.assignments,
             sets=self.sets,
             profiles=self.profiles,

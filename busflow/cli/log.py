@@ -29,11 +29,12 @@ _NS_PER_S = 1_000_000_000
 _KEPT = 1000
 _FOLLOWED = 10
 """How many lines there are before those that follow, as `tail -f` has it."""
+_MAIN = "main"
 _LOOK_S = 0.2
 """How often it is looked whether the run still lives, while no line comes."""
 
 Line = Mapping[str, Any]
-"""`{stamp_ns, level, node, text}`."""
+"""`{stamp_ns, level, node, text, process}`."""
 
 
 @click.command(epilog=_EXAMPLES)
@@ -85,20 +86,25 @@ def _known(peer: Peer, node: str | None) -> str | None:
 def _kept(peer: Peer, count: int, node: str | None, level: int) -> list[Line]:
     """The last lines of every process of the run."""
     answers = peer.ask("log", count=count, node=node, level=level)
-    lines = sorted((line for answer in answers for line in answer["lines"]), key=lambda line: line["stamp_ns"])
+    # The main process has the lines of the others of its machine too, and is not the one that logged them.
+    answers.sort(key=lambda answer: answer.get("process", _MAIN).endswith(_MAIN))
+    found: dict[object, Line] = {}
+    for answer in answers:
+        for line in answer["lines"]:
+            found.setdefault(_identity(line), {**line, "process": answer.get("process", _MAIN)})
+    lines = sorted(found.values(), key=lambda line: line["stamp_ns"])
     return lines[-count:] if count else []
 
 
 def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Line]:
     """The lines that come after those that were kept, until the run has ended."""
-    from busflow.wire.run_directory import runs
-
     decode = peer.type("rcl_interfaces/msg/Log").decode
     shown = {_identity(line) for line in kept}
+    processes: dict[bytes, str] = {}
     while True:
         received = listener.get(_LOOK_S)
         if received is None:
-            if all(each.card != peer.run.card for each in runs()):
+            if not peer.alive:
                 return
             continue
         message = decode(received.payload)
@@ -108,9 +114,18 @@ def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Lin
             "level": message["level"],
             "node": message["name"],
             "text": message["msg"],
+            "process": _process_of(received.gid, processes, peer),
         }
         if _identity(line) not in shown:
             yield line
+
+
+def _process_of(gid: bytes, known: dict[bytes, str], peer: Peer) -> str:
+    """The process that publishes with this signature; it is looked up once."""
+    if gid not in known:
+        processes = peer.processes()
+        known |= {token.gid: processes.get(token.session, _MAIN) for token in peer.tokens()}
+    return known.setdefault(gid, _MAIN)
 
 
 def _identity(line: Line) -> tuple[object, ...]:
@@ -124,7 +139,9 @@ def _show(line: Line) -> None:
     level = click.style(f"{word:<8}", fg=_COLOURS.get(line["level"]))
     text = "\n".join(printable(each) for each in line["text"].split("\n"))
     moment = datetime.fromtimestamp(seconds, UTC)
-    click.echo(f"{moment:%H:%M:%S}.{nanoseconds // 1_000_000:03} {level} {printable(line['node'])}: {text}")
+    process = line.get("process", _MAIN)
+    where = f"[{printable(process)}] " if process != _MAIN else ""
+    click.echo(f"{moment:%H:%M:%S}.{nanoseconds // 1_000_000:03} {level} {where}{printable(line['node'])}: {text}")
 
 
 def _show_json(line: Line) -> None:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Iterable, Iterator, Sequence
 
 import click
 
 from busflow.errors import Problem
 from busflow.text import printable
+from busflow.wire.finite import finite
 
 _LABEL = re.compile(r"(^|: |  )(error|warning|info|fix):", re.MULTILINE)
 _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan", "fix": "green"}
@@ -74,16 +73,3 @@ def near(file: str) -> str:
     """
     relative = os.path.relpath(file)
     return file if relative.startswith(os.pardir) or not file.startswith("/") else relative
-
-
-def finite(data: Any) -> Any:
-    """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers."""
-    match data:
-        case float() if not math.isfinite(data):
-            return ".nan" if math.isnan(data) else f"{'-' * (data < 0)}.inf"
-        case Mapping():
-            return {str(key): finite(each) for key, each in cast("Mapping[object, object]", data).items()}
-        case list() | tuple():
-            return [finite(each) for each in cast("Sequence[object]", data)]
-        case _:
-            return data

@@ -132,8 +132,6 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
 @joins
 def watch(run: str | None, node: str | None, as_json: bool) -> int:
     """Show each change of a parameter of NODE, or of any node, as it is made, until Ctrl-C or the end of the run."""
-    from busflow.wire.run_directory import runs
-
     with joined(run) as peer:
         if node is not None:
             parameters_of(peer, node)
@@ -142,7 +140,7 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
             try:
                 answers = peer.ask("parameter_changes", since=known)
             except InspectionUnavailable:
-                if all(each.name != peer.run.name for each in runs()):
+                if not peer.alive:
                     raise InspectionUnavailable(f"the run {peer.run.name} has ended") from None
                 raise
             for answer in answers:

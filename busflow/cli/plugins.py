@@ -10,7 +10,7 @@ import click
 
 from busflow.cli.lazy import LazyGroup
 from busflow.cli.output import print_columns, print_json
-from busflow.plugins import find
+from busflow.plugins import built_in, find
 from busflow.text import printable
 
 _VERBS = {
@@ -46,11 +46,13 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     """List name and summary of each plugin; nothing is imported."""
     folders = folders or _DEFAULT
     found = find(folders)
+    own = [each for each in built_in() if all(each.name != other.name for other in found)]
+    nothing, found = not found, [*found, *own]
     if as_json:
         print_json([asdict(each) for each in found])
         return 0
     print_columns((each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found)
-    if not found:
+    if nothing:
         click.echo(f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed", err=True)
     return 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +61,7 @@ def _told(present: PresentRun) -> dict[str, Any]:
             {"name": each["process"], "pid": each["pid"], "nodes": each["nodes"], "restarts": each.get("restarts", 0)}
             for each in present.processes
         ],
+        **({"missing": dict(present.missing)} if present.missing else {}),
     }
 
 
@@ -70,9 +72,19 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     since = _moment(card.since_ns).astimezone()  # whoever reads it lives in local time
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
-    pids = ",".join(str(each["pid"]) for each in present.processes) or card.pid
+    pids = ",".join(_pid(each) for each in present.processes) or card.pid
     file = near(card.file) if card.file else "-"
     return present.run.name, file, pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
+
+
+def _pid(process: Mapping[str, Any]) -> str:
+    """A process's number, and its machine where that is another one than the main.
+
+    >>> _pid({"process": "eyes", "pid": 7}), _pid({"process": "arm:eyes", "pid": 7})
+    ('7', 'arm:7')
+    """
+    machine = str(process["process"]).rpartition(":")[0]
+    return f"{machine}:{process['pid']}" if machine else str(process["pid"])
 
 
 def _moment(ns: int) -> datetime:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,7 @@ Examples:
   busflow run configs/lab1.yaml --for 5s --report run.json
   busflow run configs/lab1.yaml --sim --for 10min --seed 7 --trace run.txt
   busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
+  busflow run configs/lab1.yaml --record run.mcap
   busflow run configs/lab1.yaml --watch
   busflow run configs/lab1.yaml --help"""
 
@@ -30,6 +31,10 @@ Examples:
 @click.option("--sim", is_flag=True, help="On simulated time, as fast as it goes and the same every time.")
 @click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write what the run came to, as JSON.")
 @click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for all that happens.")
+@click.option("--record", metavar="FILE", help="Record the run: run.mcap, or 'runs/{name}-{start}.mcap'.")
+@click.option(
+    "--record-topics", metavar="PATTERN", multiple=True, help="Record only these topics and services: /imu/*, /arm/**."
+)
 @click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
 @click.option("--run", "name", metavar="NAME", help="What other terminals call the run; else its name in FILE.")
@@ -43,6 +48,7 @@ Examples:
     callback=duration_or_off,
     help="Name a handler that blocks the event loop for longer; or off.",
 )
+@click.option("--machine", metavar="NAME", help="Run what FILE places on this machine; else what it places on none.")
 @click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: each node in its own.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
 @click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
@@ -55,22 +61,15 @@ def run(
     context: click.Context,
     given: Given | None,
     for_s: float | None,
-    seed: int | None,
-    sim: bool,
     report: Path | None,
     trace: Path | None,
-    log_format: str,
-    strict: bool,
-    name: str | None,
     no_inspect: bool,
-    watchdog_s: float | None,
     processes: str,
     one_process: bool,
     process: str | None,
     voice: int | None,
-    watch: bool,
-    verbose: bool,
     show_help: bool,
+    **options: Any,
 ) -> int:
     """Run the nodes of FILE until Ctrl-C.
 
@@ -86,19 +85,7 @@ def run(
         return work(given.description, voice)
     from busflow.cli.running import Run
 
-    run = Run(
-        given,
-        spread="one" if one_process else processes,
-        sim=sim,
-        seed=seed,
-        strict=strict,
-        verbose=verbose,
-        log_format=log_format,
-        inspect=not no_inspect,
-        name=name,
-        watchdog_s=watchdog_s,
-        watch=watch,
-    )
+    run = Run(given, spread="one" if one_process else processes, inspect=not no_inspect, **options)
     return run.go(for_s, report, trace)
 
 

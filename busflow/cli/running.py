@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +15,14 @@ import click
 
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
-from busflow.errors import LaunchError, NodeFailed
+from busflow.errors import IncompleteRecording, LaunchError, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
+from busflow.launchfile.description import ClockMode, RecordSpec
+from busflow.launchfile.here import on_machine
 from busflow.launchfile.placement import Spread, placed
 from busflow.log import console_sink, json_sink
-from busflow.program import inspectable, run_graph
+from busflow.program import inspectable, recorded, run_graph
 from busflow.runner import Graph
 from busflow.watch import Watch
 
@@ -36,11 +39,14 @@ class Run:
         given: Given,
         *,
         spread: str,
+        machine: str | None = None,
         sim: bool,
         seed: int | None,
         strict: bool,
         verbose: bool,
         log_format: str,
+        record: str | None = None,
+        record_topics: Sequence[str] = (),
         inspect: bool = True,
         name: str | None = None,
         watchdog_s: float | None = None,
@@ -56,8 +62,11 @@ class Run:
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
         self._options["watchdog_s"] = watchdog_s
         self._outer = dict(os.environ)
-        self._given, self._description = given, (description := given.description())
+        self._given = given
+        whole, together = given.description(), sim or Spread(spread) is Spread.ONE
+        self._description = description = on_machine(whole, machine, together=together or is_simulated(whole))
         self._name = name or description.name
+        self._record = _record_spec(description.record, record, record_topics)
         self._simulated = sim or is_simulated(description)
         # So is one in several processes, which have no time in common but the system's.
         self._placement = placed(description, Spread.ONE if self._simulated else Spread(spread))
@@ -65,7 +74,8 @@ class Run:
         self._watch = watch
         if watch and self._simulated:
             raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
-        if watch and self._placement.others:
+        self._spreads = bool(self._placement.others) or description.here is not None
+        if watch and self._spreads:
             raise click.UsageError("--watch follows runs in one process: add --one-process")
         self._inspect: bool | str = name or True if inspect else False
 
@@ -75,12 +85,14 @@ class Run:
         Raises:
             LaunchError: It cannot run.
         """
-        if self._placement.others:
+        if self._spreads:
             self._refuse(trace is not None, "--trace", "it follows one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run look into each other")
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace):
+                if self._crew is None:  # which has each process record itself
+                    recorded(graph, self._record)
                 graph.tells_at_end = self._for_people
                 code = self._run(graph, for_s, loop_factory)
         except LaunchError:
@@ -95,7 +107,7 @@ class Run:
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
         # On simulated time a run is over before anybody could look, and has to be the same every time.
-        if self._placement.others:
+        if self._spreads:
             return nullcontext((self._manned(), new_event_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
@@ -104,7 +116,17 @@ class Run:
             return nullcontext((inspectable(graph, self._inspect), new_event_loop))
         from busflow.testing.simulation import simulated_graph
 
-        return simulated_graph([self._description], **self._options)
+        if self._description.clock.mode is not ClockMode.FOLLOW or self._inspect is False:
+            return simulated_graph([self._description], **self._options)
+        return self._followed(simulated_graph([self._description], invite=True, **self._options))
+
+    @contextmanager
+    def _followed(
+        self, simulated: AbstractContextManager[tuple[Graph, LoopFactory]]
+    ) -> Generator[tuple[Graph, LoopFactory]]:
+        """A run whose time follows /clock lasts as long as whoever says what time it is, who may be elsewhere."""
+        with simulated as (graph, loop_factory):
+            yield inspectable(graph, self._inspect), loop_factory
 
     @staticmethod
     def _refuse(stated: bool, option: str, why: str) -> None:
@@ -117,19 +139,41 @@ class Run:
 
         graph = Graph([self._description], **self._options)
         arguments = ["run", *self._given.arguments()]
-        self._crew = Crew(graph, self._placement, name=self._name, arguments=arguments, outer=self._outer)
+        network = self._description.network if self._description.here is not None else None
+        self._crew = Crew(
+            graph,
+            self._placement,
+            name=self._name,
+            arguments=arguments,
+            outer=self._outer,
+            network=network,
+            record=self._record,
+        )
         return graph
 
     def _run(self, graph: Graph, for_s: float | None, loop_factory: LoopFactory) -> int:
         try:
-            return run_graph(graph, for_s=for_s, loop_factory=loop_factory)
+            run_graph(graph, for_s=for_s, loop_factory=loop_factory)
         except NodeFailed:
             for failure in graph.failures:
                 tell(f"error: {failure.render()}")
-            return graph.exit_code
+        except IncompleteRecording as error:
+            tell(f"error: {error}")
         finally:
+            if self._crew:
+                self._crew.finish()
             for text in self._crew.failures if self._crew else ():
                 tell(f"error: {text}")
+        return graph.exit_code
+
+
+def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[str]) -> RecordSpec | None:
+    """What is to be recorded: what the launch file says, with the command line over it."""
+    if file is None and topics and stated is None:
+        raise click.UsageError("--record-topics says what goes into a recording; add --record FILE")
+    if file is not None:
+        stated = RecordSpec(file) if stated is None else replace(stated, to=file)
+    return replace(stated, topics=tuple(topics)) if stated is not None and topics else stated
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
@@ -15,7 +16,7 @@ from busflow.cli.output import colour
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.report import NodeReport, ProcessReport, Report
+    from busflow.report import NodeReport, ProcessReport, RecordingReport, Report
 
 _WIDE = 200
 """Characters of a line where standard output is a file or a pipe: nothing is cut."""
@@ -41,27 +42,35 @@ def print_summary(report: Report) -> None:
         if table.row_count:
             console.print()
             console.print(table)
+    for remark in _remarks(report):
+        console.print(f"\n{remark}")
+    lines = (line.rstrip() for line in text.getvalue().splitlines())
+    click.echo("\n".join(lines), color=True)  # rich has decided about colour already
+
+
+def _remarks(report: Report) -> Iterator[str]:
+    """What has to be said beside the tables."""
     for node in report.nodes:
         if node.parameters_set:
-            console.print(f"\n{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran")
+            yield f"{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran"
         if node.restarts or node.failures:
-            console.print(f"\n{printable(node.name)}: {_lives(node)}")
+            yield f"{printable(node.name)}: {_lives(node)}"
     for block in report.blocks:
-        console.print(
-            f"\n{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
+        yield (
+            f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
             f"for {block.longest_s:.2f} s at the longest"
         )
     for process in report.processes:
         if process.restarts or process.fates:
-            console.print(f"\n{_fortunes(process)}")
+            yield _fortunes(process)
     for topic in report.topics:
         if gone := {reason: count for reason, count in topic.losses.items() if count}:
             reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
-            console.print(f"\n{printable(topic.name)}: not all that came from other processes was received: {reasons}")
+            yield f"{printable(topic.name)}: not all that came from other processes was received: {reasons}"
     if lost := report.inbox_dropped + report.inbox_refused:
-        console.print(f"\n{lost} messages from other threads were dropped before they reached their topic")
-    lines = (line.rstrip() for line in text.getvalue().splitlines())
-    click.echo("\n".join(lines), color=True)  # rich has decided about colour already
+        yield f"{lost} messages from other threads were dropped before they reached their topic"
+    if report.recording is not None:
+        yield _recording(report.recording)
 
 
 def _times(count: int) -> str:
@@ -108,6 +117,14 @@ def _services(report: Report) -> Table:
             failed = line.failed - line.timed_out
             _row(table, f"  → {line.node}", "", line.called, line.answered, failed, line.timed_out, line.waiting)
     return table
+
+
+def _recording(recording: RecordingReport) -> str:
+    """Whether all is in the recording, in one line."""
+    shown = f"{printable(recording.path)}: {recording.recorded} messages recorded"
+    if recording.complete:
+        return f"{shown}, complete"
+    return f"{shown}, INCOMPLETE, {recording.missed} missed: {printable(recording.why, limit=400)}"
 
 
 def _timers(report: Report) -> Table:

@@ -17,12 +17,14 @@ from busflow.launchfile.description import (
     LaunchDescription,
     NodeSpec,
     ProcessSpec,
+    RecordSpec,
     RemapSpec,
     TopicSpec,
 )
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part
-from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys, RestartKeys
+from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
+from busflow.launchfile.network import network_of, unknown_machine
 from busflow.launchfile.placement import MAIN
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.value import Value
@@ -57,8 +59,10 @@ class Builder:
             arguments=tuple(arguments.values()),
             folders=tuple(self.part.folders),
             processes=tuple(self._processes()),
+            network=network_of(keys, self.part.tree, self.problems),
             clock=ClockSpec(clock.mode, clock.start, clock.rate),
             seed=clock.seed if keys.seed is None else keys.seed,
+            record=None if keys.record is None else record_spec(keys.record),
             expect=self.part.tree.members.get("expect"),
             shutdown_grace_s=keys.shutdown.grace,
             environment=variables(self.part.tree.members.get("env", self.part.tree.without(()))),
@@ -104,6 +108,7 @@ class Builder:
             supervision=_supervision(stated),
             depends_origins={f"/{key}": key_origin(each) for key, each in value.section("depends_on").items()},
             process=self._process(stated, value),
+            machine=self._machine(stated, value),
         )
 
     def _process(self, stated: NodeKeys, node: Value) -> str | None:
@@ -115,6 +120,24 @@ class Builder:
             self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin))
         return None if name == MAIN else name
 
+    def _machine(self, stated: NodeKeys, node: Value) -> str | None:
+        """On which machine a node runs: that of its process; None on the main one."""
+        process = self.keys.processes.get(stated.process or MAIN)
+        if process is None:
+            return self._known_machine(stated.machine, node)
+        if stated.machine is not None and stated.machine != (process.machine or MAIN):
+            text = f"the process {stated.process} is on the machine {process.machine or MAIN}, not on {stated.machine}"
+            fix = f"write machine: {stated.machine} below processes: {stated.process}, or leave it out here"
+            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin))
+        return None if process.machine == MAIN else process.machine
+
+    def _known_machine(self, name: str | None, entry: Value) -> str | None:
+        """A machine as an entry names it; None for the main one."""
+        if name is not None and name != MAIN and name not in self.keys.machines:
+            text, fix = unknown_machine(name, self.keys.machines)
+            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin))
+        return None if name == MAIN else name
+
     def _processes(self) -> Iterator[ProcessSpec]:
         for name, value in self.part.tree.section("processes").items():
             stated = self.keys.processes[name]
@@ -123,7 +146,8 @@ class Builder:
                 self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)))
             elif self._named(_process_name_fault, "process name", name, value):
                 env = variables(value.members.get("env", value.without(())))
-                yield ProcessSpec(name, key_origin(value), stated.nice, env, _policy(stated.restart))
+                machine = self._known_machine(stated.machine, value)
+                yield ProcessSpec(name, key_origin(value), machine, stated.nice, env, _policy(stated.restart))
 
     def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
         rules: list[RemapSpec] = []
@@ -225,6 +249,11 @@ def _supervision(stated: NodeKeys) -> Supervision:
 
 def _policy(keys: RestartKeys) -> RestartPolicy:
     return RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
+
+
+def record_spec(keys: RecordKeys) -> RecordSpec:
+    """What is to be recorded."""
+    return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression)
 
 
 def _process_name_fault(name: str) -> names.Fault | None:

@@ -13,6 +13,7 @@ from busflow.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
     from busflow.errors import Problem
+    from busflow.launchfile.network import NetworkSpec
     from busflow.qos import QoS
 
 
@@ -22,6 +23,32 @@ class ClockMode(StrEnum):
     SYSTEM = "system"
     SIM = "sim"
     FOLLOW = "follow"  # the topic /clock
+
+
+class Compression(StrEnum):
+    """How the chunks of a recording are compressed."""
+
+    ZSTD = "zstd"
+    LZ4 = "lz4"
+    NONE = "none"
+
+
+class OnDrop(StrEnum):
+    """What it means for the run that its recording lacks a message."""
+
+    WARN = "warn"
+    FAIL = "fail"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordSpec:
+    """What is to be recorded of a run, and where."""
+
+    to: str  # `{name}` and `{start}` stand for the run's name and the time
+    topics: tuple[str, ...] = ()  # patterns; none is all but hidden ones
+    exclude: tuple[str, ...] = ()
+    on_drop: OnDrop = OnDrop.WARN
+    compression: Compression = Compression.ZSTD
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +118,7 @@ class NodeSpec:
     supervision: Supervision = field(default_factory=Supervision)
     depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other's full name
     process: str | None = None  # where it runs; None is the process of `busflow run` itself
+    machine: str | None = None  # and on which machine; None is the main one
 
     @property
     def full_name(self) -> str:
@@ -104,6 +132,7 @@ class ProcessSpec:
 
     name: str
     origin: Origin  # its `place` is the process's key
+    machine: str | None = None  # None is the main one
     nice: int = 0
     env: Mapping[str, str] = field(default_factory=dict[str, str])
     restart: RestartPolicy = field(default_factory=RestartPolicy)
@@ -129,8 +158,11 @@ class LaunchDescription:
     arguments: tuple[Argument, ...] = ()
     folders: tuple[PluginFolder, ...] = ()
     processes: tuple[ProcessSpec, ...] = ()
+    network: NetworkSpec | None = None  # None where everything is on one machine
+    here: str | None = None  # the machine that this is; None where all of the graph is looked at as one
     clock: ClockSpec = ClockSpec()
     seed: int | None = None
+    record: RecordSpec | None = None
     expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`
     shutdown_grace_s: float | None = None
     environment: Mapping[str, str] = field(default_factory=dict[str, str])  # variables that the files state

@@ -24,6 +24,7 @@ from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.groups import Flat, Included
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.model import LaunchKeys, key_faults
+from busflow.launchfile.network import anchored
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.profiles import chosen, from_command_line, readable
 from busflow.launchfile.resolver import Resolver
@@ -212,7 +213,7 @@ class _Loader:
             tree = tree.with_member(("profiles",), readable(root.members["profiles"], scope, self._limits))
         if "args" in root.members:
             tree = tree.with_member(("args",), root.members["args"])
-        keys, tree = self._checked(tree)
+        keys, tree = self._checked(anchored(tree, path.parent))
         around = replace(around, namespace=compose(around.namespace, keys.namespace))
         flat = Flat(self.problems, partial(self._completed, path, scope=scope))
         tree = flat.of(keys, tree)
@@ -334,6 +335,9 @@ def _neighbour(path: Path) -> str | None:
             return None
         if not path.parent.exists():
             return _neighbour(path.parent) or f"there is no folder {path.parent}"
+        for whole in (path.parent / f"{path.name}.yaml", path.parent / "configs" / f"{path.stem}.yaml"):
+            if whole.is_file():  # `busflow run lab1`, said as one says it
+                return f"did you mean {str(whole)!r}?"
         near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
     except (OSError, ValueError):
         return None

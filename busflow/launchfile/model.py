@@ -11,7 +11,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, Wi
 from busflow.annotation import StrictModel, at, split
 from busflow.duration import PATTERN, parse_duration
 from busflow.errors import Fault
-from busflow.launchfile.description import ClockMode
+from busflow.launchfile.description import ClockMode, Compression, OnDrop
+from busflow.launchfile.roles import Role
+from busflow.patterns import check_pattern
 from busflow.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation import faults
 
@@ -124,6 +126,9 @@ class DefaultKeys(Section):
     process: str | None = Field(
         default=None, min_length=1, description="The process it runs in, one of `processes`; main unless said."
     )
+    machine: str | None = Field(
+        default=None, min_length=1, description="The machine it runs on, one of `machines`; that of its process."
+    )
 
 
 class NodeKeys(Repeatable, DefaultKeys):
@@ -167,12 +172,36 @@ def _include_list(data: object) -> object:
 class ProcessKeys(Section):
     """A process of the run beside its main one."""
 
+    machine: str | None = Field(
+        default=None, min_length=1, description="The machine it runs on, one of `machines`; main unless said."
+    )
     nice: int = Field(default=0, ge=-20, le=19, description="How much it gives way to others for the processor.")
     env: dict[str, str | int | float | bool] = Field(
         default_factory=dict, description="Variables of its environment, beside those of the run."
     )
     restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
+    )
+
+
+class MachineKeys(Section):
+    """A machine of the run beside the main one: `busflow run FILE --machine NAME` runs what is placed on it."""
+
+    connect: str | None = Field(default=None, description="Where the others reach it: tls/192.0.2.7:7447.")
+    listen: str | None = Field(default=None, description="Where it listens; else as `network` says, or at `connect`.")
+    cert: str | None = Field(default=None, description="Its certificate; else NAME.pem beside the network's `ca`.")
+    key: str | None = Field(default=None, description="Its private key; else NAME.key beside the network's `ca`.")
+
+
+class NetworkKeys(Section):
+    """How machines trust each other, and who else may join the run. Paths are relative to the file."""
+
+    listen: str | None = Field(default=None, description="Where each machine listens: tls/0.0.0.0:7447.")
+    ca: str | None = Field(default=None, description="The certificate that has signed all others.")
+    cert: str | None = Field(default=None, description="This machine's certificate; else NAME.pem beside `ca`.")
+    key: str | None = Field(default=None, description="This machine's private key; else NAME.key beside `ca`.")
+    allow: dict[str, Role] = Field(
+        default_factory=dict[str, Role], description="What others may do, by the name in their certificate."
     )
 
 
@@ -235,6 +264,31 @@ class ExpectKeys(Section):
     )
 
 
+Pattern = Annotated[str, AfterValidator(check_pattern)]
+"""A pattern of topics' names."""
+
+
+class RecordKeys(Section):
+    """What `busflow run` records, and where. `record: run.mcap` alone records all topics that are not hidden."""
+
+    to: str = Field(
+        min_length=1, description="The file, below the working directory: runs/{name}-{start}.mcap with run and time."
+    )
+    topics: list[Pattern] = Field(
+        default_factory=list[str], description="Only these topics and services, by pattern: /imu/*, /arm/**."
+    )
+    exclude: list[Pattern] = Field(default_factory=list[str], description="Not these, by pattern.")
+    on_drop: OnDrop = Field(
+        default=OnDrop.WARN, description="What follows if something is missing: a warning, or the end of the run."
+    )
+    compression: Compression = Field(default=Compression.ZSTD, description="How the file is made smaller.")
+
+
+def _record_file(data: object) -> object:
+    """`record: run.mcap` is short for a mapping with only `to`."""
+    return {"to": data} if isinstance(data, str) else data
+
+
 class GraphKeys(Section):
     """What a file and a group have in common."""
 
@@ -265,8 +319,15 @@ class ProfileKeys(GraphKeys):
     processes: dict[str, ProcessKeys] = Field(
         default_factory=dict, description="Processes that nodes may run in, beside the main one."
     )
+    machines: dict[str, MachineKeys] = Field(
+        default_factory=dict, description="Machines that nodes may run on, beside the main one."
+    )
+    network: NetworkKeys = Field(default=NetworkKeys(), description="How the machines are linked, and who may join.")
     clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
+    record: Annotated[RecordKeys | None, BeforeValidator(_record_file)] = Field(
+        default=None, description="What to write into a file while the graph runs."
+    )
     expect: ExpectKeys = Field(default=ExpectKeys(), description="What has to hold, checked by `busflow test`.")
     shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
 
@@ -275,7 +336,6 @@ class LaunchKeys(ProfileKeys):
     """A launch file of busflow: the nodes of a graph and what they are told."""
 
     later: ClassVar[Mapping[str, str]] = {
-        "record": "leave it out",
         "version": "leave it out",
     }
 
@@ -306,9 +366,11 @@ ORDER = (
         "nodes",
         "groups",
         "processes",
+        "machines",
+        "network",
         "include",
     ),
-    *("namespace", "clock", "seed", "expect", "shutdown"),
+    *("namespace", "clock", "seed", "record", "expect", "shutdown"),
 )
 """The keys of a launch file in the order in which a person would write them."""
 

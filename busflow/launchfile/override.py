@@ -14,7 +14,10 @@ from busflow.text import did_you_mean
 from busflow.validation import dotted, shown
 
 COMMAND_LINE = Source.COMMAND_LINE.value
-SETTABLE = ("clock", "expect", "name", "nodes", "processes", "qos", "seed", "shutdown", "topics")
+SETTABLE = (
+    *("clock", "expect", "machines", "name", "network", "nodes", "processes", "qos", "record", "seed"),
+    *("shutdown", "topics"),
+)
 
 
 @dataclass(frozen=True, slots=True)

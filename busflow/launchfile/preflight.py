@@ -18,7 +18,7 @@ from busflow.compatibility import Verdict, compatibility
 from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
 from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.faults import parameter_problems
-from busflow.launchfile.placement import idle_processes
+from busflow.launchfile.placement import as_seen_from, idle_places
 from busflow.launchfile.supervision_checks import supervision_problems
 from busflow.launchfile.value import Source
 from busflow.message import type_name
@@ -113,7 +113,9 @@ class Preflight:
         for description in descriptions:
             plan.problems += description.warnings
             for spec in description.nodes:
+                told = len(plan.problems)
                 self._add(plan, spec, topics)
+                plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
         for node, supervision in nodes:
             self._declare(plan, Member(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
@@ -122,7 +124,7 @@ class Preflight:
         plan.problems += _qos_conflicts(plan.members)
         for member in plan.members:
             plan.problems += _idle_specs(member)
-        plan.problems += idle_processes(descriptions)
+        plan.problems += idle_places(descriptions)
         if len(plan.members) == len(nodes) + sum(len(each.nodes) for each in descriptions):
             # Of a node that could not be built nobody knows what it publishes: the others are not to blame.
             plan.problems += _idle_topic_specs(plan.members, topics)

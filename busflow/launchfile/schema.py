@@ -49,6 +49,8 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     definitions |= {**profile.pop("$defs", {}), "QoS": profile}
     _place_qos(root, definitions)
     _place_restart(definitions)
+    for file in (root, definitions["ProfileKeys"]):
+        file["properties"]["record"]["anyOf"].insert(0, {"type": "string"})  # which is short for `to`
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
     for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
         _place_includes(graph)

@@ -22,12 +22,22 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def merged(main: Report, members: Sequence[Member], order: Sequence[str]) -> Report:
-    """The report of the main process with those of the others in it; `order` is that of the nodes."""
+def merged(
+    main: Report, members: Sequence[Member], order: Sequence[str], *, name: str = MAIN, alone: bool = True
+) -> Report:
+    """The report of the main process with those of the others in it.
+
+    Args:
+        main: that of the main process.
+        members: the others.
+        order: that of the nodes.
+        name: of the main process.
+        alone: no machine publishes but this one.
+    """
     told = [_Told(main.nodes, main.topics, main.services, main.timers)]
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
     blocks = list(main.blocks)
-    processes = [ProcessReport(MAIN, None, tuple(node.name for node in main.nodes))]
+    processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
     for member in members:
         told += [*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)]
         for report in (*(life.report for life in member.lives), member.report):
@@ -45,7 +55,7 @@ def merged(main: Report, members: Sequence[Member], order: Sequence[str]) -> Rep
     return replace(
         main,
         nodes=tuple(nodes[name] for name in [*order, *(name for name in nodes if name not in order)] if name in nodes),
-        topics=tuple(_topics(told)),
+        topics=tuple(_topics(told, alone=alone)),
         services=tuple(_services(told)),
         timers=tuple(_timers(told, order)),
         inbox_dropped=inbox["dropped"],
@@ -107,11 +117,16 @@ def _of(cls: type[T], told: Mapping[str, Any]) -> T:
     return cls(**{name: value for name, value in told.items() if name in known})
 
 
-def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
-    """A message is counted as published where its publisher is, and as received where a subscription is."""
+def _topics(told: Iterable[_Told], *, alone: bool) -> Iterable[TopicReport]:
+    """A message is counted as published where its publisher is, and as received where a subscription is.
+
+    Of another machine's it is known how many came: as many as the process that heard most of them has seen.
+    """
     found: dict[str, TopicReport] = {}
+    heard = Counter[str]()
     for each in told:
         for topic in each.topics:
+            heard[topic.name] = max(heard[topic.name], topic.published)
             own = replace(topic, published=topic.published - topic.arrived, arrived=0)
             known = found.get(topic.name)
             if known is not None:
@@ -122,6 +137,8 @@ def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
                     losses=dict(Counter(known.losses) + Counter(own.losses)),
                 )
             found[topic.name] = own
+    if not alone:
+        found = {name: replace(each, published=max(each.published, heard[name])) for name, each in found.items()}
     return [found[name] for name in sorted(found)]
 
 

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self, TextIO
 
 from busflow.errors import ProcessFailed
+from busflow.processes.memory import Memory
 from busflow.wire.run_directory import RunCard
 
 _MOST_CHARACTERS = 1 << 24
@@ -43,10 +44,16 @@ class Assignment:
     """Whether a failure that ends the process is told when the run has ended, so that the log need not."""
     path: tuple[str, ...]
     """Where Python looks for modules in the main process."""
+    args: Mapping[str, object]
+    """The launch file's arguments, where no command line gives them."""
+    memory: Memory
+    """What its nodes were told in a life before."""
+    record: Mapping[str, Any] | None = None
+    """What it is to record, as the words of a `Share`."""
 
     def line(self) -> bytes:
         """What is written to the standard input."""
-        return json.dumps(asdict(self)).encode() + b"\n"
+        return json.dumps(asdict(self), default=str).encode() + b"\n"
 
     @classmethod
     def read(cls, stream: TextIO | None) -> Self:
@@ -57,7 +64,7 @@ class Assignment:
         """
         try:
             told: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
-            told |= {"card": RunCard(**told["card"])}
+            told |= {"card": RunCard(**told["card"]), "memory": Memory(**told["memory"])}
             told |= {key: tuple(told[key]) for key in ("nodes", "others", "path")}
             return cls(**told)
         except (ValueError, TypeError, LookupError):

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
 import sys
 from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import asynccontextmanager
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import busflow
-from busflow.errors import ExitCode, LaunchError, ProcessFailed
-from busflow.launchfile.placement import MAIN, Placement
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, ProcessFailed
+from busflow.launchfile.placement import Placement
 from busflow.processes.account import merged
 from busflow.processes.assignment import Assignment
 from busflow.processes.crossing import crossing_problems, keep_main
-from busflow.processes.member import Member, MemberState
+from busflow.processes.machines import Machines
+from busflow.processes.member import Life, Member, MemberState
 from busflow.supervision import Restart
 from busflow.text import printable
 from busflow.wire.membership import Membership
 from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
 
 if TYPE_CHECKING:
+    from busflow.launchfile.description import RecordSpec
+    from busflow.launchfile.network import NetworkSpec
+    from busflow.launchfile.preflight import Plan
     from busflow.log import LogRecord
+    from busflow.processes.joint_recording import JointRecording
     from busflow.report import Report
     from busflow.runner import Graph
     from busflow.wire.barrier import Barrier
@@ -32,6 +39,8 @@ START_TIMEOUT_S = 60.0
 _WARN_S = 10.0
 _KILL_S = 0.2
 """What a process gets beyond its nodes' grace, before it is killed."""
+_RECORD_S = 2.0
+"""And this, where it has a recording to end."""
 _LEAVE_S = 0.3
 """How long the account of the last ones may take, once they are killed."""
 
@@ -40,7 +49,16 @@ class Crew:
     """The processes of a run beside the main one."""
 
     def __init__(
-        self, graph: Graph, placement: Placement, *, name: str, arguments: Sequence[str], outer: Mapping[str, str]
+        self,
+        graph: Graph,
+        placement: Placement,
+        *,
+        name: str,
+        arguments: Sequence[str],
+        outer: Mapping[str, str],
+        args: Mapping[str, object] | None = None,
+        network: NetworkSpec | None = None,
+        record: RecordSpec | None = None,
     ) -> None:
         """A crew that is started with the graph of the main process.
 
@@ -50,11 +68,16 @@ class Crew:
             name: under which the run is found.
             arguments: of the `busflow` command that starts the others.
             outer: the environment as it was before the launch file's variables were in it.
+            args: the launch file's arguments that a program gave, and no command line.
+            network: the machines of the run, where there are several.
+            record: what each process is to record of itself.
 
         Raises:
             LaunchError: the graph cannot run in these processes, with every problem.
+            RecordingRefused, InvalidName: it cannot be recorded so.
         """
-        self._graph, self._name, self._outer = graph, name, outer
+        gc.freeze()  # as its members do, and for the same reason: a run ends within a second, on a busy machine too
+        self._graph, self._name, self._outer, self._args = graph, name, outer, dict(args or {})
         self._log = graph.log.bind("busflow")
         plan = graph.plan()
         plan.problems += crossing_problems(plan, placement)
@@ -62,36 +85,87 @@ class Crew:
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
         self._order = [each.runtime.full_name for each in plan.members]
+        self._recording = self._recorded_by_all(record, placement, plan) if record is not None else None
         keep_main(plan, placement)
+        self._main = placement.main
+        self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
         self.members = [
-            Member(
-                placement.specs[process],
-                placement.nodes[process],
-                f"{number}.sock",
-                arguments=arguments,
-                environment=os.environ,
-                company=self,
-                log=self._log,
-            )
+            self._member(placement, process, f"{number}.sock", arguments)
             for number, process in enumerate(placement.others, 1)
         ]
         self._by_name = {member.name: member for member in self.members}
+        self._shortcomings: list[str] = []  # of a recording that was to have none
         self._directory: RunDirectory | None = None
         self._membership: Membership | None = None
+        self._take_part(graph)
+
+    def _take_part(self, graph: Graph) -> None:
+        """Begin and end with the graph of the main process."""
+        self._kill_s = _KILL_S + (_RECORD_S if self._recording else 0)
         graph.on_start.append(self._begin)
         graph.on_end.append(self._end)
         graph.on_finish = self._look_whether_all_finished
         graph.around.append(self._at_work())
-        graph.around_s = _KILL_S + _LEAVE_S
+        graph.around_s = self._kill_s + _LEAVE_S
+        if self._recording is not None:
+            from busflow.recording.recorder import record_share
+
+            record_share(graph, self._recording.share(self._main))
+
+    def _recorded_by_all(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
+        """A recording that begins with the graph, while the plan is still that of all processes."""
+        from busflow.processes.joint_recording import JointRecording
+
+        recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
+        self._graph.on_start.append(recording.begin)
+        self._graph.on_end.append(recording.give_back)
+        return recording
+
+    def _member(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> Member:
+        return Member(
+            placement.specs[process],
+            placement.nodes[process],
+            socket,
+            arguments=arguments,
+            environment=os.environ,
+            company=self,
+            log=self._log,
+        )
 
     @property
     def failures(self) -> list[str]:
         """What went wrong in the other processes, for people."""
-        return [failure for member in self.members for failure in member.failures]
+        return [failure for member in self.members for failure in member.failures] + self._shortcomings
 
     def report(self) -> Report:
         """What the whole run has come to so far, or in the end."""
-        return merged(self._graph.report(), self.members, self._order)
+        alone = self._machines is None
+        main = self._graph.report()
+        report = merged(main, self.members, self._order, name=self._main, alone=alone)
+        return (
+            report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
+        )
+
+    def finish(self) -> ExitCode:
+        """The run has ended: see what its recording came to; the exit code, which is another one where that matters."""
+        graph, recording = self._graph, self._recording
+        if recording is not None:
+            recording.finish(replace(self.report(), recording=None))
+            outcome = recording.outcome
+            if recording.is_to_be_complete and outcome is not None and outcome.why and graph.exit_code is ExitCode.OK:
+                graph.exit_code = ExitCode.INCOMPLETE
+                text = f"the recording {printable(outcome.path)} is incomplete: {printable(outcome.why)}"
+                self._shortcomings.append(f"{text} (on_drop: fail)")
+        return graph.exit_code
+
+    def _recorded(self) -> Sequence[Mapping[str, Any]]:
+        """What the processes tell of their recordings, those of their earlier lives included."""
+        main = self._graph.report().recording
+        told = [asdict(main)] if main is not None else []
+        for member in self.members:
+            reports = (*(life.report for life in member.lives), member.report)
+            told += [report["recording"] for report in reports if report is not None and "recording" in report]
+        return told
 
     def _begin(self) -> None:
         """Make the place where the processes meet.
@@ -100,6 +174,8 @@ class Crew:
             InspectionUnavailable: there is none.
         """
         graph = self._graph
+        if self._machines is not None:
+            self._machines.on_doubled = lambda: graph.ask_to_stop(ExitCode.FAILED)
         self._directory = RunDirectory.claim(self._name)
         file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
         name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
@@ -108,8 +184,9 @@ class Crew:
             graph,
             self._directory.path,
             self._card,
-            process=MAIN,
+            process=self._main,
             socket=SOCKET,
+            network=self._machines.network if self._machines else None,
             about=self._about,
             on_change=self._on_presence,
         )
@@ -138,6 +215,7 @@ class Crew:
             for member in self.members:
                 tasks.create_task(member.live(), name=f"busflow.process.{member.name}")
             tasks.create_task(self._end_with_graph(), name="busflow.processes")
+            watching = tasks.create_task(self._machines.watch(), name="busflow.machines") if self._machines else None
             try:
                 await self._all_ready(self._membership.barrier)
             except ProcessFailed as error:
@@ -145,6 +223,8 @@ class Crew:
                 self._graph.ask_to_stop(ExitCode.FAILED)
             else:
                 yield
+            if watching is not None:
+                watching.cancel()
         if problem is not None:
             raise problem
 
@@ -170,7 +250,7 @@ class Crew:
         await asyncio.sleep(0)
         loop = asyncio.get_running_loop()
         for member in self.members:
-            loop.call_later(self._graph.grace_s + _KILL_S, member.kill, "did not stop in time")
+            loop.call_later(self._graph.grace_s + self._kill_s, member.kill, "did not stop in time")
 
     # What the members need.
 
@@ -186,7 +266,7 @@ class Crew:
             directory=str(self._directory.path) if self._directory else "",
             card=self._card,
             nodes=member.nodes,
-            others=(MAIN, *there),
+            others=(self._main, *there),
             seed=self._graph.seed,
             log_level=self._graph.log.level,
             restarts=member.restarts,
@@ -196,6 +276,9 @@ class Crew:
             watchdog_s=self._graph.watchdog.bound_s if self._graph.watchdog else None,
             tells_at_end=self._graph.tells_at_end and member.policy.when is Restart.NEVER,
             path=tuple(sys.path),
+            memory=member.memory,
+            args=self._args,
+            record=self._recording.share(member.name).as_words() if self._recording else None,
         ).line()
 
     def show_record(self, record: LogRecord) -> None:
@@ -213,6 +296,14 @@ class Crew:
         """The run's time."""
         return self._graph.clock.seconds()
 
+    def on_life(self, member: Member, life: Life) -> None:
+        """A process has ended, and may live again; what it had not written yet of a recording is lost."""
+        recording: Mapping[str, Any] = (life.report or {}).get("recording") or {}
+        if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
+            why = life.fate or f"the process {member.name} has not ended its own"
+            path = printable(self._recording.path)
+            self._graph.give_up(IncompleteRecording(f"the recording {path} is incomplete: {why} (on_drop: fail)"))
+
     def on_final(self, code: int, *, finished: bool) -> None:
         """A process has ended for good: so does the run, unless it had nothing left to do and others have."""
         if finished and not code:
@@ -228,7 +319,7 @@ class Crew:
             | {"states": {member.state.value: len(member.nodes)}}
             for member in self.members
         ]
-        return {"restarts": 0, "members": members}
+        return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
 
     def _look_whether_all_finished(self) -> None:
         if self._graph.has_finished and all(member.state is MemberState.ENDED for member in self.members):
@@ -238,3 +329,5 @@ class Crew:
         member = self._by_name.get(process)
         if member is not None:
             member.on_presence(there=there)
+        elif self._machines is not None:
+            self._machines.on_presence(process, there=there)

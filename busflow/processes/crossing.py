@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, Problem
-from busflow.launchfile.placement import MAIN, Placement
+from busflow.launchfile.placement import Placement
 from busflow.message import type_name
 from busflow.qos import Overflow
 from busflow.wire.typesupport import TypeSupport
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
     """Everything that works within a process and not between those in which these nodes are placed."""
-    if not placement.others:
+    if not (placement.others or placement.elsewhere):
         return
     where = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
     told: set[type[Any]] = set()
@@ -94,5 +94,5 @@ def _problem(member: Member, code: str, text: str, fix: str) -> Problem:
 
 
 def keep_main(plan: Plan, placement: Placement) -> None:
-    """Leave in a plan only what runs in the main process."""
-    plan.members = [each for each in plan.members if placement.process_of(each.runtime.full_name) == MAIN]
+    """Leave in a plan only what runs in the main process of this machine."""
+    plan.members = [each for each in plan.members if placement.process_of(each.runtime.full_name) == placement.main]

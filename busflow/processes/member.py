@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from busflow.backoff import Backoff
 from busflow.errors import ExitCode
 from busflow.processes.child import Child
+from busflow.processes.memory import Memory
 from busflow.processes.voice import record_of
 from busflow.supervision import Restart
 
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from busflow.log import LogRecord
     from busflow.supervision import RestartPolicy
 
+_LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
+"""What another life would not mend, or has been asked to be the end of the run: a recording that lacks something."""
 _ENDED_WELL = {ExitCode.OK, ExitCode.TERMINATED}
 
 
@@ -68,6 +72,10 @@ class Company(Protocol):
         """A process has ended for good, before anybody asked it to; because all its nodes have, if it is finished."""
         ...
 
+    def on_life(self, member: Member, life: Life) -> None:
+        """A life has ended, before anybody asked it to."""
+        ...
+
     def seconds(self) -> float:
         """The run's time."""
         ...
@@ -104,6 +112,15 @@ class Member:
         self._heard_s = 0.0
         self._is_out_of_sight = False
         self._killed_for = ""
+        self._parameters: dict[str, Any] = {}
+
+    @property
+    def memory(self) -> Memory:
+        """What its next life begins with."""
+        lives = Counter(dict.fromkeys(self.nodes, len(self.lives)))
+        for life in self.lives:
+            lives.update({node["name"]: node["restarts"] for node in (life.report or {}).get("nodes", ())})
+        return Memory(dict(self._parameters), dict(lives))
 
     @property
     def policy(self) -> RestartPolicy:
@@ -166,8 +183,10 @@ class Member:
         self.lives.append(Life(self.child.pid, self.report, fate))
         self.child, self.report = None, None
         self.state = MemberState.FAILED if fate else MemberState.ENDED
-        if fate and not self._stopping.is_set():
-            self._log.error(fate)
+        if not self._stopping.is_set():
+            if fate:
+                self._log.error(fate)
+            self._company.on_life(self, self.lives[-1])
         return code
 
     def _fate(self, code: int) -> str:
@@ -182,7 +201,7 @@ class Member:
     def _pause_s(self, code: int) -> float | None:
         """How long until the next life; None when there is none."""
         when, now_s = self.policy.when, self._company.seconds()
-        if when is Restart.NEVER or (when is Restart.ON_FAILURE and code in _ENDED_WELL) or code == ExitCode.USAGE:
+        if when is Restart.NEVER or (when is Restart.ON_FAILURE and code in _ENDED_WELL) or code in _LASTING:
             return None
         since_s, self._running_since_s = self._running_since_s, None
         pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
@@ -210,7 +229,9 @@ class Member:
             if self.state is MemberState.HANGS:
                 self._log.warning(f"the process {self.name} is heard of again")
             self.state = MemberState.RUNNING
-            self._running_since_s = self._company.seconds()
+            if self._running_since_s is None:  # else it was out of sight for a moment, and this is the same life
+                self._running_since_s = self._company.seconds()
+                self._log.debug(f"the process {self.name} runs")
         elif self.state is MemberState.RUNNING and self.child is not None:
             asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
 
@@ -236,6 +257,8 @@ class Member:
         elif "report" in told:
             self.report = told["report"]
             self._end = dict(told.get("end") or self._end)
+        elif "parameters" in told:
+            self._parameters |= told["parameters"]
 
     def on_print(self, line: str, *, error: bool) -> None:
         """A line that one of its nodes printed."""

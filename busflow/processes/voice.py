@@ -1,6 +1,7 @@
 """Voice: how a process tells the main one what it logs, how its figures stand and how it ended.
 
-Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. A thread writes: a main process
+Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. What the pipe has room for is in
+it when `say` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
 that is stopped, or busy, never holds up a node here. What finds no room is lost and counted.
 """
 
@@ -8,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import threading
 from collections import deque
 from collections.abc import Mapping
@@ -28,9 +30,12 @@ class Voice:
     def __init__(self, pipe: int) -> None:
         """The writing end of a pipe, which no process that is started from here inherits."""
         os.set_inheritable(pipe, False)
+        os.set_blocking(pipe, False)
         self.lost = 0
         self._pipe = pipe
         self._lines: deque[bytes] = deque()
+        self._rest = b""
+        """What is left of the line that is being written."""
         self._arrived = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._write, name="busflow.voice", daemon=True)
@@ -40,11 +45,16 @@ class Voice:
         """Tell something, from any thread, without waiting."""
         line = json.dumps(told, default=str).encode() + b"\n"
         with self._arrived:
-            if len(self._lines) >= _DEPTH:
+            if not self._rest:  # nothing waits
+                self._rest = self._written(line)
+            elif len(self._lines) < _DEPTH:
+                self._lines.append(line)
+            else:
                 self._lines.popleft()
+                self._lines.append(line)
                 self.lost += 1
-            self._lines.append(line)
-            self._arrived.notify()
+            if self._rest:
+                self._arrived.notify()
 
     def log(self, record: LogRecord) -> None:
         """A sink of the log."""
@@ -59,18 +69,28 @@ class Voice:
         self._thread.join(_LAST_WORDS_S)
 
     def _write(self) -> None:
+        room = select.poll()
+        room.register(self._pipe, select.POLLOUT)
         while True:
             with self._arrived:
-                while not self._lines:
+                while not self._rest:
                     if self._closed:
                         return  # the pipe's end tells the main process that this one ends, so that it stays open
                     self._arrived.wait()
-                line = self._lines.popleft()
-            try:
-                while line:
-                    line = line[os.write(self._pipe, line) :]
-            except OSError:  # nobody listens any more: the main process has ended, and so will this one
-                return
+            room.poll()
+            with self._arrived:
+                self._rest = self._written(self._rest)
+                while not self._rest and self._lines:
+                    self._rest = self._written(self._lines.popleft())
+
+    def _written(self, line: bytes) -> bytes:
+        """Write as much as there is room for; what is left."""
+        try:
+            return line[os.write(self._pipe, line) :]
+        except BlockingIOError:
+            return line
+        except OSError:  # nobody listens any more: the main process has ended, and so will this one
+            return b""
 
 
 def record_of(told: Any, process: str) -> LogRecord:

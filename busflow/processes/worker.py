@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import faulthandler
+import gc
 import os
 import signal
 import sys
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
 from busflow.processes.assignment import Assignment
+from busflow.processes.memory import tell_changes
 from busflow.processes.voice import Voice
 from busflow.program import run_graph
 from busflow.runner import Graph
@@ -32,7 +34,7 @@ _PATIENCE_S = 60.0
 """How long to wait for the others; the main process decides about them long before."""
 
 
-def work(describe: Callable[[], LaunchDescription], pipe: int | None) -> ExitCode:
+def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: int | None) -> ExitCode:
     """Run the nodes that standard input assigns, until the main process says so or is no more.
 
     Raises:
@@ -50,8 +52,9 @@ def work(describe: Callable[[], LaunchDescription], pipe: int | None) -> ExitCod
     code = ExitCode.FAILED
     try:
         _set(assignment.outer)
-        description = describe()
+        description = describe(assignment.args)
         _set(assignment.env)
+        gc.freeze()  # what is imported by now is there to stay: to look through it all once more at the end takes long
         graph = _graph(description, assignment, voice)
         finish = graph.on_finish
 
@@ -113,9 +116,17 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice)
         watchdog_s=assignment.watchdog_s,
     )
     graph.tells_at_end = assignment.tells_at_end
+    if assignment.record is not None:
+        from busflow.recording.recorder import record_share
+        from busflow.recording.share import Share
+
+        record_share(graph, Share.of_words(assignment.record))
     plan = graph.plan()
     if len(plan.members) != len(assignment.nodes):
         raise LaunchError(plan.errors)
+    if assignment.restarts:
+        plan.members = assignment.memory.brought_back(plan, graph.log)
+    tell_changes(graph.bus, lambda told: voice.say(parameters=told))
     plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
     return graph
 

@@ -10,18 +10,21 @@ if TYPE_CHECKING:
     from busflow.testing.harnesses import Harness, harness
     from busflow.testing.ledger import Ledger
     from busflow.testing.loop import VirtualLoop, virtual_time
+    from busflow.testing.replays import Replay, replay
 
 _HOMES = {
     "Harness": "busflow.testing.harnesses",
     "Ledger": "busflow.testing.ledger",
     "NotSeen": "busflow.errors",
+    "Replay": "busflow.testing.replays",
     "VirtualLoop": "busflow.testing.loop",
     "explore": "busflow.testing.exploration",
     "harness": "busflow.testing.harnesses",
+    "replay": "busflow.testing.replays",
     "virtual_time": "busflow.testing.loop",
 }
 
-__all__ = ["Harness", "Ledger", "NotSeen", "VirtualLoop", "explore", "harness", "virtual_time"]
+__all__ = ["Harness", "Ledger", "NotSeen", "Replay", "VirtualLoop", "explore", "harness", "replay", "virtual_time"]
 
 
 def __getattr__(name: str) -> object:

@@ -91,7 +91,8 @@ class _FaultyLink:
             self._last_due_ns = max(self._last_due_ns, self._clock.monotonic_ns() + self._fault.delay_ns)
             self._clock.call_at(self._last_due_ns, self._arrive)
         else:
-            self._pass_on(item)
+            for arrive in self.target.arrivals:
+                arrive(item)
 
     def _is_lost(self) -> bool:
         self.seen += 1
@@ -99,8 +100,4 @@ class _FaultyLink:
 
     def _arrive(self) -> None:
         self.held -= 1
-        self._pass_on(self._under_way.popleft())
-
-    def _pass_on(self, item: Any) -> None:
-        for arrive in self.target.arrivals:
-            arrive(item)
+        self.target.receive(self._under_way.popleft())

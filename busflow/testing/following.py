@@ -5,14 +5,20 @@ from __future__ import annotations
 from typing import Any, cast
 
 from busflow.clock import SimClock, Time
+from busflow.endpoint import Endpoint
 from busflow.errors import IncompatibleType
 from busflow.message import type_name
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.publishers import Publisher
+from busflow.qos import QoS, Reliability
 from busflow.runner import Graph
+from busflow.subscriptions import Subscription
 from busflow.testing.loop import VirtualLoop
 
 TOPIC = "/clock"
+_NODE = "/_clock"
+_QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
+"""What every simulator offers."""
 
 
 class Following:
@@ -30,6 +36,13 @@ class Following:
         self._heard = self._began = False
         clock.start_at(Time(0))
         graph.bus.on_attach.append(self._on_attach)
+
+    def invite(self) -> None:
+        """Receive the topic, so that a simulator in another process is heard once this run can be looked into."""
+        endpoint = Endpoint(_NODE, TOPIC, Clock, _QOS, "the run's clock", TOPIC)
+        subscription = Subscription(Clock, endpoint, _pass_over)
+        self._bus.attach_subscription(subscription, lambda _error, _message: None)
+        subscription.open()
 
     def _on_attach(self, attached: object) -> None:
         if not isinstance(attached, Publisher) or self._heard:
@@ -54,3 +67,7 @@ class Following:
             self._clock.jump(by)
             for hear in tuple(self._clock.on_jump):
                 hear(by)
+
+
+def _pass_over(_message: Clock) -> None:
+    """The message was heard before any queue had it."""

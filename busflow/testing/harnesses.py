@@ -12,7 +12,7 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Mapping
 from contextlib import suppress
 from types import TracebackType
-from typing import Any, Self, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast, overload
 
 from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
@@ -35,6 +35,9 @@ from busflow.testing.waiting import waiting
 from busflow.text import did_you_mean
 from busflow.topic import Topic
 
+if TYPE_CHECKING:
+    from busflow.recording.wanted import Wanted
+
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
 
@@ -50,6 +53,7 @@ class Harness:
         expect_failure: type[Node] | str | None = None,
         keep: int | None = None,
         log_level: str = "info",
+        record: Wanted = False,
     ) -> None:
         loop = asyncio.get_running_loop()
         if not isinstance(loop, VirtualLoop):
@@ -67,6 +71,10 @@ class Harness:
             explore=loop.schedule,
             embedded=True,
         )
+        if record:
+            from busflow.recording.recorder import record_graph
+
+            record_graph(self.graph, record)
         self._loop = loop
         self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=keep))
         self._unseen: Counter[str] = Counter()
@@ -270,6 +278,7 @@ def harness(
     expect_failure: type[Node] | str | None = None,
     keep: int | None = None,
     log_level: str = "info",
+    record: Wanted = False,
 ) -> Harness:
     """A graph of launch files, node classes and instances, on virtual time.
 
@@ -280,8 +289,17 @@ def harness(
         expect_failure: The node that is to fail. Any other failure, or none, fails the test.
         keep: How many messages of each topic are kept, the newest; all unless told. A camera's hour fills the memory.
         log_level: From where on `Harness.log` keeps lines.
+        record: As `busflow.launch` takes it, but that a test records only if it is told to.
     """
-    return Harness(*what, args=args, seed=seed, expect_failure=expect_failure, keep=keep, log_level=log_level)
+    return Harness(
+        *what,
+        args=args,
+        seed=seed,
+        expect_failure=expect_failure,
+        keep=keep,
+        log_level=log_level,
+        record=record,
+    )
 
 
 def given_seed() -> int | None:

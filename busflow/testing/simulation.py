@@ -16,11 +16,14 @@ from busflow.testing.loop import VirtualLoop
 
 
 @contextmanager
-def simulated_graph(what: Sequence[What], **options: Any) -> Generator[tuple[Graph, LoopFactory]]:
+def simulated_graph(
+    what: Sequence[What], *, invite: bool = False, **options: Any
+) -> Generator[tuple[Graph, LoopFactory]]:
     """A graph on simulated time, and what makes the loop for `run_graph` to run it on.
 
     Args:
         what: As `Graph` takes it; a launch file's `clock` says how fast time goes.
+        invite: Whether a simulator in another process may say what time it is, where the launch file follows one.
         options: As `Graph` takes them.
     """
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
@@ -30,5 +33,7 @@ def simulated_graph(what: Sequence[What], **options: Any) -> Generator[tuple[Gra
         clock = SimClock(loop=loop)
         graph = Graph(what, clock=clock, **options)
         if follows:
-            Following(graph, clock, loop)
+            following = Following(graph, clock, loop)
+            if invite:
+                graph.on_start.append(following.invite)
         yield graph, lambda: loop

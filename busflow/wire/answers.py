@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from busflow.wire.sender import Sender
 
 PREFIX = "@busflow/1"
+READING = (
+    *("run", "report", "graph", "types", "services", "history", "measure"),
+    *("parameters", "parameter_changes", "log"),
+)
+"""The questions that leave the run as it was: who may only look may ask them."""
 _ARGUMENT_BYTES = 1 << 20
 _MOST_WAITING = 64
 """Questions that may wait for the loop. One more is not taken: who asks a blocked run over and over is told nothing."""

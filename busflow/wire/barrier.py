@@ -44,7 +44,7 @@ class Barrier:
             mirror: what the process shows.
             session: where.
             process: its name in the run.
-            on_change: hears when another process has come, or is gone or hangs.
+            on_change: hears when another process has come, or is gone or hangs; also one of the same name.
         """
         self._mirror, self._session, self._process = mirror, session, process
         self._zid = str(session.info.zid())
@@ -109,6 +109,8 @@ class Barrier:
     def _on_token(self, text: str, alive: bool) -> None:
         process, word, *rest = text.removeprefix(f"{PREFIX}/").split("/")
         if process == self._process:
+            if word == _SHOWN and rest[0] != self._zid:
+                self._tell(process, alive)
             return
         if word == _LINKED:
             (self._linked_to_us.add if alive else self._linked_to_us.discard)((process, rest[1]))

@@ -6,6 +6,7 @@ Both byte orders are read, little endian is written.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import Any, cast
 
 from busflow.errors import IncompatibleType, InvalidMessage, KeyPath, MalformedMessage
@@ -13,7 +14,7 @@ from busflow.fields import ArrayKind
 from busflow.message import Message, fields_of, type_name
 from busflow.wire.decoding import decoder
 from busflow.wire.description import TypeDescription
-from busflow.wire.encoding import encoder
+from busflow.wire.encoding import encoder, parts_encoder
 from busflow.wire.layout import BIG_ENDIAN
 from busflow.wire.plain_reader import decoder_from_description
 
@@ -28,17 +29,25 @@ class Codec:
     ('00010000 07000000', Int32(data=7))
     """
 
-    encode: Callable[[Message], bytes]
-    """The message in bytes. Raises MalformedMessage where text is too long for ROS 2, which bounds its bytes."""
-    decode: Callable[[bytes | bytearray | memoryview], Message]
-    """The message that the bytes are; arrays are views of them. Raises MalformedMessage where they are none."""
-
     def __init__(self, cls: type[Message], description: TypeDescription) -> None:
         self._cls = cls
         self._description = description
         self._big: Callable[[bytes], Message] | None = None
-        self.encode = encoder(cls, self._explain_value)
-        self.decode = decoder(cls, "little", self._decode_other, self._explain_bytes)
+
+    @cached_property
+    def encode(self) -> Callable[[Message], bytes]:
+        """The message in bytes. Raises MalformedMessage where text is too long for ROS 2, which bounds its bytes."""
+        return encoder(self._cls, self._explain_value)
+
+    @cached_property
+    def decode(self) -> Callable[[bytes | bytearray | memoryview], Message]:
+        """The message that the bytes are; arrays are views of them. Raises MalformedMessage where they are none."""
+        return decoder(self._cls, "little", self._decode_other, self._explain_bytes)
+
+    @cached_property
+    def encode_in_parts(self) -> Callable[[Message], list[Any]]:
+        """What `encode` gives as long as it is not joined; of a large array the array itself, which is not copied."""
+        return parts_encoder(self._cls, self._explain_value)
 
     def _decode_other(self, data: bytes | bytearray | memoryview) -> Message:
         """Decodes what is in another kind of memory, or begins with another header."""

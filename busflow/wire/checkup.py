@@ -22,7 +22,10 @@ _REMEDIES: Mapping[str, str] = {
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
 }
 _LOSSES: Mapping[str, tuple[str, str]] = {
-    "lost": ("never arrived", "the process was too busy to take them in; publish less often, or smaller messages"),
+    "lost": (
+        "never arrived",
+        "their link broke meanwhile, or the process was too busy to take them in: see busflow log --level warning",
+    ),
     "malformed": ("could not be read", "let the other process use the same definition of the type"),
     "refused": ("found a full queue with overflow: block", "raise its depth, or choose overflow: drop_oldest"),
     "incompatible": ("did not fit who receives them", "see the log: busflow log --level warning"),

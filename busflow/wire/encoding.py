@@ -34,7 +34,17 @@ FAULTS = (StructError, ArithmeticError, AssertionError, LookupError, TypeError, 
 
 def encoder(cls: type[Message], explain: Callable[[Any, Exception], Exception]) -> Callable[[Message], bytes]:
     """The function that encodes messages of `cls`; `explain` makes the error that is raised for one that it cannot."""
-    return _Encoder(cls).function(explain)
+    return _Encoder(cls).function(explain, b"".join)
+
+
+def parts_encoder(
+    cls: type[Message], explain: Callable[[Any, Exception], Exception]
+) -> Callable[[Message], list[bytes | np.ndarray[Any, Any]]]:
+    """As `encoder`, of a function that gives the parts: of a large array, the array itself, which nobody can change."""
+    return _Encoder(cls).function(explain, list)
+
+
+_Explain = Callable[[Any, Exception], Exception]
 
 
 class _Encoder:
@@ -51,7 +61,9 @@ class _Encoder:
         """What the next statement will append."""
         self._appends = False
 
-    def function(self, explain: Callable[[Any, Exception], Exception]) -> Callable[[Message], bytes]:
+    def function(
+        self, explain: Callable[[Any, Exception], Exception], join: Callable[[Any], Any]
+    ) -> Callable[..., Any]:
         source, give = self._source, self._source.give
         source.add("try:")
         source.indent(1)
@@ -59,9 +71,9 @@ class _Encoder:
         self._pack()
         if self._appends:
             self._append()
-            source.add(f"return {give(b''.join)}(parts)")
+            source.add(f"return {give(join)}(parts)")
         else:
-            source.add(f"return {give(b''.join)}(({', '.join([give(HEADER), *self._parts])},))")
+            source.add(f"return {give(join)}(({', '.join([give(HEADER), *self._parts])},))")
         source.indent(-1)
         source.add(f"except {give(FAULTS)} as error:", f"    raise {give(explain)}(message, error) from None")
         return source.function("message")

@@ -24,6 +24,10 @@ class ForeignType:
     def __init__(self, name: str, type_hash: str, description: object) -> None:
         self.name, self.type_hash = name, type_hash
         self.is_ros = not type_hash.startswith(json_form.PREFIX)
+        self.encoding = "cdr" if self.is_ros else "json"
+        """How the bytes are encoded, in MCAP's word."""
+        self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
+        """How `definition` is to be read, in MCAP's word."""
         try:
             self.description: Any = check(description) if self.is_ros else description
             found = rihs01(self.description) if self.is_ros else json_form.type_hash(self.description)

@@ -11,13 +11,16 @@ import hashlib
 import struct
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 from busflow.errors import MalformedMessage
 
 DOMAIN = 0
 GRAPH = "@ros2_lv"
+PATIENCE = "timeout"
+"""The parameter of a query that says for how many seconds the answer of a service is waited for."""
 _GID_BYTES = 16
-_ATTACHMENT = struct.Struct("<qqB")
+_ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 _NO_HASH = "RIHS01_" + "0" * 64
 
 
@@ -102,9 +105,8 @@ class Token:
         return replace(found, topic=_plain(topic), type=ros_type(type_name), hash=type_hash, qos=qos)
 
 
-@dataclass(frozen=True, slots=True)
-class Attachment:
-    """What travels beside each message."""
+class Attachment(NamedTuple):
+    """What travels beside each message; a named tuple, since one is made and read for every message."""
 
     sequence: int
     """Counts the publisher's messages from 1: a gap is a loss."""
@@ -113,7 +115,7 @@ class Attachment:
 
     def encode(self) -> bytes:
         """The 33 bytes."""
-        return _ATTACHMENT.pack(self.sequence, self.stamp_ns, _GID_BYTES) + self.gid
+        return attachment_bytes(self.sequence, self.stamp_ns, self.gid)
 
     @classmethod
     def decode(cls, data: bytes) -> Attachment:
@@ -122,10 +124,15 @@ class Attachment:
         Raises:
             MalformedMessage: they are none.
         """
-        if len(data) != _ATTACHMENT.size + _GID_BYTES or data[_ATTACHMENT.size - 1] != _GID_BYTES:
+        if len(data) != _ATTACHMENT.size or data[16] != _GID_BYTES:
             raise MalformedMessage(f"an attachment has 33 bytes, the 17th being 16; got {len(data)} bytes")
-        sequence, stamp_ns, _ = _ATTACHMENT.unpack_from(data)
-        return cls(sequence, stamp_ns, data[_ATTACHMENT.size :])
+        sequence, stamp_ns, _, gid = _ATTACHMENT.unpack(data)
+        return cls(sequence, stamp_ns, gid)
+
+
+def attachment_bytes(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
+    """The 33 bytes of an attachment, for who has no other use for one."""
+    return _ATTACHMENT.pack(sequence, stamp_ns, _GID_BYTES, gid)
 
 
 def topic_key(topic: str, type_name: str, type_hash: str, *, domain: int = DOMAIN) -> str:

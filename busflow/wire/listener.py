@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,12 +46,21 @@ class Received:
 class Listener:
     """Messages of one topic, as they arrive."""
 
-    def __init__(self, depth: int) -> None:
+    def __init__(
+        self, depth: int, *, most_bytes: int = MOST_BYTES, on_arrival: Callable[[], None] | None = None
+    ) -> None:
+        """What waits is bounded by its number and its bytes.
+
+        Args:
+            depth: how many messages may wait.
+            most_bytes: how large they may be together; a single larger one may wait.
+            on_arrival: called in Zenoh's thread when a message arrives and none waited before.
+        """
         self.dropped = 0
         """Messages that were not read in time."""
         self.lost = 0
         """Messages that never arrived: gaps in a publisher's sequence."""
-        self._depth = depth
+        self._depth, self._most_bytes, self._on_arrival = depth, most_bytes, on_arrival
         self._waiting: deque[Received] = deque()
         self._bytes = 0
         self._arrived = threading.Condition()
@@ -62,12 +72,15 @@ class Listener:
         size = len(received.payload)
         with self._arrived:
             self._count_lost(received)
-            while self._waiting and (len(self._waiting) >= self._depth or self._bytes + size > MOST_BYTES):
+            is_first = not self._waiting
+            while self._waiting and (len(self._waiting) >= self._depth or self._bytes + size > self._most_bytes):
                 self._bytes -= len(self._waiting.popleft().payload)
                 self.dropped += 1
             self._waiting.append(received)
             self._bytes += size
             self._arrived.notify()
+        if is_first and self._on_arrival is not None:
+            self._on_arrival()
 
     def get(self, timeout_s: float | None = None) -> Received | None:
         """The next message, waited for; None when none came in time."""

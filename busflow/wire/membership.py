@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
     from busflow.wire.barrier import Barrier
     from busflow.wire.mirror import Mirror
+    from busflow.wire.network import Network
     from busflow.wire.questions import Inspected
     from busflow.wire.run_directory import RunCard
 
@@ -32,6 +33,7 @@ class Membership:
         *,
         process: str,
         socket: str,
+        network: Network | None = None,
         about: Callable[[], Mapping[str, Any]] = dict,
         on_change: Callable[[str, bool], None] | None = None,
     ) -> None:
@@ -43,17 +45,19 @@ class Membership:
             card: what the run says of itself.
             process: this process's name.
             socket: the name of its socket in the directory.
+            network: what links this machine to others, where this process does that.
             about: what the process tells of itself beside what its graph does.
             on_change: hears of another process that has come, or is gone or hangs.
         """
         self._graph, self._directory, self._card = graph, directory, card
-        self._process, self._socket, self._about, self._on_change = process, socket, about, on_change
+        self._process, self._socket, self._network = process, socket, network
+        self._about, self._on_change = about, on_change
         self._mirror: Mirror | None = None
         self._barrier: Barrier | None = None
 
     def begin(self) -> None:
         """Join, on the event loop, before the first node is connected."""
-        session = open_session(self._directory, listen=self._socket)
+        session = open_session(self._directory, listen=self._socket, network=self._network)
         from busflow.wire.barrier import Barrier  # both need Zenoh
         from busflow.wire.mirror import Mirror
 

@@ -8,6 +8,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError
+from busflow.wire.origins import Origins
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
@@ -69,57 +70,89 @@ class Spread:
         return sqrt(max(0.0, self.squares / self.count - self.mean**2)) if self.count else 0.0
 
 
+class Tally:
+    """Messages of one origin: their number, periods in seconds, sizes in bytes, ages in seconds."""
+
+    def __init__(self) -> None:
+        self.last_ns: int | None = None
+        self._restart()
+
+    def _restart(self) -> None:
+        self.count = 0
+        self.odd = 0
+        """Messages whose size or age cannot be told."""
+        self.periods, self.sizes, self.ages = Spread(), Spread(), Spread()
+
+    def add(self, now_ns: int) -> None:
+        """One more message."""
+        self.count += 1
+        if self.last_ns is not None:
+            self.periods.add((now_ns - self.last_ns) / _NS_PER_S)
+        self.last_ns = now_ns
+
+    def read(self) -> dict[str, Any]:
+        """What was counted since it was last read: and it begins anew."""
+        found = {
+            "count": self.count,
+            "periods_s": asdict(self.periods),
+            "sizes": asdict(self.sizes),
+            "ages_s": asdict(self.ages),
+            "odd": self.odd,
+        }
+        self._restart()
+        return found
+
+
 class Meter:
-    """What went over a topic since it was last read: periods in seconds, sizes in bytes, ages in seconds."""
+    """What was published on a topic since it was last read: in this process, and by each node elsewhere."""
 
     def __init__(self, topic: Topic[Any], clock: Clock, size: Callable[[Message], int] | None) -> None:
         """A meter that is yet to be put on its topic; `size` only where bytes are asked for, as it costs most."""
         self.topic = topic
         self._clock = clock
         self._size = size
-        self._last_ns: int | None = None
-        self._restart()
+        self._own = Tally()
+        self._arrived: dict[str, Tally] = {}
+        self._origins = Origins(topic)
+        self._since_ns = clock.monotonic_ns()
 
     def hear(self, message: Message) -> None:
         """Count a message, as it is published."""
-        now_ns = self._clock.monotonic_ns()
-        self._count += 1
-        if self._last_ns is not None:
-            self._periods.add((now_ns - self._last_ns) / _NS_PER_S)
-        self._last_ns = now_ns
+        tally = self._tally()
+        tally.add(self._clock.monotonic_ns())
         try:
-            self._weigh(message)
+            self._weigh(tally, message)
         except (BusflowError, AttributeError, TypeError, ValueError, ArithmeticError):
-            self._odd += 1  # who measures must never be the reason why a publish fails
+            tally.odd += 1  # who measures must never be the reason why a publish fails
 
-    def _weigh(self, message: Message) -> None:
+    def _tally(self) -> Tally:
+        """Where the message belongs that is being published."""
+        node = self._origins.of_this()
+        if node is None:
+            return self._own
+        return self._arrived.setdefault(node if len(self._arrived) < _MOST else "", Tally())
+
+    def _weigh(self, tally: Tally, message: Message) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if stamp is not None:
-            self._ages.add((self._clock.now().nanoseconds - stamp.sec * _NS_PER_S - stamp.nanosec) / _NS_PER_S)
+            tally.ages.add((self._clock.now().nanoseconds - stamp.sec * _NS_PER_S - stamp.nanosec) / _NS_PER_S)
         if self._size is not None:
-            self._sizes.add(self._size(message))
+            tally.sizes.add(self._size(message))
 
     def read(self) -> dict[str, Any]:
-        """What it counted since it was last read, or put on: and it begins anew."""
-        now_ns = self._clock.monotonic_ns()
-        found = {
-            "topic": self.topic.name,
-            "duration_s": (now_ns - self._since_ns) / _NS_PER_S,
-            "count": self._count,
-            "periods_s": asdict(self._periods),
-            "sizes": asdict(self._sizes),
-            "ages_s": asdict(self._ages),
-            "odd": self._odd,
-        }
-        self._restart()
-        return found
+        """What it counted since it was last read, or put on: and it begins anew.
 
-    def _restart(self) -> None:
-        self._since_ns = self._clock.monotonic_ns()
-        self._count = 0
-        self._odd = 0
-        """Messages whose size or age cannot be told."""
-        self._periods, self._sizes, self._ages = Spread(), Spread(), Spread()
+        What arrived from other processes is beside it, by node, under `arrived`: most of them count it themselves.
+        """
+        now_ns = self._clock.monotonic_ns()
+        duration_s, self._since_ns = (now_ns - self._since_ns) / _NS_PER_S, now_ns
+        return {
+            "topic": self.topic.name,
+            "duration_s": duration_s,
+            **self._own.read(),
+            "publishers": sorted({each.endpoint.node for each in self.topic.publishers if not each.endpoint.remote}),
+            "arrived": {node: tally.read() for node, tally in self._arrived.items()},
+        }
 
 
 class Meters:

@@ -44,6 +44,8 @@ class Neighbours:
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
+        self._gone: dict[str, dict[bytes, int]] = {}
+        """By topic, how far publishers had come that were seen to go while their topic was received."""
 
     def come(self, token: Token) -> None:
         """An endpoint of another process is there."""
@@ -68,8 +70,10 @@ class Neighbours:
         if topic.subscriptions:
             for token in self._on(topic.name):
                 self._consider(token)
-        elif topic.name in self._inlets:
-            self._inlets.pop(topic.name).close()
+        else:
+            self._gone.pop(topic.name, None)
+            if topic.name in self._inlets:
+                self._inlets.pop(topic.name).close()
 
     def close(self) -> None:
         """Receive nothing more; the session has to be closed before, which ends a waiting recv()."""
@@ -127,6 +131,7 @@ class Neighbours:
                 session=self._session,
                 log=self._log,
                 on_loop=self._on_loop,
+                gone=self._gone.setdefault(topic.name, {}),
             )
             for token in self._on(topic.name):
                 if str(token) in self._refused:

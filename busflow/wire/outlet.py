@@ -17,7 +17,7 @@ from busflow.errors import MalformedMessage
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Durability, Reliability
-from busflow.wire.keys import Attachment, Token, topic_key
+from busflow.wire.keys import Token, attachment_bytes, topic_key
 from busflow.wire.sender import LARGE
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class Outlet:
             if self.unsent == 1:
                 self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
             return
-        attachment = Attachment(self._publisher.published, self._clock.now().nanoseconds, self._gid).encode()
+        attachment = attachment_bytes(self._publisher.published, self._clock.now().nanoseconds, self._gid)
         self.sent += 1
         if len(payload) < LARGE and not self._sender.busy(self):
             self._put(payload, attachment)
@@ -139,6 +139,7 @@ def _plain(session: zenoh.Session, publisher: Publisher[Any], support: TypeSuppo
     return session.declare_publisher(
         topic_key(publisher.topic, support.name, support.type_hash),
         congestion_control=zenoh.CongestionControl.DROP,
+        priority=_priority(support),
         reliability=_reliability(publisher),
         allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
@@ -157,9 +158,15 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
             heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S if reliable else None
         ),
         congestion_control=zenoh.CongestionControl.DROP,
+        priority=_priority(support),
         reliability=_reliability(publisher),
         allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
+
+
+def _priority(support: TypeSupport) -> zenoh.Priority:
+    """What is large waits in a line of its own, and never has what is small wait behind it, or find no room."""
+    return zenoh.Priority.DATA_LOW if support.is_bulky else zenoh.Priority.DATA
 
 
 def _reliability(publisher: Publisher[Any]) -> zenoh.Reliability:

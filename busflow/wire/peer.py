@@ -10,18 +10,27 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 import zenoh.ext
 
-from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
-from busflow.wire.answers import PREFIX
-from busflow.wire.keys import DOMAIN, GRAPH, Attachment, Kind, Token, topic_key
-from busflow.wire.listener import Listener, Received
+from busflow.errors import (
+    BusflowError,
+    InspectionUnavailable,
+    MalformedMessage,
+    NoSuchTarget,
+    NotAllowed,
+    ServiceTimeout,
+)
+from busflow.text import printable
+from busflow.wire.answers import PREFIX, READING
+from busflow.wire.keys import DOMAIN, GRAPH, PATIENCE, Attachment, Kind, Token, topic_key
+from busflow.wire.listener import MOST_BYTES, Listener, Received
 from busflow.wire.qos_form import from_text
 from busflow.wire.refusal import refusal, service_refusal
 from busflow.wire.run_directory import FoundRun, find_run, runs
@@ -31,8 +40,11 @@ from busflow.wire.view import GraphView, TopicView, view
 
 if TYPE_CHECKING:
     from busflow.wire.foreign import ForeignType
+    from busflow.wire.remote import RemoteRun
 
 ANSWER_TIMEOUT_S = 5.0
+AT = "@"
+"""Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
@@ -54,7 +66,7 @@ class ServiceKind:
 class Peer:
     """A member of a run that only looks and acts."""
 
-    def __init__(self, run: FoundRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
+    def __init__(self, run: FoundRun | RemoteRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
         """Join a run; use `join`, which leaves it again.
 
         Args:
@@ -65,11 +77,13 @@ class Peer:
             InspectionUnavailable: nobody answers there.
         """
         self.run = run
-        self.session = open_session(run.directory, patience_s=patience_s)
+        self.session = (
+            open_session(run.directory, patience_s=patience_s) if isinstance(run, FoundRun) else run.open(patience_s)
+        )
         self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
         self._name = f"_busflow_cli_{os.getpid()}"
-        self._ids = 0
+        self._ids = count(1)  # whose next is one step, so that ends may begin in several threads
         self._tokens: list[zenoh.LivelinessToken] = []
         self._types: dict[str, ForeignType] = {}
 
@@ -80,7 +94,21 @@ class Peer:
     @property
     def alive(self) -> bool:
         """Whether the run is still there."""
-        return self.run in runs()
+        if isinstance(self.run, FoundRun):
+            return self.run in runs()
+        return bool(self.session.info.routers_zid())
+
+    def require(self, what: str) -> None:
+        """Find out whether who has joined may do more than look.
+
+        Raises:
+            NotAllowed: they may not; the run would leave it unanswered.
+        """
+        if not isinstance(self.run, FoundRun) and not self.run.may_act:
+            who, file = self.run.who, printable(self.run.file)
+            raise NotAllowed(
+                f"{who} may look, and not {what}; network: {{allow: {{{who}: all}}}} in {file} changes that"
+            )
 
     # Asking.
 
@@ -95,6 +123,8 @@ class Peer:
 
     def ask_for_messages(self, question: str, **arguments: Any) -> list[tuple[Any, list[Received]]]:
         """As `ask`; with each answer the messages that came before it."""
+        if question not in READING:
+            self.require(question.replace("_", " "))
         replies = self.session.get(
             f"{PREFIX}/*/{question}",
             payload=json.dumps(arguments),
@@ -122,7 +152,7 @@ class Peer:
                 refusals[0]
                 if refusals
                 else InspectionUnavailable(
-                    f"{self.run.name} does not answer: it has just ended, or a handler blocks its event loop"
+                    f"{printable(self.run.name)} does not answer: it has just ended, or a handler blocks its event loop"
                 )
             )
         return found
@@ -135,6 +165,15 @@ class Peer:
                 if reply.ok is not None:
                     found.append(Token.parse(str(reply.ok.key_expr)))
         return [token for token in found if token.session != self._zid]
+
+    def processes(self) -> Mapping[str, str]:
+        """The name of each process of the run, by its session; a run in one process does not tell it."""
+        found: dict[str, str] = {}
+        for reply in self.session.liveliness().get(f"{PREFIX}/*/shown/*/*", timeout=self._patience_s):
+            if reply.ok is not None:
+                process, _, session, _ = str(reply.ok.key_expr).removeprefix(f"{PREFIX}/").split("/")
+                found[session] = process
+        return found
 
     def graph(self) -> GraphView:
         """The run's nodes and topics as they are now."""
@@ -172,15 +211,25 @@ class Peer:
     # Listening and publishing.
 
     @contextmanager
-    def listen(self, topic: TopicView, type_: ForeignType | None = None, *, depth: int = 1000) -> Generator[Listener]:
+    def listen(
+        self,
+        topic: TopicView,
+        type_: ForeignType | None = None,
+        *,
+        depth: int = 1000,
+        most_bytes: int = MOST_BYTES,
+        on_arrival: Callable[[], None] | None = None,
+        listener: Listener | None = None,
+    ) -> Generator[Listener]:
         """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost.
 
-        What transient_local publishers keep for late joiners comes first.
+        What transient_local publishers keep for late joiners comes first. The other arguments are those of the
+        `Listener` that is made where none is given.
         """
         type_ = type_ or self.type(topic.types[0])
         latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
         with self._present(Kind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
-            listener = Listener(depth)
+            listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
             key = topic_key(topic.name, type_.name, type_.type_hash)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
             history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
@@ -199,6 +248,7 @@ class Peer:
         """Publish a topic while the block lasts; `qos` in the form of `qos_form.to_text`."""
         from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
 
+        self.require(f"publish {topic}")
         told = from_text(qos)
         with self._present(Kind.PUBLISHER, topic, type_, qos) as token:
             key = topic_key(topic, type_.name, type_.type_hash)
@@ -230,16 +280,24 @@ class Peer:
         Raises:
             NoSuchTarget: no process of the run says what it is.
         """
+        found = self.services([name])
+        if name not in found:
+            raise NoSuchTarget(f"the run does not say what the service {name} takes")
+        return found[name]
+
+    def services(self, names: Sequence[str]) -> dict[str, ServiceKind]:
+        """What those of the services take and give that a process of the run knows."""
         from busflow.wire.foreign import ForeignType
 
-        for answer in self.ask("services", names=[name]):
-            for told in answer.values():
+        found: dict[str, ServiceKind] = {}
+        for answer in self.ask("services", names=list(names)):
+            for name, told in answer.items():
                 request, response = (
                     ForeignType(f"{told['type']}_{part}", told[part.lower()]["hash"], told[part.lower()]["description"])
                     for part in ("Request", "Response")
                 )
-                return ServiceKind(name, told["type"], told["hash"], request, response)
-        raise NoSuchTarget(f"the run does not say what the service {name} takes")
+                found[name] = ServiceKind(name, told["type"], told["hash"], request, response)
+        return found
 
     def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:
         """Ask a service; the answer as plain values.
@@ -248,9 +306,17 @@ class Peer:
             MalformedMessage: a value of the request does not fit, or the answer is none.
             ServiceError: there is no answer, for one of its reasons.
         """
-        payload = service.request.encode(values)
+        return service.response.decode(self.call_bytes(service, service.request.encode(values), timeout_s=timeout_s))
+
+    def call_bytes(self, service: ServiceKind, payload: bytes, *, timeout_s: float) -> bytes:
+        """Ask a service with a request that is encoded already; the answer as it came.
+
+        Raises:
+            ServiceError: there is no answer, for one of its reasons.
+        """
+        self.require(f"call {service.name}")
         replies = self.session.get(
-            f"{topic_key(service.name, service.type, service.hash)}?timeout={timeout_s}",
+            f"{topic_key(service.name, service.type, service.hash)}?{PATIENCE}={timeout_s}",
             payload=payload,
             attachment=Attachment(1, 0, bytes(16)).encode(),
             target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -260,7 +326,7 @@ class Peer:
         refused = None
         for reply in replies:
             if reply.ok is not None:
-                return service.response.decode(reply.ok.payload.to_bytes())
+                return reply.ok.payload.to_bytes()
             if reply.err is not None:
                 refused = refused or reply.err.payload.to_bytes()
         if refused == _TIMED_OUT:
@@ -270,12 +336,25 @@ class Peer:
     @contextmanager
     def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
         """Be a node with one end, as the others see it."""
-        self._ids += 1
         node = Token(self._zid, 0, 0, Kind.NODE, "/", self._name)
-        end = Token(self._zid, 0, self._ids, kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
+        end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
         liveliness = self.session.liveliness()
         with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):
             yield end
+
+
+def run_called(name: str | None) -> FoundRun | RemoteRun:
+    """The run of a name on this machine; or, for `viewer@robot.yaml`, that of a launch file on other machines.
+
+    Raises:
+        NoSuchRun: there is none, or it has to be said which.
+        LaunchError: the launch file, or what it lets in by, will not do.
+    """
+    if name is None or AT not in name:
+        return find_run(name)
+    from busflow.wire.remote import remote_run  # whoever looks on this machine does not pay for launch files
+
+    return remote_run(name)
 
 
 @contextmanager
@@ -288,8 +367,10 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
         NoSuchRun: there is none, or it has to be said which.
         InspectionUnavailable: it does not answer.
     """
-    peer = Peer(find_run(name), patience_s=patience_s)
+    peer = Peer(run_called(name), patience_s=patience_s)
     try:
+        if not isinstance(peer.run, FoundRun):
+            peer.run = peer.run.answered(peer.ask("run"))
         yield peer
     finally:
         peer.close()

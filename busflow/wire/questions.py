@@ -200,7 +200,8 @@ class Questions:
         """The last `count` lines of the log, oldest first, of `node` or of all, from `level` (a number) on."""
         level, node = int(arguments.get("level", 0)), arguments.get("node")
         lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
-        return {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
+        told = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
+        return told | {"process": self._process}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
         """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""

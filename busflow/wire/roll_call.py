@@ -6,11 +6,14 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from busflow.errors import InspectionUnavailable
 from busflow.wire.run_directory import FoundRun, runs
 from busflow.wire.session import require_zenoh
+
+if TYPE_CHECKING:
+    from busflow.wire.remote import RemoteRun
 
 PATIENCE_S = 1.0
 """How long a run may take to answer: an idle one needs a millisecond, and a list is not to wait for one that hangs."""
@@ -20,7 +23,7 @@ PATIENCE_S = 1.0
 class PresentRun:
     """A run that lives on this machine, and what its processes answered."""
 
-    run: FoundRun
+    run: FoundRun | RemoteRun
     processes: tuple[Mapping[str, Any], ...] = ()
     """What each answers to `run`."""
     silence: str = ""
@@ -34,6 +37,13 @@ class PresentRun:
         return None if self.silence else sum(process["nodes"] for process in self.processes)
 
     @property
+    def missing(self) -> Mapping[str, str]:
+        """The machines that its own one is not linked to, and why."""
+        here = [process for process in self.processes if process["pid"] == self.run.card.pid and "machines" in process]
+        told = [each.items() for process in here for each in [process["machines"]]]
+        return {name: how["reason"] for machines in told for name, how in machines if not how["linked"]}
+
+    @property
     def state(self) -> str:
         """Where the run is in its life, in a word or two."""
         if self.silence:
@@ -43,6 +53,8 @@ class PresentRun:
             states.update(process.get("states", {}))
         if states["failed"]:
             return f"{states['failed']} failed"
+        if self.missing:
+            return f"{', '.join(self.missing)} not linked"
         return next(
             (state for state in ("stopping", "restarting", "waiting", "starting", "built") if states[state]), "running"
         )
@@ -55,10 +67,11 @@ def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
         InspectionUnavailable: A folder where runs would be is not safe.
     """
     for run in runs():
-        yield _asked(run, patience_s)
+        yield call(run, patience_s)
 
 
-def _asked(run: FoundRun, patience_s: float) -> PresentRun:
+def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
+    """One run, asked what it is."""
     from busflow.clock import perf_counter
 
     try:
@@ -68,6 +81,7 @@ def _asked(run: FoundRun, patience_s: float) -> PresentRun:
         with closing(Peer(run, patience_s=patience_s)) as peer:
             begun = perf_counter()
             processes = tuple(peer.ask("run"))
+            run = run if isinstance(run, FoundRun) else run.answered(processes)
             return PresentRun(run, _with_silent_ones(processes), answered_in_s=perf_counter() - begun)
     except InspectionUnavailable as error:
         return PresentRun(run, silence=str(error))
@@ -77,4 +91,4 @@ def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[s
     """What the processes answer, the main one first, and what that knows of those that do not."""
     answered = {answer["process"] for answer in answers}
     silent = [member for answer in answers for member in answer.get("members", ()) if member["process"] not in answered]
-    return (*sorted(answers, key=lambda answer: "members" not in answer), *silent)
+    return (*sorted(answers, key=lambda answer: (":" in answer["process"], "members" not in answer)), *silent)

@@ -36,7 +36,7 @@ class Sender:
 
     def busy(self, lane: object) -> bool:
         """Whether something of this lane is still to be done: what is small must not overtake what is large."""
-        return self._unfinished[lane] > 0
+        return lane in self._unfinished
 
     def hand(self, lane: object, work: Callable[[], None], size: int = 0) -> None:
         """Do this soon; where too much waits already, the oldest is not done and counted as dropped."""

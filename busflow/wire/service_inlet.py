@@ -15,7 +15,7 @@ import zenoh
 from busflow.calls import Activity, Call
 from busflow.errors import MalformedMessage, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.services import Service
-from busflow.wire.keys import Attachment, Token
+from busflow.wire.keys import PATIENCE, Attachment, Token
 from busflow.wire.refusal import service_refusal
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class RemoteServer:
 
         with suppress(zenoh.ZError):  # the session is closed: the run ends
             self._session.get(
-                self._key,
+                self._key if call.limit_s is None else f"{self._key}?{PATIENCE}={call.limit_s}",
                 zenoh.handlers.Callback(hear, drop=end, indirect=False),
                 payload=payload,
                 attachment=attachment,

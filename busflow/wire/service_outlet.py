@@ -19,14 +19,13 @@ import zenoh
 from busflow.errors import BusflowError, ServiceTimeout, ServiceUnavailable
 from busflow.message import Message, ServiceType
 from busflow.wire.answers import replying
+from busflow.wire.keys import PATIENCE
 from busflow.wire.refusal import encode_refusal
 
 if TYPE_CHECKING:
     from busflow.wire.sender import Sender
     from busflow.wire.typesupport import TypeSupport
 
-PATIENCE = "timeout"
-"""The parameter of a query that says for how many seconds the answer is waited for."""
 _AT_ONCE = 1000
 """Requests that may be under way at once; the server's own queue is shorter and refuses first."""
 

@@ -1,4 +1,4 @@
-"""The Zenoh session of a process: unix sockets in the run's directory, and nothing else.
+"""The Zenoh session of a process: unix sockets in the run's directory, and what the launch file names beyond them.
 
 Zenoh's own defaults listen on every network interface and look for others by multicast; here all of that is off.
 Zenoh is imported when a session is opened, so a run without one works where Zenoh does not exist.
@@ -11,18 +11,25 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import InspectionUnavailable
+from busflow.wire.run_directory import SOCKET
 
 if TYPE_CHECKING:
     import zenoh
+
+    from busflow.wire.network import Network
 
 LEASE_MS = 2000
 """How soon a process that hangs, rather than ends, is taken for gone."""
 _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
+_OCCUPIED = re.compile(r"new \S+ listener on \S+ (\S+: )*(?P<reason>[^:]+?) \(os error")
+"""How Zenoh says that it cannot listen."""
 _PATIENCE_US = 250_000
 """How long a message of many pieces waits for room on a link before it is dropped; it does so in a thread of its own.
 The 50 ms that Zenoh grants are too few for a reader who shares two busy cores."""
@@ -40,29 +47,51 @@ def require_zenoh() -> None:
         raise InspectionUnavailable(f"Zenoh cannot be imported here ({error}); pip install eclipse-zenoh") from None
 
 
-def open_session(directory: Path, *, listen: str | None = None, patience_s: float = 5.0) -> zenoh.Session:
+def open_session(
+    directory: Path, *, listen: str | None = None, network: Network | None = None, patience_s: float = 5.0
+) -> zenoh.Session:
     """A session among the processes of a run.
 
     Args:
         directory: the run's directory.
         listen: the name of the socket on which others reach this process; None for one that only looks.
+        network: what links this machine to others, where this process does that.
         patience_s: how long a process that is there may take to answer a newcomer.
 
     Raises:
         InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
     """
     require_zenoh()
-    import zenoh
+    paths = [path for path in directory.glob("*.sock") if path.name != listen]
+    # The main process comes first: where there are several machines, it is linked to the others.
+    others = [f"unixsock-stream/{path}" for path in sorted(paths, key=lambda path: (path.name != SOCKET, path))]
+    if listen is None and not others:
+        raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
+    own = [] if listen is None else [f"unixsock-stream/{directory / listen}"]
+    settings = _settings(own, others, patience_s)
+    if network is not None:
+        settings |= _linked(own, network) | network.settings()
+    try:
+        return _opened(settings)
+    except InspectionUnavailable as error:
+        if network is not None and (found := _OCCUPIED.search(str(error))) is not None:
+            ends = ", ".join(map(str, network.listens))
+            text = f"this machine cannot listen at {ends}: {found['reason']}"
+            raise InspectionUnavailable(f"{text}; another run of it, or another program, may be there") from None
+        if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
+            raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
+        raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
 
-    others = sorted(path for path in directory.glob("*.sock") if path.name != listen)
-    settings: dict[str, Any] = {
+
+def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> dict[str, Any]:
+    return {
         # A client's link is to the run alone, which passes on what other clients say; peers that do not listen would
         # not meet.
-        "mode": "client" if listen is None else "peer",
-        "listen/endpoints": [] if listen is None else [f"unixsock-stream/{directory / listen}"],
-        "connect/endpoints": [f"unixsock-stream/{path}" for path in others],
+        "mode": "peer" if own else "client",
+        "listen/endpoints": own,
+        "connect/endpoints": others,
         "connect/timeout_ms": 0,
-        "connect/exit_on_failure": listen is None,
+        "connect/exit_on_failure": not own,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": True,
         "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
@@ -72,14 +101,38 @@ def open_session(directory: Path, *, listen: str | None = None, patience_s: floa
         "transport/link/tx/lease": LEASE_MS,
         "transport/shared_memory/enabled": False,
     }
-    if listen is None and not others:
-        raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
+
+
+def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
+    """What is different for the process that links its machine to others: it passes on what they say to each other."""
+    return {
+        "mode": "router",
+        "listen/endpoints": [*own, *map(str, network.listens)],
+        "connect/endpoints": [str(end) for end in network.dials],
+        "connect/timeout_ms": -1,  # go on for ever: a machine may come at any time
+        "scouting/delay": 1,  # milliseconds; nobody is scouted for
+        "timestamping/enabled": False,
+        "adminspace/enabled": False,
+    }
+
+
+def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
+    """A session with a run on other machines, for one that only looks or acts.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing or refuses, or nobody there lets it in.
+    """
+    require_zenoh()
+    return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())
+
+
+def _opened(settings: Mapping[str, Any]) -> zenoh.Session:
+    import zenoh
+
     config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     try:
         return zenoh.open(config)
     except zenoh.ZError as error:
-        if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
-            raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
-        raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
+        raise InspectionUnavailable(str(error)) from None

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
+
+import numpy as np
 
 from busflow.errors import InvalidDeclaration
 from busflow.fields import ArrayKind, FieldType
@@ -23,7 +25,9 @@ from busflow.wire.description import (
     rihs01,
     service_types,
 )
+from busflow.wire.opaque import OpaqueMessage
 
+_BYTE_KINDS = {"uint8", "int8", "byte", "char"}
 _COUNTS = {
     ArrayKind.NONE: Count.ONE,
     ArrayKind.FIXED: Count.FIXED,
@@ -48,8 +52,9 @@ class TypeSupport:
     def __init__(self, cls: type[Message | ServiceType]) -> None:
         self.cls = cls
         self.name = type_name(cls)
+        self._foreign = cls.foreign if issubclass(cls, OpaqueMessage) else None
         parts = (cls.Request, cls.Response) if issubclass(cls, ServiceType) else (cls,)
-        self.is_ros = all(is_ros_type(part) for part in parts)
+        self.is_ros = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
         self.encoding = "cdr" if self.is_ros else "json"
         """How the bytes are encoded, in MCAP's word."""
         self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
@@ -58,6 +63,8 @@ class TypeSupport:
     @cached_property
     def description(self) -> dict[str, Any]:
         """What a peer needs to read the messages, ready to be JSON: a `TypeDescription`, or a JSON Schema."""
+        if self._foreign:
+            return self._foreign.description
         if self.is_ros:
             return cast("dict[str, Any]", describe(self.cls))
         if not issubclass(self.cls, ServiceType):
@@ -82,21 +89,56 @@ class TypeSupport:
     @cached_property
     def encode(self) -> Callable[[Message], bytes]:
         """The bytes of a message. Raises MalformedMessage for one that cannot be put into bytes."""
-        return self._codec[0]
+        return self._codec.encode
 
     @cached_property
     def decode(self) -> Callable[[bytes | bytearray | memoryview], Message]:
         """The message that the bytes are. Raises MalformedMessage where they are none."""
-        return self._codec[1]
+        return self._codec.decode
+
+    @property
+    def is_heavy(self) -> bool:
+        """Whether a message may hold an array that is worth not being copied."""
+        plain = self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
+        return plain and _holds_arrays(cast("type[Message]", self.cls))
 
     @cached_property
-    def _codec(self) -> tuple[Callable[[Message], bytes], Callable[[Any], Message]]:
+    def is_bulky(self) -> bool:
+        """Whether a message is mostly bytes, and any number of them: an image, a cloud, a map."""
+        fields = fields_of(self.cls) if self.is_ros and issubclass(self.cls, Message) else ()
+        return any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
+
+    @property
+    def encode_in_parts(self) -> Callable[[Message], list[Any]]:
+        """As `encode` of what is heavy, before the parts are joined: of a large array the array itself."""
+        return cast("Codec", self._codec).encode_in_parts
+
+    @cached_property
+    def _codec(self) -> Codec | _Codec:
         if issubclass(self.cls, ServiceType):
             raise InvalidDeclaration(f"{self.name} is a service; its Request and its Response are encoded")
+        if issubclass(self.cls, OpaqueMessage):
+            return _opaque_codec(self.cls)
         if not self.is_ros:
-            return json_form.codec(self.cls, self.name)
-        codec = Codec(self.cls, cast("TypeDescription", self.description))
-        return codec.encode, codec.decode
+            return _Codec(*json_form.codec(self.cls, self.name))
+        return Codec(self.cls, cast("TypeDescription", self.description))
+
+
+class _Codec(NamedTuple):
+    encode: Callable[[Any], bytes]
+    decode: Callable[[Any], Message]
+
+
+def _opaque_codec(cls: type[OpaqueMessage]) -> _Codec:
+    """Bytes stay what they are."""
+
+    def encode(message: Any) -> bytes:
+        return message.payload.tobytes()
+
+    def decode(payload: bytes | bytearray | memoryview) -> Message:
+        return cls(payload=np.frombuffer(bytes(payload), np.uint8))
+
+    return _Codec(encode, decode)
 
 
 def describe(cls: type[Message | ServiceType]) -> TypeDescription:
@@ -113,6 +155,16 @@ def describe(cls: type[Message | ServiceType]) -> TypeDescription:
     else:
         _describe_all(cls, types)
     return assemble(type_name(cls), types)
+
+
+def _holds_arrays(cls: type[Message]) -> bool:
+    """Whether a field of the class, or of one inside it, is an array of numbers of any length."""
+    return any(
+        (field.array is ArrayKind.UNBOUNDED and field.base not in {"string", "wstring"})
+        if isinstance(field.base, str)
+        else field.array is ArrayKind.NONE and _holds_arrays(cast("type[Message]", field.base))
+        for field in fields_of(cls)
+    )
 
 
 def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -> None:

@@ -316,6 +316,19 @@ def odds(odd_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
     return odd_lab
 
 
+@pytest.fixture(scope="session")
+def lab1() -> Iterator[tuple[Place, LiveRun]]:
+    """Where the project's own lab runs, alone, for as long as the tests do."""
+    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+        place = Place(Path(path))
+        run = place.run(Path(__file__).parents[2], "configs/lab1.yaml")
+        try:
+            run.wait_for("All sensors operational")
+            yield place, run
+        finally:
+            run.stop()
+
+
 @pytest.fixture
 def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
     """A place where nothing runs yet, which commands of this process look at."""

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.cli import main
-from busflow.cli.resolved import lines
 from busflow.launchfile.load import load
+from busflow.launchfile.resolved import lines
 from busflow.launchfile.value import Origin, Source, Value
 
 Captured = pytest.CaptureFixture[str]

@@ -45,12 +45,14 @@ def test_the_version_is_the_packages(capsys: Captured):
         (["rnu"], "error: there is no command 'rnu': did you mean 'run'?"),
         (["plugins", "lst"], "error: there is no command 'lst': did you mean 'list'?"),
         (["plugins", "list", "--jsno"], "error: there is no option --jsno: did you mean '--json'?"),
+        (["topic", "--run", "x", "list"], "give it after the verb: busflow topic list --run"),
         (["run", "x.yaml", "--fro", "5s"], "error: there is no option --fro: did you mean '--for'?"),
         (["run", "x.yaml", "--for", "soon"], "a duration is a number of seconds or a text such as 50ms"),
         (["run"], "Missing argument 'FILE'"),
         (["run", "x.yaml", "--seed", "many"], "'many' is not a valid integer"),
         (["plugins", "info"], "Missing argument 'NAME'"),
         (["--traceback"], "Missing command"),
+        (["bag", "convert", "a", "b"], "Missing option '--to'. Choose from: ros2bag, csv,"),
     ],
 )
 def test_wrong_usage_is_told_with_what_would_be_right(capsys: Captured, arguments: list[str], told: str):

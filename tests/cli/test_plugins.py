@@ -42,6 +42,9 @@ class Choosy(Node):
 '''
 
 
+PLAYER = "player    Publishes a recording: every message on its topic, with the recorded QoS, in its order and time."
+
+
 def test_names_and_summaries_are_listed(capsys: Captured):
     Path("plugins/broken.py").write_text("class (")
     assert main(["plugins", "list"]) == 0
@@ -49,6 +52,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
         "broken    cannot be read: SyntaxError: invalid syntax",
         "listener  Says what it hears.",
         "talker    Counts aloud.",
+        PLAYER,
     ]
 
 
@@ -68,7 +72,17 @@ def test_an_empty_list_says_where_was_looked(capsys: Captured, tmp_path: Path, m
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
     assert main(["plugins", "list"]) == 0
-    assert capsys.readouterr().err == "no plugins in plugins, and none installed\n"
+    told = capsys.readouterr()
+    assert told.err == "no plugins in plugins, and none installed\n"
+    assert told.out.split()[0] == "player"
+
+
+def test_what_is_built_in_is_described_and_gives_way_to_a_plugin_of_its_name(capsys: Captured):
+    assert main(["plugins", "info", "player"]) == 0
+    assert "file" in capsys.readouterr().out
+    Path("plugins/player.py").write_text(Path("plugins/talker.py").read_text())
+    assert main(["plugins", "list"]) == 0
+    assert "Publishes a recording" not in capsys.readouterr().out
 
 
 def test_a_folder_that_is_not_there_is_an_error(capsys: Captured):

@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+BAG = Path(__file__).parents[1] / "cases/rosbag2/talker/talker.mcap"
 HEAVY = ("pydantic", "numpy", "structlog", "asyncio", "rich", "anyio", "yaml")
 IMPORTS = (
     "import sys, busflow.cli\n"
@@ -41,6 +43,7 @@ IMPORTS = (
         "topic --help",
         "topic echo --help",
         "topic pub --help",
+        "foxglove --help",
     ],
 )
 def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):

@@ -149,6 +149,14 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     assert "closed the device" in terminal.shown
 
 
+@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
+    terminal.read_until("ticking")
+    terminal.process.send_signal(signal.SIGHUP)
+    assert terminal.end() == 129
+    assert "closed the device" in terminal.shown
+
+
 @pytest.mark.parametrize(
     ("terminal", "told"),
     [

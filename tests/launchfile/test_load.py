@@ -275,6 +275,15 @@ def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
 
 
 @pytest.mark.parametrize(
+    ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
+)
+def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there: str):
+    folder.write(TALKER, there)
+    _, problems = examine(asked, environment={})
+    assert [each.fix for each in problems] == [f"did you mean {there!r}?"]
+
+
+@pytest.mark.parametrize(
     ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
 )
 def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):

@@ -69,7 +69,7 @@ def test_what_is_not_set_keeps_its_origin(folder):
             "include=[a]",
             1,
             "include cannot be set",
-            "known: clock, expect, name, nodes, processes, qos, seed, shutdown … and 1 more",
+            "known: clock, expect, machines, name, network, nodes, processes, qos … and 4 more",
         ),
         ("sed=1", 1, "sed cannot be set", "did you mean 'seed'?"),
         ("seed=x", 6, "seed must be a whole number, got text 'x'", None),

@@ -123,6 +123,7 @@ def test_what_loads_fits(text: str):
         "nodes: {a: {plugin: sensor, when: 1}}",
         "seed: -1",
         "record: {}",
+        "record: {to: run.mcap, compression: gzip}",
     ],
 )
 def test_what_does_not_load_does_not_fit(text: str):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -91,24 +91,26 @@ class Chatter(Node):
 }
 
 
-class Run:
-    """A `busflow run` in a process of its own."""
+COMMAND = ["-m", "busflow", "run", "run.yaml", "--log-format", "json"]
 
-    def __init__(self, folder: Path, runtime: Path, *arguments: str) -> None:
-        self.folder, self.runtime = folder, runtime
+
+class Run:
+    """A `busflow run`, or a script, in a process of its own."""
+
+    def __init__(
+        self,
+        folder: Path,
+        runtime: Path,
+        *arguments: str,
+        script: str | None = None,
+        report: str = "out.json",
+        prefix: Sequence[str] = (),
+    ) -> None:
+        """Start it: its runs are found in `runtime`, and `prefix` is what the system is asked to start it with."""
+        self.folder, self.runtime, self._report = folder, runtime, report
+        command = [*COMMAND, "--report", report] if script is None else [script]
         self.process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                "busflow",
-                "run",
-                "run.yaml",
-                "--log-format",
-                "json",
-                "--report",
-                "out.json",
-                *arguments,
-            ],
+            [*prefix, sys.executable, *command, *arguments],
             cwd=folder,
             env={**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)},
             stdin=subprocess.DEVNULL,
@@ -173,7 +175,7 @@ class Run:
 
     def report(self) -> dict[str, Any]:
         """What the run came to."""
-        return json.loads((self.folder / "out.json").read_text())
+        return json.loads((self.folder / self._report).read_text())
 
     def topic(self, name: str) -> dict[str, Any]:
         (found,) = [topic for topic in self.report()["topics"] if topic["name"] == name]
@@ -189,11 +191,23 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
     started: list[Run] = []
     with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as runtime:
 
-        def start(text: str, *arguments: str, files: Mapping[str, str] = {}) -> Run:
+        def start(
+            text: str,
+            *arguments: str,
+            files: Mapping[str, str] = {},
+            script: str | None = None,
+            machine: str = "",
+            prefix: Sequence[str] = (),
+        ) -> Run:
             for name, content in files.items():
                 (tmp_path / name).write_text(content)
             (tmp_path / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
-            started.append(Run(tmp_path, Path(runtime), *arguments))
+            place = Path(runtime, machine)
+            place.mkdir(mode=0o700, exist_ok=True)
+            if machine not in {"", "main"}:
+                arguments = ("--machine", machine, *arguments)
+            report = f"out{machine}.json"
+            started.append(Run(tmp_path, place, *arguments, script=script, report=report, prefix=prefix))
             return started[-1]
 
         yield start
@@ -201,7 +215,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
             if run.process.poll() is None:
                 run.process.kill()
             run.end(None)
-        left = {path.name for path in Path(runtime).iterdir()} - {".lock"}
+        left = {path.name for run in started for path in run.runtime.iterdir()} - {".lock", "main", "arm", "head"}
         assert not left or any(each.process.returncode == -signal.SIGKILL for each in started)
 
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,15 @@ spec.loader.exec_module(chaos)
 @pytest.mark.timeout(240)
 def test_a_run_survives_what_happens_to_its_processes(monkeypatch):
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", "")  # which the attack sets; this puts it back
-    outcome = chaos.chaos(seconds=20, seed=3)
+    outcome = chaos.chaos(seconds=30, seed=3)
     assert outcome.broken == []
     assert sum(outcome.faults.values()) >= 3
     assert outcome.restarts >= 1
+    assert outcome.marks >= 3
+    assert outcome.called > 100
+
+
+def test_a_seed_stands_for_one_sequence_of_faults():
+    first, again, other = ([*islice(chaos.schedule(seed), 100)] for seed in (3, 3, 4))
+    assert first == again != other
+    assert {fault for _, _, fault, _ in first} == {"SIGKILL", "SIGSTOP", "SIGTERM", "SIGSEGV"}

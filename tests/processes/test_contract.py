@@ -1,6 +1,17 @@
 """Two nodes notice nothing of where they are: every pair is run in one process and in two."""
 
+import json
+import os
+import subprocess
+import sys
+
 import pytest
+
+from busflow.cli import main
+from busflow.surroundings import Rng
+
+PATIENCE_NS = 40 * 10**9
+"""How long a start may take on however slow a machine."""
 
 PAIRS = {
     "order": """
@@ -101,26 +112,258 @@ class Second(Node):
     def missed(self, event: DeadlineMissed) -> None:
         self.log.info("holds", what=True)
 """,
+    "matched": """
+class First(Node):
+    numbers = publisher(Int64, "numbers")
+    matched = 0
+
+    @on_event("numbers")
+    def on_matched(self, event: PublisherMatched) -> None:
+        self.numbers.publish(Int64(data=event.current))
+
+
+class Second(Node):
+    @on_event("numbers")
+    def on_matched(self, event: SubscriptionMatched) -> None:
+        self.log.info("holds", what=event.current == 1)
+
+    @subscription("numbers")
+    def hear(self, number: Int64) -> None:
+        pass
+""",
+    "lease": """
+class First(Node):
+    numbers = publisher(Int64, "numbers", qos=QoS(liveliness="manual_by_topic", lease=0.2))
+
+    async def run(self) -> None:
+        self.numbers.publish(Int64(data=1))
+
+
+class Second(Node):
+    alive = False
+
+    @subscription("numbers", qos=QoS(liveliness="manual_by_topic", lease=0.5))
+    def hear(self, number: Int64) -> None:
+        self.alive = True
+
+    @on_event("numbers")
+    def changed(self, event: LivelinessChanged) -> None:
+        if self.alive and not event.alive:
+            self.log.info("holds", what=True)
+""",
+    "expired": """
+class First(Node):
+    numbers = publisher(Int64, "numbers", qos=QoS(depth=3, durability="transient_local", lifespan=0.1))
+
+    async def start(self) -> None:
+        self.numbers.publish(Int64(data=1))
+
+    async def run(self) -> None:
+        await self.clock.sleep(1.0)
+        self.numbers.publish(Int64(data=2))
+
+
+class Second(Node):
+    async def run(self) -> None:
+        await self.clock.sleep(0.5)
+        self.create_subscription(Int64, "numbers", self.hear, qos=QoS(durability="transient_local"))
+
+    def hear(self, number: Int64) -> None:
+        self.log.info("holds", what=number.data == 2)
+""",
+    "latched the other way": """
+class First(Node):
+    async def run(self) -> None:
+        await self.clock.sleep(0.3)
+        self.create_subscription(Int64, "numbers", self.hear, qos=QoS(depth=2, durability="transient_local"))
+
+    def hear(self, number: Int64) -> None:
+        self.log.info("holds", what=number.data == self.expected)
+        self.expected += 1
+
+    expected = 3
+
+
+class Second(Node):
+    numbers = publisher(Int64, "numbers", qos=QoS(depth=10, durability="transient_local"))
+
+    async def start(self) -> None:
+        for number in range(5):
+            self.numbers.publish(Int64(data=number))
+""",
+    "every way in which a call fails": """
+class First(Node):
+    asked = 0
+
+    @service(SetBool, "fails")
+    def fail(self, request: SetBool.Request) -> SetBool.Response:
+        raise ValueError("it stays on")
+
+    @service(Trigger, "never")
+    async def never(self, request: Trigger.Request) -> Trigger.Response:
+        await asyncio.Event().wait()
+
+    @service(Trigger, "goes", depth=1)
+    async def go(self, request: Trigger.Request) -> Trigger.Response:
+        self.spawn(self.leave())
+        await asyncio.Event().wait()
+
+    async def leave(self) -> None:
+        await self.clock.sleep(0.3)
+        raise RuntimeError("gone")
+
+
+class Second(Node):
+    fails, never, goes = client(SetBool, "fails"), client(Trigger, "never"), client(Trigger, "goes")
+    nobody = client(Trigger, "nobody")
+
+    async def run(self) -> None:
+        found = [
+            await self.error_of(self.nobody.call()),
+            await self.error_of(self.fails.call()),
+            await self.error_of(self.never.call(timeout=0.2)),
+        ]
+        first = asyncio.ensure_future(self.error_of(self.goes.call()))
+        await self.clock.sleep(0.1)
+        second = asyncio.ensure_future(self.error_of(self.goes.call()))
+        await self.clock.sleep(0.05)
+        found += [await self.error_of(self.goes.call()), await first, await second]
+        self.log.info("told", found=found)
+        expected = ["ServiceUnavailable", "ServiceFailed", "ServiceTimeout", "ServiceUnavailable"]
+        self.log.info("holds", what=found == [*expected, "ServiceGone", "ServiceGone"])
+
+    async def error_of(self, call):
+        try:
+            return await call
+        except ServiceError as error:
+            return type(error).__name__
+""",
 }
 IMPORTS = """
+import asyncio
+
+from pydantic import Field
+
 from busflow import *
-from busflow import QoS
-from busflow.msgs.std_msgs import Int64
-from busflow.msgs.std_srvs import SetBool
+from busflow.msgs.std_msgs import Float64, Int64
+from busflow.msgs.std_srvs import SetBool, Trigger
 
 """
 
 
-@pytest.mark.parametrize("apart", [False, True], ids=["together", "apart"])
-@pytest.mark.parametrize("pair", PAIRS)
-def test_a_pair_of_nodes(start, pair, apart):
-    text = f"""
+PLACEMENTS = pytest.mark.parametrize("apart", [False, True], ids=["together", "apart"])
+
+
+def launch_file(apart):
+    return f"""
 processes: {{other: {{}}}}
 nodes:
   second: {{plugin: "pair:Second"}}
-  first: {{plugin: "pair:First"{", process: other" if apart else ""}}}
+  first: {{plugin: "pair:First", restart: on-failure{", process: other" if apart else ""}}}
 """
-    run = start(text, files={"plugins/pair.py": f"{IMPORTS}{PAIRS[pair]}"})
+
+
+@PLACEMENTS
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_pair_of_nodes(start, pair, apart):
+    run = start(launch_file(apart), files={"plugins/pair.py": f"{IMPORTS}{PAIRS[pair]}"})
     run.wait_for('"event": "holds"')
     run.wait_for('"event": "holds"', '"what": true')
+    run.end()
+
+
+TUNED = """
+from busflow.msgs.rcl_interfaces import ParameterEvent
+
+
+class FirstParameters(Parameters):
+    gain: float = Field(default=1.0, ge=0)
+    label: str = "a"
+
+
+class First(Node):
+    parameters: FirstParameters
+    gains = publisher(Float64, "gains")
+
+    @on_parameters
+    def changed(self, old: FirstParameters) -> None:
+        self.gains.publish(Float64(data=old.gain + self.parameters.gain))
+
+
+class Second(Node):
+    @subscription("/parameter_events")
+    def on_change(self, event: ParameterEvent) -> None:
+        for each in event.changed_parameters:
+            self.log.info("heard of", what=f"{event.node} {each.name} {each.value.double_value}")
+
+    @subscription("gains")
+    def on_gain(self, gain: Float64) -> None:
+        self.log.info("follows", sum=gain.data)
+
+    async def run(self) -> None:
+        self.log.info("ready")
+"""
+
+
+@PLACEMENTS
+def test_parameters_are_set_read_and_told_of(start, monkeypatch, capsys, apart):
+    run = start(launch_file(apart), files={"plugins/pair.py": f"{IMPORTS}{TUNED}"})
+    run.wait_for("ready")
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    assert main(["param", "set", "first", "gain", "-1"]) == 1
+    assert "gain must be at least 0" in capsys.readouterr().err
+    assert main(["param", "set", "first", "gain", "2.5", "label", "b"]) == 0
+    run.wait_for("heard of", "/first gain 2.5")
+    run.wait_for("follows", "3.5")
+    capsys.readouterr()
+    assert main(["param", "get", "first", "gain"]) == 0
+    assert capsys.readouterr().out == "Double value is: 2.5\n"
+    get = ["/first/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [gain, label]}"]
+    assert main(["service", "call", *get]) == 0
+    assert "double_value=2.5" in (out := capsys.readouterr().out)
+    assert "string_value='b'" in out
+    run.end()
+
+
+SEEN = """
+class First(Node):
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.log.info("draws", drawn=int(self.rng.integers(1 << 40)), at=self.clock.now().nanoseconds)
+
+    async def run(self) -> None:
+        for number in range(100):
+            self.numbers.publish(Int64(data=number))
+
+
+class Second(Node):
+    got = 0
+
+    async def start(self) -> None:
+        self.log.info("draws", drawn=int(self.rng.integers(1 << 40)), at=self.clock.now().nanoseconds)
+
+    @subscription("numbers", qos=QoS(depth=1000))
+    def hear(self, number: Int64) -> None:
+        self.got += 1
+        if self.got == 100:
+            self.log.info("has all")
+"""
+
+
+@PLACEMENTS
+def test_clock_seed_and_statistics_are_the_same_for_who_looks(start, apart):
+    run = start(launch_file(apart), "--seed", "7", files={"plugins/pair.py": f"{IMPORTS}{SEEN}"})
+    run.wait_for("has all")
+    draws = {each["node"]: each["drawn"] for each in run.log() if each["event"] == "draws"}
+    assert draws == {name: int(Rng(7, name).integers(1 << 40)) for name in ("/first", "/second")}
+    moments = [each["at"] for each in run.log() if each["event"] == "draws"]
+    assert max(moments) - min(moments) < PATIENCE_NS, "both go by the time of the machine"
+    command = [sys.executable, "-m", "busflow", "topic", "stats", "numbers", "--json"]
+    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
+    told = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=True).stdout
+    (topic,) = json.loads(told)["topics"]
+    assert topic["published"] == 100
+    (line,) = topic["subscriptions"]
+    assert (line["node"], line["published"], line["delivered"], line["dropped"]) == ("/second", 100, 100, 0)
     run.end()

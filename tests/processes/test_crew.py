@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from busflow.cli import main
 from busflow.wire.peer import join
 from busflow.wire.roll_call import call_roll
 
@@ -109,6 +110,29 @@ def test_a_process_that_dies_or_hangs_starts_anew_and_the_others_go_on(start, nu
         assert line["published"] > 20
 
 
+def test_a_process_that_starts_anew_has_the_parameters_it_died_with(start, monkeypatch):
+    run = start(STEADY.replace("POLICY", "on-failure"), "-v")
+    run.wait_for("heard enough", times=2)
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    with join() as peer:
+        (answer,) = peer.ask("set_parameters", node="/teller", values={"rate_hz": 200.0})
+        assert [each["name"] for each in answer["changed"]] == ["rate_hz"]
+        run.kill("left")
+        run.wait_for("begins anew", times=2)
+        told = {
+            each["name"]: each
+            for answer in peer.ask("parameters", node="/teller")
+            for each in answer.get("/teller", ())
+        }
+    assert (told["rate_hz"]["value"], told["rate_hz"]["source"]) == (200.0, "set at run time")
+    assert told["at_start"]["source"] == "default"
+    assert run.end() == 130
+    draws = [each["number"] for each in run.log() if each["event"] == "draws"]
+    assert len(draws) == len(set(draws)) == 2, "as a node that is restarted draws other numbers"
+    (node,) = [each for each in run.report()["nodes"] if each["name"] == "/teller"]
+    assert node["parameters_set"] == 1
+
+
 def test_a_process_that_dies_and_is_not_to_start_anew_ends_the_run(start, have_ended):
     run = start(STEADY.replace("POLICY", "never"), "-v")
     run.wait_for("heard enough", times=2)
@@ -144,7 +168,7 @@ def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
     assert "[side] to the left\n" in run.lines
 
 
-def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch):
+def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch, capsys):
     run = start(STEADY.replace("POLICY", "on-failure"), "-v")
     run.wait_for("heard enough", times=2)
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
@@ -164,6 +188,8 @@ def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch):
         assert {end.node for end in graph.topic("numbers").subscriptions} == {"/hearer", "/here"}
         asked = peer.call(peer.service("/told"), {}, timeout_s=PATIENCE_S)
         assert asked["success"]
+    main(["doctor"])
+    assert "the process left was started anew 1 time" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,26 @@ def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe,
     said.close()
 
 
+def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pipe):
+    said = Voice(pipe[1])
+    said.say(report=1)
+    os.set_blocking(pipe[0], False)
+    assert read(pipe[0]) == [{"report": 1}]
+    said.close()
+
+
+def test_lines_longer_than_a_pipe_arrive_whole_when_the_listener_goes_on(pipe):
+    said = Voice(pipe[1])
+    for number in range(5):
+        said.say(report=[number, "x" * 300_000])
+    heard = b""
+    while heard.count(b"\n") < 5:
+        heard += os.read(pipe[0], 1 << 16)
+    said.close()
+    assert [json.loads(line)["report"][0] for line in heard.splitlines()] == [*range(5)]
+    assert said.lost == 0
+
+
 def test_a_listener_that_is_gone_is_no_fault(pipe):
     os.close(pipe[0])
     said = Voice(pipe[1])

@@ -6,9 +6,12 @@ from typing import Any
 import pytest
 
 from busflow import Message
+from busflow.endpoint import Endpoint
 from busflow.errors import BusflowError, MalformedMessage
 from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Int64
+from busflow.publishers import Publisher
+from busflow.qos import QoS
 from busflow.testing import virtual_time
 from busflow.wire import meter as meter_module
 from busflow.wire.meter import Meters, Spread
@@ -126,3 +129,25 @@ async def test_there_is_an_end_to_meters(make_bench, monkeypatch):
 
 def test_a_spread_of_nothing_has_no_extremes():
     assert Spread() == Spread(0, 0.0, 0.0, None, None)
+
+
+@virtual_time
+async def test_what_arrives_from_another_process_is_told_apart_and_by_node(make_bench):
+    bench = make_bench()
+    own, topic = bench.publisher(), bench.bus.topics["/number"]
+    remote = [
+        Publisher(Int64, Endpoint(node, "/number", Int64, QoS(), node, "/number", remote=True)) for node in ("/a", "/b")
+    ]
+    for each in remote:
+        bench.bus.attach_publisher(each)
+    meters = Meters(bench.bus, sizes(None))
+    meters.read("me", topic, sizes=False)
+    for publisher in (own, *remote, remote[0]):
+        await asyncio.sleep(0.25)
+        publisher.publish(Int64(data=1))
+    told = meters.read("me", topic, sizes=False)
+    assert told["count"] == 1
+    assert {node: each["count"] for node, each in told["arrived"].items()} == {"/a": 2, "/b": 1}
+    assert told["arrived"]["/a"]["periods_s"]["total"] == 0.5
+    assert told["publishers"] == [own.endpoint.node]
+    assert meters.read("me", topic, sizes=False)["arrived"]["/a"]["count"] == 0

@@ -75,6 +75,16 @@ def test_a_peer_hears_why_there_is_no_answer():
             peer.service("/lamp/off")
 
 
+def two_are_withdrawn(peer):
+    """Wait until of three requests those two are withdrawn that had not begun."""
+    account = {}
+    end = time.monotonic() + PATIENCE_S
+    while account.get("withdrawn") != 2 and time.monotonic() < end:
+        answers = peer.ask("services", names=["/lamp/never"])
+        (account,) = [each for answer in answers for each in answer["/lamp/never"]["servers"]]
+    return (account["received"], account["withdrawn"], account["waiting"]) == (3, 2, 1)
+
+
 @pytest.mark.usefixtures("room")
 def test_a_request_whose_caller_has_given_up_is_withdrawn_before_it_begins():
     with join() as peer:
@@ -82,11 +92,7 @@ def test_a_request_whose_caller_has_given_up_is_withdrawn_before_it_begins():
         for _ in range(3):
             with pytest.raises(ServiceTimeout):
                 peer.call(never, {}, timeout_s=0.2)
-        account = {}
-        end = time.monotonic() + PATIENCE_S
-        while account.get("withdrawn") != 2 and time.monotonic() < end:
-            account = peer.ask("services", names=["/lamp/never"])[0]["/lamp/never"]["servers"][0]
-        assert (account["received"], account["withdrawn"], account["waiting"]) == (3, 2, 1), "one had begun"
+        assert two_are_withdrawn(peer)
 
 
 @pytest.mark.usefixtures("room")
@@ -139,6 +145,18 @@ def test_a_node_asks_a_node_of_another_process():
             await hand.switch.call(SetBool.Request(data=False))
         with pytest.raises(ServiceTimeout):
             await hand.never.call(Trigger.Request(), timeout=0.2)
+
+    ask_from_another_process(conversation)
+
+
+@pytest.mark.usefixtures("room")
+def test_a_node_s_request_that_nobody_waits_for_any_more_is_withdrawn_in_the_process_of_the_server():
+    async def conversation(hand):
+        for _ in range(3):
+            with pytest.raises(ServiceTimeout):
+                await hand.never.call(timeout=0.2)
+        with join() as peer:
+            assert await asyncio.to_thread(two_are_withdrawn, peer)
 
     ask_from_another_process(conversation)
 

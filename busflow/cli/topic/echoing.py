@@ -9,11 +9,11 @@ import click
 
 from busflow.cli.joining import full_type
 from busflow.cli.output import tell
-from busflow.cli.topic.known_type import known_type
 from busflow.cli.topic.paths import Absent
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, Problem
 from busflow.text import did_you_mean, printable
+from busflow.wire.known_type import known_type
 
 if TYPE_CHECKING:
     from busflow.cli.topic.printing import Wanted
@@ -27,8 +27,10 @@ _LOOK_S = 1.0
 class Echo:
     """Prints a topic of a run."""
 
-    def __init__(self, peer: Peer, name: str, type_name: str | None, wanted: Wanted) -> None:
-        """Find the topic and its type.
+    def __init__(
+        self, peer: Peer, name: str, type_name: str | None, wanted: Wanted, *, with_info: bool = False
+    ) -> None:
+        """Find the topic and its type; `with_info` prints before each message what is known of its way.
 
         Raises:
             NoSuchTarget: There is no such topic; the message names the nearest.
@@ -40,6 +42,7 @@ class Echo:
         self._type = known_type(peer, agreed_type(self._topic, type_name))
         self._print = wanted.printer(self._topic.name, self._type)
         self._told: set[str] = set()
+        self._with_info = with_info
         self._clock = SystemClock()
 
     def show_last(self, count: int) -> None:
@@ -100,6 +103,8 @@ class Echo:
             return False
         if text is None:
             return False
+        if self._with_info:
+            click.echo(_info(received, self._clock.now().nanoseconds))
         click.echo(text)
         return True
 
@@ -115,6 +120,17 @@ class Echo:
         if text not in self._told and len(self._told) < 100:
             self._told.add(text)
             tell(text)
+
+
+def _info(received: Received, read_ns: int) -> str:
+    """What is known of a message beside its content, in ROS 2's words; null is what nobody said."""
+    told = {
+        "publication_sequence_number": received.sequence or None,
+        "received_timestamp": read_ns,
+        "reception_sequence_number": None,
+        "source_timestamp": received.stamp_ns or None,
+    }
+    return "\n".join([*(f"{word}: {'null' if value is None else value}" for word, value in told.items()), "---"])
 
 
 def agreed_type(topic: TopicView, wanted: str | None) -> str:

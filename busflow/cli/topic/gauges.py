@@ -13,11 +13,11 @@ import click
 from busflow.cli.joining import print_line
 from busflow.cli.output import tell
 from busflow.cli.topic.echoing import agreed_type, tell_if_silent
-from busflow.cli.topic.known_type import known_type
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
 from busflow.cli.topic.shape import shape_of
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
+from busflow.wire.known_type import known_type
 
 if TYPE_CHECKING:
     from busflow.wire.peer import Peer
@@ -87,13 +87,14 @@ class _Gauge:
         self._silent = False
 
     def ask(self) -> None:
-        """Read the run's meter."""
+        """Read the meters of the run's processes."""
         sizes = self._measure is BW
-        answer = self._peer.ask("measure", topic=self._topic, reader=self._reader, sizes=sizes)[0]
-        self._since += Reading.of(answer)
+        answers = self._peer.ask("measure", topic=self._topic, reader=self._reader, sizes=sizes)
+        self._since += Reading.of(answers)
+        statistics = [line for answer in answers for line in answer["subscriptions"]]
         if self._statistics is None:
-            self._flows.since(answer["subscriptions"])
-        self._statistics = answer["subscriptions"]
+            self._flows.since(statistics)
+        self._statistics = statistics
 
     def tell(self, *, as_json: bool, last: bool = False) -> None:
         """An interval is over: tell it, except the last if nothing came."""

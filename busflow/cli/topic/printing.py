@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.cli.joining import line_of
 from busflow.cli.topic.abridged import Abridger
@@ -19,7 +19,25 @@ from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.wire.foreign import ForeignType
-    from busflow.wire.peer import Received
+
+
+class Showable(Protocol):
+    """A message with what is known of its way."""
+
+    @property
+    def payload(self) -> bytes:
+        """Its bytes."""
+        ...
+
+    @property
+    def sequence(self) -> int:
+        """Its number; 0 where nobody said."""
+        ...
+
+    @property
+    def stamp_ns(self) -> int:
+        """When it was published; 0 where nobody said."""
+        ...
 
 
 class Form(Enum):
@@ -70,7 +88,7 @@ class Printer:
     """Of what is shown."""
     matches: Filter | None
 
-    def __call__(self, received: Received) -> str | None:
+    def __call__(self, received: Showable) -> str | None:
         """A message as text, None where the filter leaves it out.
 
         Raises:
@@ -101,7 +119,7 @@ class Printer:
             return repr(payload)
         return f"{payload[:most]!r}... ({len(payload)} bytes)"
 
-    def _json(self, received: Received, shown: Any) -> str:
+    def _json(self, received: Showable, shown: Any) -> str:
         told: dict[str, Any] = {
             "topic": self.topic,
             "sequence": received.sequence or None,

@@ -36,6 +36,16 @@ _count = click.IntRange(min=1)
     metavar="N",
     help="Wait until N subscriptions are there.  [default: 1 with --once or --times, else 0]",
 )
+@click.option(
+    "--max-wait-time-secs",
+    "patience_s",
+    type=click.FloatRange(min=0),
+    metavar="S",
+    help="Stop waiting for subscriptions after so many seconds, with exit code 1.",
+)
+@click.option("--qos-depth", type=_count, metavar="N", help="How many messages are kept for who comes late.")
+@click.option("--qos-reliability", type=click.Choice(["reliable", "best_effort"]), help="What is offered.")
+@click.option("--qos-durability", type=click.Choice(["volatile", "transient_local"]), help="What is offered.")
 @click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only each Nth message.")
 @joins
 def pub(
@@ -47,19 +57,24 @@ def pub(
     times: int | None,
     rate: float,
     matches: int | None,
+    patience_s: float | None,
+    qos_depth: int | None,
+    qos_reliability: str | None,
+    qos_durability: str | None,
     print_every: int,
     as_json: bool,
 ) -> int:
     """Publish messages of TYPE on the topic NAME, until Ctrl-C.
 
     VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: they are
-    then those of each message.
+    then those of each message. What of the QoS is not said is what the topic's subscriptions ask for.
     """
-    from busflow.cli.topic.publishing import Publishing
+    from busflow.cli.topic.publishing import Offer, Publishing
 
     if once and times is not None:
         raise click.UsageError("--once and --times exclude each other")
     limit = 1 if once else times
     with joined(run) as peer:
-        publishing = Publishing(peer, name, type_name, values, print_every=print_every, as_json=as_json)
-        return publishing.go(rate, limit, matches if matches is not None else int(limit is not None))
+        offer = Offer(qos_depth, qos_reliability, qos_durability)
+        publishing = Publishing(peer, name, type_name, values, offer, print_every=print_every, as_json=as_json)
+        return publishing.go(rate, limit, matches if matches is not None else int(limit is not None), patience_s)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
 from threading import Event
 from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import print_line
+from busflow.cli.joining import full_type, print_line
 from busflow.cli.output import tell
 from busflow.cli.topic.abridged import Abridger
-from busflow.cli.topic.known_type import known_type
 from busflow.cli.topic.one_line import python_form
 from busflow.cli.topic.shape import shape_of
 from busflow.cli.topic.typed_values import TypedValues
@@ -19,23 +21,51 @@ from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Proble
 from busflow.names import check_full_topic_name
 from busflow.text import did_you_mean, printable
 from busflow.wire.keys import Kind
+from busflow.wire.known_type import known_type
 
 if TYPE_CHECKING:
     from busflow.wire.peer import Peer, Speaker
+    from busflow.wire.qos_form import WireQoS
     from busflow.wire.view import GraphView
 
 _LOOK_S = 1.0
 """How often it is told that nobody receives, and looked whether the run is still there."""
 _NS_PER_S = 1_000_000_000
-_FOR_EVERYBODY = ":1:,10:,:,:,,"
-"""Reliable and transient_local: what a subscription that asks for the last messages will not do without."""
-_USUAL = "::,10:,:,:,,"
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """The QoS that was typed; None is whatever suits the topic's subscriptions."""
+
+    depth: int | None = None
+    reliability: str | None = None
+    durability: str | None = None
+
+    def text(self, wanted: Sequence[WireQoS]) -> str:
+        """The offer in the form of `qos_form`, for subscriptions that ask for these.
+
+        One that asks for the last messages will not do without `transient_local`; `reliable` suits everybody.
+        """
+        latched = any(each.durability == "transient_local" for each in wanted)
+        durability = self.durability or ("transient_local" if latched else "volatile")
+        reliability = 2 if self.reliability == "best_effort" else ""
+        return f"{reliability}:{1 if durability == 'transient_local' else ''}:,{self.depth or 10}:,:,:,,"
+
+    def misses(self, wanted: Sequence[WireQoS]) -> str | None:
+        """The word that some subscription asks for and that is not offered."""
+        if self.reliability == "best_effort" and any(each.reliability == "reliable" for each in wanted):
+            return "reliability: reliable"
+        if self.durability == "volatile" and any(each.durability == "transient_local" for each in wanted):
+            return "durability: transient_local"
+        return None
 
 
 class Publishing:
     """Publishes what was typed on a topic of a run."""
 
-    def __init__(self, peer: Peer, name: str, type_name: str, values: str, *, print_every: int, as_json: bool) -> None:
+    def __init__(
+        self, peer: Peer, name: str, type_name: str, values: str, offer: Offer, *, print_every: int, as_json: bool
+    ) -> None:
         """Check everything before anything is published.
 
         Raises:
@@ -48,28 +78,32 @@ class Publishing:
         self._topic = f"/{name.removeprefix('/')}"
         check_full_topic_name(self._topic)
         graph = peer.graph()
-        self._type = known_type(peer, type_name)
+        self._type = known_type(peer, full_type(type_name))
         self._shape = shape_of(self._type)
         there = graph.topics.get(self._topic)
         if there is not None and self._type.name not in there.types:
             message = f"{self._topic} has the type {there.type}, not {self._type.name}"
             raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} tells its fields"))
         self._values = TypedValues(values, self._type, self._shape)
-        latched = there is not None and any(each.qos.durability == "transient_local" for each in there.subscriptions)
-        self._qos = _FOR_EVERYBODY if latched else _USUAL
+        asked = [each.qos for each in there.subscriptions] if there is not None else []
+        self._qos = offer.text(asked)
+        if (missed := offer.misses(asked)) is not None:
+            tell(f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this")
         if there is None or not there.subscriptions:
             self._tell_nobody(graph)
         self._clock = SystemClock()
         self._pause = Event()
 
-    def go(self, rate: float, times: int | None, matches: int) -> ExitCode:
-        """Publish, `times` at most.
+    def go(self, rate: float, times: int | None, matches: int, patience_s: float | None = None) -> ExitCode:
+        """Publish, `times` at most; FAILED where there were not `matches` subscriptions in time.
 
         Raises:
             InspectionUnavailable: The run has ended.
         """
         with self._peer.advertise(self._topic, self._type, qos=self._qos) as speaker:
-            self._wait_for(matches, speaker)
+            if not self._wait_for(matches, speaker, inf if patience_s is None else patience_s):
+                tell(f"error: {printable(self._topic)} had not {matches} subscription(s) within {patience_s:g} s")
+                return ExitCode.FAILED
             if not self._as_json:
                 click.echo("publisher: beginning loop")
             start_ns = looked_ns = self._clock.monotonic_ns()
@@ -95,16 +129,24 @@ class Publishing:
         else:
             click.echo(f"publishing #{speaker.published}: {python_form(shown, self._shape)}\n")
 
-    def _wait_for(self, matches: int, speaker: Speaker) -> None:
-        """Wait until so many subscriptions are there, and say so each second."""
+    def _wait_for(self, matches: int, speaker: Speaker, patience_s: float) -> bool:
+        """Wait until so many subscriptions are there, and say so each second; False when it took too long."""
+        began_ns, told = self._clock.monotonic_ns(), False
         while matches:
+            left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
             enough = self._listeners() >= matches
-            if enough and speaker.wait_for_listener(_LOOK_S):
-                return
+            if enough and speaker.wait_for_listener(max(0.0, min(_LOOK_S, left_s))):
+                return True
+            if left_s <= 0:
+                return False
+            if not told:
+                told = True
+                tell("to publish at once, whoever receives it: -w 0")
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
             self._require_run()
             if not enough:
-                self._pause.wait(_LOOK_S)
+                self._pause.wait(min(_LOOK_S, left_s))
+        return True
 
     def _listeners(self) -> int:
         wanted = (Kind.SUBSCRIPTION, self._topic, self._type.name, self._type.type_hash)

@@ -38,10 +38,30 @@ class Reading:
     ages: Spread
 
     @classmethod
-    def of(cls, answer: Mapping[str, Any]) -> Reading:
-        """What a run answered to `measure`."""
-        spreads = (Spread(**answer[name]) for name in ("periods_s", "sizes", "ages_s"))
-        return cls(answer["duration_s"], answer["count"], *spreads)
+    def of(cls, answers: Sequence[Mapping[str, Any]]) -> Reading:
+        """What the processes of a run answered to `measure`: each message is counted where it is published.
+
+        Who publishes from outside, a terminal or a ROS 2 node, counts nothing: what arrived of it counts, once.
+        """
+        duration_s = max(answer["duration_s"] for answer in answers)
+        known = {node for answer in answers for node in answer["publishers"]}
+        outside: dict[str, Mapping[str, Any]] = {}
+        for answer in answers:
+            for node, told in answer["arrived"].items():
+                if node not in known:  # the process that had most of it
+                    outside[node] = max(outside.get(node, told), told, key=lambda each: each["count"])
+        parts = [cls._told(duration_s, told) for told in (*answers, *outside.values())]
+        return cls(
+            duration_s,
+            sum(part.count for part in parts),
+            _beside([part.periods for part in parts]),
+            sum((part.sizes for part in parts), Spread()),
+            sum((part.ages for part in parts), Spread()),
+        )
+
+    @classmethod
+    def _told(cls, duration_s: float, told: Mapping[str, Any]) -> Reading:
+        return cls(duration_s, told["count"], *(Spread(**told[name]) for name in ("periods_s", "sizes", "ages_s")))
 
     def __add__(self, other: Reading) -> Reading:
         return Reading(
@@ -51,6 +71,22 @@ class Reading:
             self.sizes + other.sizes,
             self.ages + other.ages,
         )
+
+
+def _beside(spreads: Sequence[Spread]) -> Spread:
+    """The periods of several that publish at the same time: the rates add up, the deviation is that within each.
+
+    >>> each = Spread(10, 1.0, 0.1, 0.1, 0.1)
+    >>> round(1 / _beside([each, Spread(), each]).mean)
+    20
+    """
+    given = [each for each in spreads if each.count]
+    if len(given) < 2:  # one, or none, is what it is
+        return given[0] if given else Spread()
+    count, total = sum(each.count for each in given), max(each.total for each in given)
+    variance = sum(each.count * each.deviation**2 for each in given) / count
+    extremes = sum(given, Spread())
+    return Spread(count, total, count * (variance + (total / count) ** 2), extremes.low, extremes.high)
 
 
 NOTHING = Reading(0.0, 0, Spread(), Spread(), Spread())

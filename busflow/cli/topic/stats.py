@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import click
@@ -25,7 +26,8 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
         wanted = {topic.name for topic in map(peer.graph().topic, names)} if names else None
         reports = peer.ask("report")
         name = peer.run.name
-    topics = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
+    told = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
+    topics = [_together([each for each in told if each["name"] == name]) for name in sorted({t["name"] for t in told})]
     seconds = max(report["duration_s"] for report in reports)
     if as_json:
         print_answer({"run": name, "duration_s": seconds, "topics": topics})
@@ -33,6 +35,30 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
     titles = ("topic", "type", "published", "rate", "delivered", "dropped", "queued")
     print_columns([titles, *(row for topic in topics for row in _rows(topic, seconds))])
     return 0
+
+
+def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """One topic as its processes tell of it: a message counts as published once, however many of them receive it.
+
+    >>> here = {"published": 5, "arrived": 0, "subscriptions": [], "losses": {}}
+    >>> there = {"published": 6, "arrived": 6, "subscriptions": ["/a"], "losses": {"lost": 1}}
+    >>> _together([here, there])  # one of the six came from outside the run
+    {'published': 6, 'arrived': 0, 'subscriptions': ['/a'], 'losses': {'lost': 1}}
+    """
+    if len(lines) == 1:
+        return lines[0]
+    own = [line["published"] - line["arrived"] for line in lines]
+    outside = max(line["arrived"] - (sum(own) - mine) for line, mine in zip(lines, own, strict=True))
+    losses = Counter[str]()
+    for line in lines:
+        losses.update(line["losses"])
+    return {
+        **lines[0],
+        "published": sum(own) + max(0, outside),
+        "arrived": 0,
+        "subscriptions": [each for line in lines for each in line["subscriptions"]],
+        "losses": dict(losses),
+    }
 
 
 def _rows(topic: Mapping[str, Any], seconds: float) -> Iterator[tuple[object, ...]]:

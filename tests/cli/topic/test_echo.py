@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from busflow.cli import main
-from busflow.cli.topic.known_type import known_type
+from busflow.wire.known_type import known_type
 from busflow.wire.peer import join
 
 Captured = pytest.CaptureFixture[str]
@@ -47,6 +47,16 @@ def printed(capsys: Captured, *arguments: str) -> str:
 )
 def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
     assert alike(printed(capsys, *arguments.split())) == alike(ros2_said(capture))
+
+
+@in_the_lab
+def test_what_is_known_of_a_messages_way(capsys: Captured, ros2_said: Said):
+    lines = printed(capsys, "--once", "/balance_state", "--include-message-info").splitlines()
+    said = ros2_said("220_echo_message_info").splitlines()
+    assert [line.partition(":")[0] for line in lines] == [line.partition(":")[0] for line in said]
+    info = dict(line.split(": ") for line in lines[:4])
+    assert int(info["publication_sequence_number"]) > 0  # which ROS 2's own recording did not say
+    assert 0 < int(info["source_timestamp"]) <= int(info["received_timestamp"])
 
 
 @in_the_lab

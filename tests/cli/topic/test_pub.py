@@ -85,5 +85,31 @@ def test_it_waits_for_a_subscription_until_ctrl_c():
         it.send_signal(signal.SIGINT)
         _, err = it.communicate(timeout=20)
     assert it.returncode == 130
-    assert err.startswith("warning: nobody receives /nobody; ")
-    assert len(err.splitlines()) == 1
+    warning, advice = err.splitlines()
+    assert warning.startswith("warning: nobody receives /nobody; ")
+    assert advice.endswith("-w 0")
+
+
+def test_it_waits_no_longer_than_asked_for(capsys: Captured):
+    assert main(["topic", "pub", "--once", "--max-wait-time-secs", "0.01", "nobody", FLOAT]) == 1
+    out, err = capsys.readouterr()
+    assert "publishing" not in out
+    assert err.splitlines()[-1] == "error: /nobody had not 1 subscription(s) within 0.01 s"
+
+
+def test_what_is_offered_is_told_to_the_graph():
+    qos = ["--qos-depth", "3", "--qos-reliability", "best_effort", "--qos-durability", "transient_local"]
+    command = [sys.executable, "-m", "busflow", "topic", "pub", "-w", "0", "-r", "1", *qos, "offered", FLOAT]
+    with join() as peer, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as it:
+        assert it.stdout is not None
+        assert it.stdout.readline() == "publisher: beginning loop\n"
+        (offer,) = [each.qos for each in peer.graph().topic("offered").publishers]
+        it.send_signal(signal.SIGINT)
+        it.communicate(timeout=20)
+    assert (offer.depth, offer.reliability, offer.durability) == (3, "best_effort", "transient_local")
+
+
+def test_an_offer_that_does_not_suffice_is_told(capsys: Captured):
+    assert main(["topic", "pub", "-t", "1", "-w", "0", "--qos-reliability", "best_effort", "cmd", FLOAT]) == 0
+    told = "warning: a subscription of /cmd asks for reliability: reliable, and receives nothing of this\n"
+    assert capsys.readouterr().err == told

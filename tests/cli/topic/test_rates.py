@@ -1,5 +1,7 @@
 """What a meter counted, over a window and between two readings."""
 
+from dataclasses import asdict
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -68,3 +70,48 @@ def test_json_names_its_units():
     told = HZ.as_json("/x", reading(1.0), reading(1.0, 1.0), [])
     assert (told["rate_hz"], told["window"], told["period_s"]["mean"]) == (10.0, 2, 0.1)
     assert BW.as_json("/x", reading(8.0), reading(8.0, seconds=2.0), [])["bytes_per_s"] == 4.0
+
+
+def measured(
+    count: int, *, publishers: tuple[str, ...] = (), arrived: dict[str, int] | None = None
+) -> dict[str, object]:
+    """What a process answers that counted so many messages, ten a second."""
+
+    def told(count: int) -> dict[str, object]:
+        periods = spread(*[0.1] * (count - 1))
+        return {
+            "count": count,
+            "periods_s": asdict(periods),
+            "sizes": asdict(spread(*[8] * count)),
+            "ages_s": asdict(spread()),
+        }
+
+    others = {node: told(number) for node, number in (arrived or {}).items()}
+    return {"duration_s": 1.0, **told(count), "publishers": list(publishers), "arrived": others}
+
+
+def test_what_several_processes_publish_adds_up():
+    read = Reading.of([measured(11, publishers=("/a",)), measured(11, publishers=("/b",)), measured(0)])
+    assert (read.count, read.duration_s, read.sizes.total) == (22, 1.0, 176)
+    assert abs(1 / read.periods.mean - 20) < 1e-9
+    assert (read.periods.low, read.periods.high) == (0.1, 0.1)
+    assert read.periods.deviation < 1e-6
+
+
+def test_a_message_counts_where_it_is_published_however_many_processes_receive_it():
+    there = measured(11, publishers=("/a",))
+    assert Reading.of([measured(0, arrived={"/a": 10}), there, measured(0, arrived={"/a": 11})]).count == 11
+
+
+def test_what_comes_from_outside_the_run_counts_once():
+    outside = [measured(0, arrived={"/_busflow_cli_7": 5}), measured(0, arrived={"/_busflow_cli_7": 6}), measured(0)]
+    assert Reading.of(outside).count == 6
+
+
+@given(st.lists(st.integers(0, 20), max_size=5))
+def test_rates_of_processes_beside_each_other_add_up(counts: list[int]):
+    read = Reading.of([measured(count + 1, publishers=(f"/{n}",)) for n, count in enumerate(counts)] or [measured(0)])
+    assert read.periods.count == sum(counts)
+    if any(counts):
+        longest = max(counts) * 0.1
+        assert abs(read.periods.mean * sum(counts) - longest) < 1e-9

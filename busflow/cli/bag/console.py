@@ -1,0 +1,160 @@
+"""The terminal of a player: a bar that shows how far it is, and the keys that pause, step and pace it."""
+
+from __future__ import annotations
+
+import os
+import select
+import shutil
+import sys
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import Protocol, TextIO
+
+_LOOK_S = 0.1
+_FASTER, _SLOWER = 1.1, 1 / 1.1
+_CLEAR = "\r\x1b[2K"
+_NS_PER_S = 1e9
+
+
+class Controls(Protocol):
+    """What a terminal shows of a player, and may ask of it, from a thread of its own."""
+
+    def shown(self) -> Shown | None:
+        """How it stands, once it plays."""
+        ...
+
+    def toggle(self) -> None:
+        """Pause, or go on."""
+        ...
+
+    def step(self) -> None:
+        """Play one message, while paused."""
+        ...
+
+    def pace(self, factor: float) -> None:
+        """Play faster or slower."""
+        ...
+
+
+class Shown(Protocol):
+    """How a player stands."""
+
+    @property
+    def position_ns(self) -> int:
+        """Nanoseconds since the first moment that is played."""
+        ...
+
+    @property
+    def length_ns(self) -> int:
+        """All that is played."""
+        ...
+
+    @property
+    def rate(self) -> float:
+        """How fast."""
+        ...
+
+    @property
+    def paused(self) -> bool:
+        """Whether it stands still."""
+        ...
+
+    @property
+    def played(self) -> int:
+        """Messages so far."""
+        ...
+
+
+class Console:
+    """Draws and listens, in a thread, while entered; without a terminal it does nothing."""
+
+    def __init__(self, controls: Controls, stream: TextIO | None = None) -> None:
+        """The console of a player."""
+        self._controls, self._stream = controls, stream or sys.stderr
+        self._end = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._keys: dict[bytes, Callable[[], None]] = {
+            b" ": controls.toggle,
+            b"s": controls.step,
+            b"\x1b[C": controls.step,
+            b"\x1b[A": lambda: controls.pace(_FASTER),
+            b"\x1b[B": lambda: controls.pace(_SLOWER),
+        }
+
+    def clear(self) -> None:
+        """Make room for a line of the log: the bar comes back below it."""
+        if self._thread is not None:
+            self._stream.write(_CLEAR)
+
+    @contextmanager
+    def shown(self) -> Generator[None]:
+        """Be there while the block lasts."""
+        if not self._stream or not self._stream.isatty():
+            yield
+            return
+        with _pressed_keys() as keyboard:
+            self._thread = threading.Thread(target=self._work, args=(keyboard,), name="busflow.console", daemon=True)
+            self._thread.start()
+            try:
+                yield
+            finally:
+                self._end.set()
+                self._thread.join(timeout=1)
+                self.clear()
+                self._stream.flush()
+
+    def press(self, keys: bytes) -> None:
+        """Do what keys stand for, one after the other; others are passed over."""
+        while keys:
+            known = next((each for each in self._keys if keys.startswith(each)), None)
+            if known is not None:
+                self._keys[known]()
+            keys = keys[len(known or b"x") :]
+
+    def line(self, width: int) -> str:
+        """The bar, at most so wide.
+
+        A player that has yet to begin has none.
+        """
+        now = self._controls.shown()
+        if now is None:
+            return ""
+        total_s, done_s = now.length_ns / _NS_PER_S, now.position_ns / _NS_PER_S
+        state = "paused" if now.paused else f"x{now.rate:g}"
+        told = f" {done_s:.1f} / {total_s:.1f} s  {now.played} messages  {state}"
+        room = max(0, min(40, width - len(told) - 3))
+        full = room if not total_s else min(room, int(room * done_s / total_s))
+        return f"[{'#' * full}{'.' * (room - full)}]{told}"[: max(0, width - 1)]
+
+    def _work(self, keyboard: int | None) -> None:
+        while not self._end.is_set():
+            if keyboard is None:
+                self._end.wait(_LOOK_S)
+            elif select.select([keyboard], [], [], _LOOK_S)[0]:
+                keys = os.read(keyboard, 64)
+                keyboard = keyboard if keys else None
+                self.press(keys)
+            self._stream.write(_CLEAR + self.line(shutil.get_terminal_size().columns))
+            self._stream.flush()
+
+
+@contextmanager
+def _pressed_keys() -> Generator[int | None]:
+    """The keyboard, each key of which comes at once; None where there is none."""
+    if not sys.stdin or not sys.stdin.isatty():
+        yield None
+        return
+    try:
+        import termios
+        import tty
+    except ImportError:  # not on Windows
+        yield None
+        return
+    keyboard = sys.stdin.fileno()
+    before = termios.tcgetattr(keyboard)
+    try:
+        tty.setcbreak(keyboard)
+        yield keyboard
+    finally:
+        termios.tcsetattr(keyboard, termios.TCSADRAIN, before)

@@ -1,0 +1,55 @@
+"""`busflow bag convert`: writes a recording in another form: for ROS 2, for a table, for a script."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from busflow.cli.bag.naming import listed, named, reads, stretch, tell_damage, within
+from busflow.cli.bag.progress import progress
+from busflow.cli.joining import line_of, print_answer
+from busflow.cli.output import tell
+
+_FORMS = ("ros2bag", "csv", "parquet", "jsonl", "mcap")
+_EXAMPLES = """\b
+Examples:
+  busflow bag convert run.mcap run_bag --to ros2bag
+  busflow bag convert run.mcap tables --to csv --topics joint_states
+  busflow bag convert run.mcap run.jsonl --to jsonl --start 10s --end 20s
+  busflow bag convert old_bag new.mcap --to mcap"""
+
+
+@click.command(epilog=_EXAMPLES)
+@reads("in_")
+@click.argument("out", type=click.Path(path_type=Path))
+@click.option("--to", type=click.Choice(_FORMS), required=True, help="What OUT is to be.")
+@click.option("--topics", callback=listed, metavar="NAMES", help="Only these, with commas between them.")
+@within
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def convert(
+    in_: Path, out: Path, to: str, topics: list[str], start_s: float | None, end_s: float | None, as_json: bool
+) -> int:
+    """Write the recording IN as OUT, which must not exist.
+
+    ros2bag is a directory that ros2 bag reads; csv and parquet are a directory with a table for each topic; jsonl is a
+    file with a line for each message; mcap is a file for any reader of MCAP, also of a bag that was split or is a
+    database. The exit code is 5 where IN could not be read to its end.
+    """
+    from busflow.recording.bag import Bag
+    from busflow.recording.conversion.convert import Form
+    from busflow.recording.conversion.convert import convert as converted
+
+    with Bag(in_) as bag, progress("converting", lambda: bag.messages) as step:
+        channels = named(topics, bag) if topics else None
+        times = stretch(bag, start_s, end_s)
+        done = converted(bag, out, Form(to), line_of, channels=channels, times=times, on_message=step)
+        for fault in done.faults.values():
+            tell(f"warning: left out: {fault}")
+        code = tell_damage(bag)
+    if as_json:
+        print_answer({"output": str(out), "to": to, "messages": done.messages, "left_out": done.left_out})
+        return code
+    left_out = f", {done.left_out} could not be read" if done.left_out else ""
+    click.echo(f"{out}: {done.messages} messages{left_out}")
+    return code

@@ -1,0 +1,190 @@
+"""`busflow bag info`: what a recording holds, how it came about, and whether it is complete."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.bag.naming import reads
+from busflow.cli.joining import print_answer
+from busflow.cli.output import print_columns, tell
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from busflow.recording.bag import Bag
+    from busflow.recording.channel import Channel
+    from busflow.recording.series import Series
+
+_EXAMPLES = """\b
+Examples:
+  busflow bag info run.mcap
+  busflow bag info run.mcap --digest
+  busflow bag info run.mcap --json | jq .topics"""
+
+
+@click.command(epilog=_EXAMPLES)
+@reads()
+@click.option("--digest", "with_digest", is_flag=True, help="Tell the SHA-256 of all messages, their times and order.")
+@click.option("--launch-file", is_flag=True, help="Print the launch file that was recorded with it, and nothing else.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int:
+    """Tell what the recording FILE holds: an .mcap file, or the directory of a bag of ROS 2.
+
+    Its summary is asked, so that large ones answer at once; busflow bag verify reads all of it.
+    """
+    from busflow.errors import BagError
+    from busflow.recording.bag import Bag
+
+    with Bag(file) as bag:
+        if launch_file:
+            if bag.facts is None or bag.facts.launch_file is None:
+                raise BagError("there is no launch file in it", file=str(file))
+            tell(bag.facts.launch_file, error_stream=False)
+            return 0
+        told = _told(bag)
+        if with_digest:
+            told["digest"] = bag.digest()
+        if as_json:
+            print_answer(told)
+        else:
+            _show(bag, told)
+    return 0
+
+
+def _told(bag: Bag) -> dict[str, Any]:
+    """All there is to tell."""
+    topics = [_topic(each, bag) for each in _by_name(bag.channels)]
+    start, end = bag.start_ns, bag.end_ns
+    facts, ledger = bag.facts, bag.ledger
+    return {
+        "path": str(bag.path),
+        "files": [each.path.name for each in bag.files],
+        "size": sum(each.size for each in bag.files),
+        "complete": bag.complete,
+        "incomplete_because": list(bag.incomplete),
+        "start_ns": start,
+        "end_ns": end,
+        "duration_s": None if start is None or end is None else (end - start) / 1e9,
+        "messages": bag.messages,
+        "recorder": bag.files[0].recorder,
+        "run": facts and facts.run,
+        "seed": facts and facts.seed,
+        "clock": facts and facts.clock,
+        "versions": facts and dict(facts.versions),
+        "launch_file": facts and facts.launch_file,
+        "ledger": ledger
+        and {
+            "recorded": ledger.recorded,
+            "missed": ledger.missed,
+            "report": ledger.report,
+            "complete": ledger.complete,
+        },
+        "processes": [_process(each) for each in bag.series if each.facts is not None and each.facts.process],
+        "topics": topics,
+    }
+
+
+def _process(series: Series) -> dict[str, Any]:
+    """The file that a process has recorded of itself, in one of its lives."""
+    reasons = list(series.incomplete())
+    return {
+        "process": series.facts and series.facts.process,
+        "file": series.files[0].path.name,
+        "messages": series.overview().messages,
+        "complete": not reasons,
+        "incomplete_because": reasons,
+    }
+
+
+def _by_name(channels: Iterable[Channel]) -> Iterator[Channel]:
+    """Each topic once where all that differs is what its publishers in several processes have offered."""
+    found: dict[tuple[str, ...], Channel] = {}
+    for each in channels:
+        key = (each.topic, each.type_name, each.encoding, each.type_hash or "", each.definition)
+        known = found.get(key)
+        if known is None:
+            found[key] = each
+        else:
+            qos = "\n".join(dict.fromkeys(filter(None, [known.qos, each.qos])))
+            found[key] = replace(known, count=(known.count or 0) + (each.count or 0), qos=qos)
+    yield from found.values()
+
+
+def _topic(channel: Channel, bag: Bag) -> dict[str, Any]:
+    count = channel.count or 0
+    span = 0.0 if bag.start_ns is None or bag.end_ns is None else (bag.end_ns - bag.start_ns) / 1e9
+    # A run that records itself begins with the recording; else a topic's first message is as good a beginning.
+    gaps = count if bag.facts is not None and not bag.facts.heard else count - 1
+    return {
+        "name": channel.topic,
+        "type": channel.type_name,
+        "encoding": channel.encoding,
+        "type_hash": channel.type_hash,
+        "messages": count,
+        "rate_hz": gaps / span if count > 1 and span > 0 else None,
+        "qos": channel.qos,
+    }
+
+
+def _show(bag: Bag, told: dict[str, Any]) -> None:
+    click.echo(f"{printable(bag.path.name)}")
+    print_columns([row for row in _rows(bag, told) if row[1] not in (None, "")], indent="  ")
+    if told["topics"]:
+        click.echo()
+        print_columns(
+            [
+                ("topic", "type", "messages", "rate"),
+                *((each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in told["topics"]),
+            ]
+        )
+
+
+def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
+    reasons = told["incomplete_because"]
+    yield "state", "INCOMPLETE: " + "; ".join(reasons) if reasons else "complete"
+    if bag.facts is not None:
+        yield "run", bag.facts.run
+        yield "seed", bag.facts.seed
+        yield "clock", f"{bag.facts.clock} time" if bag.facts.clock else None
+        yield "heard", bag.facts.heard
+        yield "launch file", "recorded with it; --launch-file prints it" if bag.facts.launch_file else None
+        yield "versions", ", ".join(f"{name} {version}" for name, version in bag.facts.versions.items())
+    else:
+        yield "recorder", told["recorder"]
+    for each in told["processes"]:
+        state = "complete" if each["complete"] else "INCOMPLETE"
+        yield "process", f"{each['process']}: {each['file']}, {each['messages']} messages, {state}"
+    yield "start", _date(told["start_ns"])
+    yield "duration", None if told["duration_s"] is None else f"{told['duration_s']:.3f} s"
+    yield "messages", f"{told['messages']}"
+    yield "size", _size(told["size"])
+    yield "digest", told.get("digest")
+
+
+def _date(time_ns: int | None) -> str | None:
+    """A time as people read it, to the microsecond, and as the nanoseconds that it is."""
+    if time_ns is None:
+        return None
+    try:
+        date = datetime.fromtimestamp(time_ns // 10**9, UTC)
+    except (OverflowError, ValueError, OSError):  # the year 10000, or none at all
+        return f"{time_ns} ns"
+    return f"{date:%Y-%m-%d %H:%M:%S}.{time_ns % 10**9 // 1000:06} UTC"
+
+
+def _rate(rate_hz: float | None) -> str:
+    return "" if rate_hz is None else f"{rate_hz:.1f} Hz"
+
+
+def _size(size: float) -> str:
+    for unit in ("bytes", "kB", "MB"):
+        if size < 1000:
+            return f"{size:.{0 if unit == 'bytes' else 1}f} {unit}"
+        size /= 1000
+    return f"{size:.1f} GB"

@@ -1,0 +1,117 @@
+"""`busflow bag play`: publishes a recording, in a run of its own or into one that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from busflow.cli.bag.naming import reads, within
+from busflow.cli.joining import complete_runs
+from busflow.cli.launching import duration
+
+_EXAMPLES = """\b
+Examples:
+  busflow bag play run.mcap
+  busflow bag play run.mcap --rate 2 --start 10s --duration 5s --loop
+  busflow bag play run.mcap --topics 'imu/*' --remap /imu/data:=/imu/old
+  busflow bag play run.mcap --run lab1 --clock
+
+\b
+Keys, in a terminal:
+  space  pause and go on    s or right  one message, while paused    up, down  10 % faster, slower"""
+
+_CLOCK_HZ = "40"
+
+
+def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
+    """By topic, the one to publish on instead."""
+    from busflow.names import check_full_topic_name
+
+    found: dict[str, str] = {}
+    for each in given:
+        old, separator, new = each.partition(":=")
+        if not separator or not old or not new:
+            raise click.BadParameter(f"{each!r} is not of the form /old:=/new", ctx, param)
+        name, instead = (f"/{side.removeprefix('/')}" for side in (old, new))
+        check_full_topic_name(instead)
+        found[name] = instead
+    return found
+
+
+def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> float:
+    """How often /clock is published, 0 for never."""
+    try:
+        hz = float(given or 0)
+    except ValueError:
+        raise click.BadParameter(f"{given!r} is no number of Hz; write --clock=40, or FILE first", ctx, param) from None
+    if given is not None and not 0 < hz <= 1e4:
+        raise click.BadParameter(f"{given} Hz is not above 0 and up to 10000", ctx, param)
+    return hz
+
+
+@click.command(epilog=_EXAMPLES)
+@reads()
+@click.option("-r", "--rate", type=click.FloatRange(0, 1e6, min_open=True), default=1.0, show_default=True,
+              help="Seconds of the recording in a second.")  # fmt: skip
+@within
+@click.option("--until", "until_s", metavar="DURATION", callback=duration, hidden=True)  # ROS 2's word for --end
+@click.option("--duration", "duration_s", metavar="DURATION", callback=duration, help="Play for so long.")
+@click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
+@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/* is all below /imu.")
+@click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Without these.")
+@click.option("-m", "--remap", multiple=True, metavar="OLD:=NEW", callback=_remaps, help="Publish on another topic.")
+@click.option("--clock", "clock_hz", metavar="[HZ]", is_flag=False, flag_value=_CLOCK_HZ, callback=_clock,
+              help="Publish the recording's time on /clock, 40 times a second unless told.")  # fmt: skip
+@click.option("-p", "--start-paused", "paused", is_flag=True, help="Wait for the space key, or for the parameter.")
+@click.option("-d", "--delay", "delay_s", metavar="DURATION", callback=duration, help="Begin so much later.")
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Play into this run; see busflow ps.")
+@click.option("--json", "as_json", is_flag=True, help="Print as JSON what was played.")
+def play(
+    file: Path,
+    rate: float,
+    start_s: float | None,
+    end_s: float | None,
+    until_s: float | None,
+    duration_s: float | None,
+    loop: bool,
+    topics: tuple[str, ...],
+    exclude: tuple[str, ...],
+    remap: Mapping[str, str],
+    clock_hz: float,
+    paused: bool,
+    delay_s: float | None,
+    run: str | None,
+    as_json: bool,
+) -> int:
+    """Publish the recording FILE: each message on its topic, with its QoS, in the recorded order and time.
+
+    It is a run of its own, named after FILE, that other terminals can look into; or joins another one with --run.
+    What is damaged or incomplete is played as far as it can be read, and the exit code is 5.
+    """
+    end_s = until_s if end_s is None else end_s
+    if end_s is not None and duration_s is None and end_s <= (start_s or 0.0):
+        raise click.UsageError(f"--end {end_s:g}s is not after --start {start_s or 0.0:g}s: there is nothing between")
+    asked: dict[str, Any] = {
+        "file": file,
+        "rate": rate,
+        "start_s": start_s or 0.0,
+        "until_s": end_s,
+        "duration_s": duration_s,
+        "loop": loop,
+        "topics": list(topics),
+        "exclude": list(exclude),
+        "rename": dict(remap),
+        "clock_hz": clock_hz,
+        "paused": paused,
+        "delay_s": delay_s or 0.0,
+    }
+    if run is None:
+        from busflow.cli.bag.playing import play_alone
+
+        return play_alone(asked, as_json=as_json)
+    from busflow.cli.bag.playing_into import play_into
+
+    return play_into(run, asked, as_json=as_json)

@@ -1,0 +1,125 @@
+"""Playing a recording as a run of its own, which others can look into."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.bag.console import Console
+from busflow.cli.joining import print_answer
+from busflow.cli.output import colour, tell
+from busflow.errors import BusflowError, ExitCode, NodeFailed
+from busflow.log import LogRecord, console_sink
+from busflow.program import inspectable, run_graph
+from busflow.recording.bag import Bag
+from busflow.recording.player import Player
+from busflow.recording.tape import chosen
+from busflow.runner import Graph
+from busflow.supervision import supervised
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.recording.playing import Playing
+
+_MOST_RATE = 1e6
+_UNFIT = re.compile(r"[^\w.-]+")
+
+
+def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
+    """Play in a run of its own, named after the file; the exit code.
+
+    Raises:
+        BagError: The recording cannot be read, or has nothing of what is asked for.
+        LaunchError: It cannot be played.
+    """
+    with Bag(asked["file"]) as bag:
+        chosen(bag.channels, asked["topics"], asked["exclude"])  # what is wrong is said of the file, and of no node
+    player = Player(**asked)
+    stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
+    coloured = stream.isatty() if (wanted := colour()) is None else wanted
+    write = console_sink(stream, colour=coloured)
+
+    def sink(record: LogRecord) -> None:
+        console.clear()
+        write(record)
+
+    graph = Graph([supervised(player, on_exit="shutdown")], sinks=(sink,), embedded=True)
+    console = Console(_GraphControls(graph, player))
+    name = _UNFIT.sub("_", Path(asked["file"]).stem) or "play"
+    try:
+        with console.shown():
+            code = run_graph(inspectable(graph, name))
+    except NodeFailed:
+        for failure in graph.failures:
+            tell(f"error: {failure.render()}")
+        return graph.exit_code
+    played = player.playing.played if player.playing is not None else 0
+    return told(played, Path(asked["file"]), player.incomplete, code, as_json=as_json)
+
+
+def told(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *, as_json: bool) -> ExitCode:
+    """Say what was played; the exit code, which also says whether it was all."""
+    if as_json:
+        print_answer({"file": str(file), "played": played, "complete": not incomplete, "why": list(incomplete)})
+    else:
+        click.echo(f"{printable(file)}: {played} messages played{', and it is INCOMPLETE' if incomplete else ''}")
+    return ExitCode.INCOMPLETE if code is ExitCode.OK and incomplete else code
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a player stands."""
+
+    position_ns: int
+    length_ns: int
+    rate: float
+    paused: bool
+    played: int
+
+    @classmethod
+    def of(cls, playing: Playing) -> Standing:
+        """As it is now, from any thread."""
+        start, end = playing.span_ns
+        return cls(
+            playing.position_ns - start,
+            max(0, end - start),
+            playing.clock.rate,
+            playing.clock.is_paused,
+            playing.played,
+        )
+
+
+class _GraphControls:
+    """A player that is a node: it is asked through its parameters, as others may ask it."""
+
+    def __init__(self, graph: Graph, player: Player) -> None:
+        self._graph, self._player = graph, player
+
+    def shown(self) -> Standing | None:
+        """How it stands."""
+        return None if self._player.playing is None else Standing.of(self._player.playing)
+
+    def toggle(self) -> None:
+        """Pause, or go on."""
+        self._set(paused=not self._player.parameters.paused)
+
+    def step(self) -> None:
+        """Play one message, while paused."""
+        with suppress(BusflowError):  # it may just have ended
+            self._graph.bus.call(self._player.step)
+
+    def pace(self, factor: float) -> None:
+        """Play faster or slower."""
+        self._set(rate=min(self._player.parameters.rate * factor, _MOST_RATE))
+
+    def _set(self, **changes: object) -> None:
+        with suppress(BusflowError):  # as above
+            self._graph.set_parameters(self._player, changes)

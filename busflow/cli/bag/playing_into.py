@@ -1,0 +1,177 @@
+"""Playing a recording into a run that is there already: its bytes, as they are, on the run's topics."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow.cli.bag.console import Console
+from busflow.cli.bag.playing import Standing, told
+from busflow.cli.joining import joined
+from busflow.cli.output import tell
+from busflow.clock import NS_PER_S, SystemClock
+from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
+from busflow.qos import QoS
+from busflow.recording.bag import Bag
+from busflow.recording.offered_qos import offered
+from busflow.recording.player import CLOCK
+from busflow.recording.playing import Playing
+from busflow.recording.tape import Span, Tape, chosen
+from busflow.text import printable
+from busflow.wire.description import rihs01
+from busflow.wire.foreign import ForeignType
+from busflow.wire.qos_form import to_text
+from busflow.wire.shipped import shipped_types
+
+if TYPE_CHECKING:
+    from busflow.recording.channel import Channel, Entry
+    from busflow.wire.peer import Peer
+    from busflow.wire.speaker import Speaker
+    from busflow.wire.view import GraphView
+
+_LOOK_S = 1.0
+"""How long to wait for those who receive a topic to hear of it, and how often to look whether the run is there."""
+_CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+
+
+def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
+    """Play into a run; the exit code.
+
+    Raises:
+        NoSuchRun: There is none of this name.
+        InvalidInput: One of its topics has another type.
+        InspectionUnavailable: It ended meanwhile.
+    """
+    with Bag(asked["file"]) as bag, joined(run) as peer, ExitStack() as ends:
+        into = _Into(bag, peer, asked, ends)
+        asyncio.run(into.go())
+        incomplete = bag.incomplete
+        if incomplete:
+            tell(f"warning: the recording is not the whole of what happened: {'; '.join(incomplete)}")
+        return told(into.played, Path(asked["file"]), incomplete, ExitCode.OK, as_json=as_json)
+
+
+class _Into:
+    """A tape, and a way into the run for each of its topics."""
+
+    def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
+        """Check everything, and be there with every topic, before anything is published."""
+        self._peer, self._asked = peer, asked
+        channels = chosen(bag.channels, asked["topics"], asked["exclude"])
+        self._clock_hz: float = asked["clock_hz"]
+        if self._clock_hz:
+            channels = tuple(each for each in channels if each.topic != CLOCK)
+        graph = peer.graph()
+        for channel in channels:
+            self._check(channel, graph)
+        self._ways = {each: self._way(each, ends) for each in channels}
+        self._clock_way = self._advertised_clock(ends) if self._clock_hz else None
+        for channel, way in self._ways.items():
+            there = graph.topics.get(self._topic(channel))
+            if there is not None and there.subscriptions:
+                way.wait_for_listener(_LOOK_S)
+        span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
+        self._tape = Tape(bag, channels, span)
+        self._playing: Playing | None = None
+
+    @property
+    def played(self) -> int:
+        """Messages so far."""
+        return 0 if self._playing is None else self._playing.played
+
+    async def go(self) -> None:
+        """Play to the end, over and over if asked."""
+        clock, asked = SystemClock(), self._asked
+        if asked["delay_s"] > 0:
+            await clock.sleep(asked["delay_s"])
+        playing = self._playing = Playing(self._tape, clock, self._publish, rate=asked["rate"], paused=asked["paused"])
+        console = Console(_LoopControls(asyncio.get_running_loop(), playing))
+        async with asyncio.TaskGroup() as beside:
+            tasks = [beside.create_task(self._watch(clock, playing))]
+            if self._clock_way is not None:
+                tasks.append(beside.create_task(self._tell_time(self._clock_way, clock, playing)))
+            with console.shown():
+                while await playing.play() and asked["loop"] and self._tape.next is not None:
+                    continue
+            for task in tasks:
+                task.cancel()
+            if self._clock_way is not None:
+                self._tell(self._clock_way, playing)  # how late it is in the end
+        if not self._peer.alive:
+            raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
+
+    async def _publish(self, entry: Entry) -> None:
+        self._ways[entry.channel].publish_bytes(entry.payload)
+
+    async def _watch(self, clock: SystemClock, playing: Playing) -> None:
+        """Stop when the run is not there any more."""
+        while self._peer.alive:
+            await clock.sleep(_LOOK_S)
+        playing.stop()
+
+    async def _tell_time(self, way: Speaker, clock: SystemClock, playing: Playing) -> None:
+        while True:
+            self._tell(way, playing)
+            await clock.sleep(1 / self._clock_hz)
+
+    @staticmethod
+    def _tell(way: Speaker, playing: Playing) -> None:
+        seconds, nanoseconds = divmod(max(0, playing.position_ns), NS_PER_S)
+        way.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
+
+    def _topic(self, channel: Channel) -> str:
+        return self._asked["rename"].get(channel.topic, channel.topic)
+
+    def _check(self, channel: Channel, graph: GraphView) -> None:
+        topic = self._topic(channel)
+        there = graph.topics.get(topic)
+        if there is not None and channel.type.name not in there.types:
+            message = f"{topic} has the type {there.type} in the run, and was recorded as {channel.type.name}"
+            fix = f"leave it out with --exclude {channel.topic}, or publish it elsewhere with --remap"
+            raise InvalidInput(Problem("type", message, fix))
+        if there is not None and there.publishers:
+            tell(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
+
+    def _way(self, channel: Channel, ends: ExitStack) -> Speaker:
+        qos = to_text(offered(channel.qos) or QoS())
+        return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos))
+
+    def _advertised_clock(self, ends: ExitStack) -> Speaker:
+        description = shipped_types().description(_CLOCK_TYPE)
+        clock_type = ForeignType(_CLOCK_TYPE, rihs01(description), description)
+        way = ends.enter_context(self._peer.advertise(CLOCK, clock_type))
+        way.wait_for_listener(_LOOK_S)
+        return way
+
+
+class _LoopControls:
+    """A player on an event loop."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, playing: Playing) -> None:
+        self._loop, self._playing = loop, playing
+        self._steps: set[asyncio.Task[bool]] = set()
+
+    def shown(self) -> Standing:
+        """How it stands."""
+        return Standing.of(self._playing)
+
+    def toggle(self) -> None:
+        """Pause, or go on."""
+        clock = self._playing.clock
+        self._loop.call_soon_threadsafe(clock.resume if clock.is_paused else clock.pause)
+
+    def step(self) -> None:
+        """Play one message, while paused."""
+        self._loop.call_soon_threadsafe(self._step)
+
+    def pace(self, factor: float) -> None:
+        """Play faster or slower."""
+        self._loop.call_soon_threadsafe(self._playing.clock.set_rate, self._playing.clock.rate * factor)
+
+    def _step(self) -> None:
+        task = self._loop.create_task(self._playing.play_next())
+        self._steps.add(task)
+        task.add_done_callback(self._steps.discard)

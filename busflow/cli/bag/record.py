@@ -1,0 +1,131 @@
+"""`busflow bag record`: writes the topics of a running graph into a file, until Ctrl-C."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.joining import complete_runs, complete_topics, joined, print_answer
+from busflow.cli.launching import duration
+from busflow.cli.output import tell
+from busflow.errors import ExitCode
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from busflow.recording.eavesdropper import Eavesdropper
+    from busflow.wire.peer import Peer
+
+_EXAMPLES = """\b
+Examples:
+  busflow bag record -o run.mcap --all
+  busflow bag record -o run.mcap imu/data '/arm/**'
+  busflow bag record -o 'runs/{name}-{start}.mcap' --all --exclude '/camera/*' --for 1min"""
+
+_LOOK_S = 1.0
+"""How often it is looked for new topics, and whether the run is still there."""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("topics", metavar="[TOPIC]...", nargs=-1, shell_complete=complete_topics)
+@click.option("-a", "--all", "everything", is_flag=True, help="All topics that are not hidden.")
+@click.option("-o", "--output", required=True, metavar="FILE", help="The file: run.mcap, '{name}-{start}.mcap'.")
+@click.option("--exclude", multiple=True, metavar="PATTERN", help="Not these topics.")
+@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
+@click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
+@click.option(
+    "--on-drop", type=click.Choice(["warn", "fail"]), default="warn", show_default=True, help="fail: exit code 5."
+)
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run, where there are several.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON at the end.")
+def record(
+    topics: tuple[str, ...],
+    everything: bool,
+    output: str,
+    exclude: tuple[str, ...],
+    for_s: float | None,
+    compression: str,
+    on_drop: str,
+    run: str | None,
+    as_json: bool,
+) -> int:
+    """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
+
+    What is lost on the way is counted, and makes the recording incomplete. busflow run --record misses nothing and
+    holds more: parameters, calls, the log, the launch file.
+    """
+    if bool(topics) == everything:
+        raise click.UsageError("name the topics to record, or give --all")
+    from busflow.launchfile.description import Compression, OnDrop, RecordSpec
+
+    spec = RecordSpec(output, topics, exclude, OnDrop(on_drop), Compression(compression))
+    with joined(run) as peer:
+        from busflow.recording.eavesdropper import Eavesdropper
+
+        eavesdropper = Eavesdropper(peer, spec)
+        try:
+            code = _listen(peer, eavesdropper, for_s)
+        finally:
+            eavesdropper.close()
+    _tell(eavesdropper, as_json=as_json)
+    return ExitCode.INCOMPLETE if on_drop == "fail" and not eavesdropper.complete else code
+
+
+def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> ExitCode:
+    """Follow the run until its end, a signal, or for so long; returns which."""
+    from busflow.clock import SystemClock
+
+    clock, code, over = SystemClock(), ExitCode.OK, threading.Event()
+
+    def end(number: int, _frame: object) -> None:
+        nonlocal code
+        code = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
+        over.set()
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        eavesdropper.follow()
+        shown = ", ".join(map(printable, eavesdropper.topics)) or "nothing yet"
+        tell(f"recording {shown} to {printable(eavesdropper.path)}; Ctrl-C ends it")
+        _tell_missing(peer, eavesdropper.unmatched)
+        while eavesdropper.failure is None and peer.alive:
+            left_s = _LOOK_S if for_s is None else min(_LOOK_S, for_s - clock.seconds())
+            if left_s <= 0 or over.wait(left_s):
+                break
+            eavesdropper.follow()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return code
+
+
+def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
+    """Say at once what is not there: a drive is over before anybody sees that a name was mistyped."""
+    from busflow.text import did_you_mean
+    from busflow.wire.view import view
+
+    names = list(view(peer.tokens(), []).topics) if patterns else []
+    for pattern in patterns:
+        near = did_you_mean(f"/{pattern.removeprefix('/')}", names)
+        tell(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
+
+
+def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
+    for pattern in eavesdropper.unmatched:
+        tell(f"warning: there was no topic {printable(pattern)}")
+    for topic, why in eavesdropper.unheard.items():
+        tell(f"warning: nothing of {printable(topic)} was recorded: {why}")
+    if eavesdropper.failure is not None:
+        tell(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
+    if as_json:
+        told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
+        print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
+        return
+    state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
+    topics = len(eavesdropper.topics)
+    shown = f"{eavesdropper.recorded} messages of {topics} topic{'' if topics == 1 else 's'}"
+    tell(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)

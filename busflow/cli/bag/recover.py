@@ -1,0 +1,64 @@
+"""`busflow bag recover`: makes a whole file of what can be read of a recording that was cut off or damaged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from busflow.cli.bag.naming import reads
+from busflow.cli.bag.progress import progress
+from busflow.cli.joining import print_answer
+from busflow.cli.output import tell
+
+_EXAMPLES = """\b
+Examples:
+  busflow bag recover run.mcap
+  busflow bag recover run.mcap -o saved.mcap"""
+
+
+@click.command(epilog=_EXAMPLES)
+@reads()
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The file to write.  [default: FILE with .recovered before .mcap]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def recover(file: Path, output: Path | None, as_json: bool) -> int:
+    """Write what can be read of the recording FILE to a new file, and say how much that is.
+
+    FILE is left as it is. The new file has everything else of it, too: types, launch file, metadata. It says of itself
+    that it is INCOMPLETE, unless nothing was wrong.
+    """
+    from busflow.recording.recovery import recover as recovered
+
+    target = output or file.with_name(f"{file.stem}.recovered.mcap")
+    with progress("recovering") as step:
+        found = recovered(file, target, step)
+    if as_json:
+        print_answer(
+            {
+                "output": str(target),
+                "messages": found.messages,
+                "missing": found.missing,
+                "strays": found.strays,
+                "attachments": found.attachments,
+                "metadata": found.metadata,
+                "damages": [{"offset": each.offset, "what": each.reason} for each in found.damages],
+            }
+        )
+        return 0
+    for damage in found.damages:
+        tell(f"warning: {damage}")
+    click.echo(
+        f"{target}: {found.messages} messages saved (attachments: {found.attachments}, metadata: {found.metadata})"
+    )
+    if found.strays:
+        click.echo(f"{found.strays} messages were not saved, for nothing is left that says of which topic they are")
+    if found.missing:
+        click.echo(f"{found.missing} messages are missing between those that were saved")
+    if not found.damages:
+        click.echo("nothing was wrong with it")
+    return 0

@@ -1,0 +1,68 @@
+"""`busflow bag verify`: reads all of a recording and tells what is wrong with it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.bag.naming import reads
+from busflow.cli.bag.progress import progress
+from busflow.cli.joining import print_answer
+from busflow.cli.output import tell
+from busflow.errors import ExitCode
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from busflow.recording.examination import Examination
+
+_EXAMPLES = """\b
+Examples:
+  busflow bag verify run.mcap
+  busflow bag verify run.mcap --json | jq .findings"""
+
+
+@click.command(epilog=_EXAMPLES)
+@reads()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def verify(file: Path, as_json: bool) -> int:
+    """Read all of the recording FILE, and hold what it says of itself against what is there.
+
+    CRCs, indices, the summary, the numbers of the messages, the ledger, the hashes of types, and every message by its
+    type. The exit code is 0 where all is right, 5 where something is missing, 3 where something is wrong, and 2 where
+    FILE cannot be read at all.
+    """
+    from busflow.recording.bag import Bag
+    from busflow.recording.examination import examine
+
+    with Bag(file) as bag, progress("reading", lambda: bag.messages) as step:
+        found = examine(bag, step)
+        complete = bag.complete
+    code = _code(found)
+    if as_json:
+        print_answer(
+            {
+                "path": str(file),
+                "ok": code is ExitCode.OK,
+                "complete": complete,
+                "messages": found.messages,
+                "chunks": found.chunks,
+                "findings": [asdict(each) for each in found.findings],
+            }
+        )
+        return code
+    for each in found.findings:
+        where = f"{each.file} at byte {each.offset}: " if each.offset is not None else ""
+        tell(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
+    verdict = {ExitCode.OK: "all is right", ExitCode.INCOMPLETE: "INCOMPLETE"}.get(code, "NOT RIGHT")
+    click.echo(f"{file}: {verdict}: {found.messages} messages were read")
+    return code
+
+
+def _code(found: Examination) -> ExitCode:
+    kinds = {each.kind for each in found.findings}
+    if "wrong" in kinds:
+        return ExitCode.DIFFERENT
+    return ExitCode.INCOMPLETE if kinds else ExitCode.OK

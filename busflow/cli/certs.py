@@ -1,0 +1,93 @@
+"""`busflow certs`: the certificates by which machines know each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.lazy import LazyGroup
+from busflow.cli.output import print_columns
+from busflow.errors import ExitCode
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.certificates import Made
+
+_VERBS = {
+    "new": ("busflow.cli.certs:new", "Make an authority, whose certificates machines trust."),
+    "add": ("busflow.cli.certs:add", "Make a certificate for a machine, or for who may look in."),
+    "show": ("busflow.cli.certs:show", "Show whose certificates there are, and until when."),
+}
+_EXAMPLES = """\b
+Examples:
+  busflow certs new
+  busflow certs add main
+  busflow certs add arm --address 192.0.2.7
+  busflow certs add viewer
+  busflow certs show"""
+
+certs = LazyGroup("certs", _VERBS, help="Make the certificates that link machines.", epilog=_EXAMPLES)
+_FOLDER = click.argument("folder", metavar="[DIR]", default="certs", type=click.Path(path_type=Path))
+
+
+@click.command(epilog=_EXAMPLES)
+@_FOLDER
+def new(folder: Path) -> int:
+    """Make an authority in DIR, by default `certs`: a key that signs, and the certificate by which it is known."""
+    from busflow.certificates import Authority
+
+    authority = Authority.new(folder)
+    shown = printable(folder)
+    click.echo(f"Made {shown}/ca.pem and {shown}/ca.key, good until {authority.until:%Y-%m-%d}.")
+    click.echo("Whoever has ca.key can let anybody in: keep it here, and copy it to no robot. Next, for each machine:")
+    click.echo(f"  busflow certs add main {shown}\n  busflow certs add arm {shown} --address 192.0.2.7")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name")
+@_FOLDER
+@click.option("--address", "addresses", multiple=True, metavar="HOST", help="Where the others connect to it.")
+@click.option("--days", type=click.IntRange(1, 3650), default=730, show_default=True, help="How long it is good for.")
+@click.option("--replace", is_flag=True, help="Make a new one in place of one that is there; it keeps the addresses.")
+def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace: bool) -> int:
+    """Make a certificate and its key in DIR, by default `certs`, for the machine NAME or for NAME, who may join.
+
+    The machine that `busflow run` without --machine is has the name main.
+    """
+    from busflow.certificates import Authority
+
+    made = Authority.open(folder).add(name, addresses=addresses, days=days, replace=replace)
+    found = f", found at {', '.join(made.addresses)}" if made.addresses else ""
+    click.echo(f"Made {printable(made.cert)} and {printable(made.key)}{found}, good until {made.until:%Y-%m-%d}.")
+    click.echo(f"Copy ca.pem, {name}.pem and {name}.key to the computer of {name}, the key with scp or on a stick.")
+    click.echo("In the launch file, with the path that it is from the launch file's folder:")
+    click.echo(f"  network:\n    ca: {printable(folder)}/ca.pem")
+    if made.addresses:
+        click.echo(f"  machines:\n    {name}:\n      connect: tls/{_bracketed((addresses or made.addresses)[0])}:7447")
+    elif name != "main":
+        click.echo(f"and, where {name} is no machine but somebody who may look:\n    allow:\n      {name}: read")
+    return 0
+
+
+@click.command(epilog=_EXAMPLES)
+@_FOLDER
+def show(folder: Path) -> int:
+    """Show the certificates in DIR, by default `certs`; exit code 3 if one of them is trusted by nobody."""
+    from busflow.certificates import Authority
+
+    authority = Authority.open(folder, to_sign=False)
+    made = authority.made()
+    print_columns([("NAME", "ADDRESSES", "UNTIL", "STATE"), *map(_row, made)])
+    return ExitCode.DIFFERENT if any(each.fault for each in made) else ExitCode.OK
+
+
+def _row(made: Made) -> tuple[object, ...]:
+    state = made.fault or ("good" if made.key.exists() else "good; its key is elsewhere")
+    return made.name, ", ".join(made.addresses) or "-", f"{made.until:%Y-%m-%d}", state
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host

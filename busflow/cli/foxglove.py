@@ -1,0 +1,94 @@
+"""`busflow foxglove`: serves a running graph to Foxglove and Lichtblick."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+import click
+
+from busflow.cli.joining import complete_runs, complete_topics, joined
+from busflow.cli.output import tell
+
+if TYPE_CHECKING:
+    from busflow.foxglove.admission import Admission
+    from busflow.wire.peer import Peer
+
+_EXAMPLES = """\b
+Examples:
+  busflow foxglove
+  busflow foxglove --run lab1 --topics 'imu/*' joint_states --read-only"""
+_APP = "https://app.foxglove.dev/~/view?ds=foxglove-websocket&ds.url="
+
+
+@click.command(epilog=_EXAMPLES)
+@click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run to serve, where there are several.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="The address to listen at.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="The port; 0 is a free one."
+)
+@click.option(
+    "--topics",
+    metavar="PATTERN...",
+    multiple=True,
+    shell_complete=complete_topics,
+    help="Only topics that match; * is a part of a name, ** several. May be given several times.",
+)
+@click.argument("more", metavar="[PATTERN]...", nargs=-1)
+@click.option("--read-only", is_flag=True, help="Viewers may look, and not publish, call services or set parameters.")
+@click.option(
+    "--allow-origin",
+    "origins",
+    metavar="ORIGIN",
+    multiple=True,
+    help="Let pages of this site connect too, such as http://robot.lab:8080.",
+)
+def foxglove(
+    run: str | None,
+    host: str,
+    port: int,
+    topics: tuple[str, ...],
+    more: tuple[str, ...],
+    read_only: bool,
+    origins: tuple[str, ...],
+) -> int:
+    """Serve a running graph to Foxglove and Lichtblick over WebSocket, until Ctrl-C or the end of the run."""
+    try:
+        import_module("websockets.asyncio.server")  # what is older than that is of no use
+    except ImportError:
+        raise click.UsageError("busflow foxglove needs one more package: pip install 'busflow[foxglove]'") from None
+    if more and not topics:
+        raise click.UsageError(f"unexpected {more[0]!r}; patterns follow --topics")
+    import asyncio
+
+    from busflow.foxglove.admission import Admission
+
+    with joined(run) as peer:
+        asyncio.run(_serve(peer, host, port, (*topics, *more), Admission(host, origins), read_only=read_only))
+    click.echo(f"the run {peer.run.name} has ended")
+    return 0
+
+
+async def _serve(
+    peer: Peer, host: str, port: int, topics: tuple[str, ...], admission: Admission, *, read_only: bool
+) -> None:
+    from busflow.foxglove.admission import is_local
+    from busflow.foxglove.bridge import Bridge
+
+    bridge = Bridge(peer, topics, read_only=read_only, tell=tell)
+    try:
+        port = await bridge.open(host, port, admission)
+        if not is_local(host):
+            tell(f"warning: {_risk(host, read_only=read_only)}")
+        url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
+        click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
+        click.echo(f"  {_APP}{quote(url, safe='')}")
+        await bridge.ended()
+    finally:
+        await bridge.close()
+
+
+def _risk(host: str, *, read_only: bool) -> str:
+    may = "read every topic" if read_only else "read every topic, publish commands, call services and set parameters"
+    return f"whoever reaches {host} over the network can {may}: there is no password and no encryption"

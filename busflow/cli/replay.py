@@ -1,0 +1,103 @@
+"""`busflow replay`: nodes run anew on a recording, and what they publish compared with what was recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from busflow.cli.launching import Given, duration, launch_file
+
+if TYPE_CHECKING:
+    from busflow.ingredients import What
+    from busflow.testing.replays import Replay
+
+_EXAMPLES = """\b
+Examples:
+  busflow replay run.mcap configs/lab1.yaml --node sensor_processor
+  busflow replay run.mcap configs/lab1.yaml --tolerance 1e-6 --json
+  busflow replay run.mcap --plugin sensor_processor --folder plugins"""
+
+_SHOWN = 10
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("recording", metavar="RECORDING", type=click.Path(path_type=Path))
+@launch_file(required=False)
+@click.option("--node", "nodes", multiple=True, metavar="NAME", help="A node of FILE to run anew; all by default.")
+@click.option("--plugin", metavar="NAME", help="A plugin to run in place of FILE, under the name of --node or its own.")
+@click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path), default=None,
+              help="Where --plugin is.  [default: plugins, and what is installed]")  # fmt: skip
+@click.option("--tolerance", type=click.FloatRange(min=0), default=0.0, help="How far numbers may be apart: 1e-6.")
+@click.option("--time-tolerance", "time_tolerance_s", metavar="DURATION", callback=duration,
+              help="How far times may be apart.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
+@click.option("--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the replay itself.")
+@click.option("--incomplete", is_flag=True, help="Replay what there is of a recording that is not complete.")
+@click.option("--show", type=click.IntRange(min=0), default=_SHOWN, show_default=True, help="How many differences.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.pass_context
+def replay(
+    context: click.Context,
+    given: Given | None,
+    recording: Path,
+    nodes: tuple[str, ...],
+    plugin: str | None,
+    folder: Path | None,
+    tolerance: float,
+    time_tolerance_s: float | None,
+    record: Path | None,
+    incomplete: bool,
+    show: int,
+    as_json: bool,
+) -> int:
+    """Run nodes of FILE anew on what was recorded, and compare what they publish with what was recorded.
+
+    Inputs, ticks, parameters and calls come as they did, in the recorded order and time. Exit code 0 where all is the
+    same, 3 where something differs.
+    """
+    from busflow.testing.replays import replay as run_anew
+
+    if (given is None) == (plugin is None):
+        raise click.UsageError("name a launch file, or a plugin with --plugin", context)
+    what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
+    outcome = run_anew(
+        recording,
+        what,
+        nodes=nodes,
+        tolerance=tolerance,
+        time_tolerance_s=time_tolerance_s,
+        allow_incomplete=incomplete,
+        keep=0,
+        record=record,
+    )
+    return _told(outcome, show, as_json=as_json)
+
+
+def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
+    from busflow.cli.joining import print_answer
+    from busflow.cli.output import tell
+    from busflow.errors import ExitCode
+
+    if as_json:
+        print_answer(outcome.as_json())
+    else:
+        tell(outcome.render(show), error_stream=False)
+    return ExitCode.OK if outcome.same else ExitCode.DIFFERENT
+
+
+def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: click.Context) -> What:
+    """A graph of one node of a plugin, as a launch file would say it."""
+    from busflow.launchfile.description import LaunchDescription, NodeSpec
+    from busflow.launchfile.value import Origin, Source, Value
+    from busflow.node import default_name
+    from busflow.plugins import load
+
+    if len(nodes) > 1:
+        raise click.UsageError("--plugin runs one node: give one name with --node, or none", context)
+    folders = (folder or Path("plugins"),)
+    name = nodes[0] if nodes else default_name(load(plugin, folders))
+    namespace, _, last = f"/{name.removeprefix('/')}".rpartition("/")
+    origin = Origin(Source.COMMAND_LINE)
+    spec = NodeSpec(last, namespace or "/", origin, plugin, origin, Value({}, origin), folders)
+    return LaunchDescription(name="replay", nodes=(spec,))

@@ -1,0 +1,198 @@
+"""Catalogue: what of a run a viewer is offered, its topics and services, each under a number; and what has changed.
+
+Looking asks the run and waits; it is a step of its own, so that it can be taken in another thread.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
+from busflow.names import full_topic_name_fault
+from busflow.patterns import Selection
+from busflow.text import did_you_mean, printable
+from busflow.wire.known_type import known_type
+from busflow.wire.view import GraphView, TopicView
+
+if TYPE_CHECKING:
+    from busflow.wire.foreign import ForeignType
+    from busflow.wire.peer import Peer, ServiceKind
+
+CLOCK = "/clock"
+CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A topic that is offered."""
+
+    id: int
+    topic: TopicView
+    type: ForeignType
+
+    def told(self) -> dict[str, Any]:
+        """How it is announced."""
+        return {"id": self.id, "topic": self.topic.name, "schemaName": self.type.name, **_encoding(self.type)}
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A service that is offered."""
+
+    id: int
+    kind: ServiceKind
+
+    @property
+    def encoding(self) -> str:
+        """How its requests and answers are encoded."""
+        return self.kind.request.encoding
+
+    def told(self) -> dict[str, Any]:
+        """How it is announced."""
+        parts = {"request": self.kind.request, "response": self.kind.response}
+        told = {word: {"schemaName": part.name, **_encoding(part)} for word, part in parts.items()}
+        return {"id": self.id, "name": self.kind.name, "type": self.kind.type, **told}
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A run as it was at one moment, and what is needed to read its messages."""
+
+    graph: GraphView
+    types: Mapping[str, ForeignType]
+    services: Mapping[str, ServiceKind]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What is new in a catalogue, and what is gone."""
+
+    channels: tuple[Channel, ...] = ()
+    gone_channels: tuple[int, ...] = ()
+    services: tuple[Offer, ...] = ()
+    gone_services: tuple[int, ...] = ()
+
+
+class Catalogue:
+    """The channels and services that are offered now."""
+
+    def __init__(self, peer: Peer, wanted: Selection, tell: Callable[[str], None]) -> None:
+        self.channels: dict[int, Channel] = {}
+        self.services: dict[int, Offer] = {}
+        self._peer, self._wanted, self._tell = peer, wanted, tell
+        self._ids = 0
+        self._types: dict[str, ForeignType] = {}
+        self._kinds: dict[tuple[str, str], ServiceKind] = {}
+        self._told: set[str] = set()
+
+    def require_matches(self, graph: GraphView) -> None:
+        """Refuse patterns that no topic of the run has.
+
+        Raises:
+            NoSuchTarget: one of them matches none; the message names the nearest topic.
+        """
+        names = [name for name in graph.topics if self._wanted.includes(name)]
+        for pattern in self._wanted.unmatched:
+            known = [name for name in graph.topics if name not in names and not graph.topics[name].hidden]
+            advice = did_you_mean(f"/{pattern.strip('/')}", known)
+            raise NoSuchTarget(f"no topic matches {printable(pattern)!r}; {advice}")
+
+    def look(self) -> Seen:
+        """Ask the run what there is. It takes as long as the run's answer, and is for one thread at a time."""
+        graph = self._peer.graph()
+        for topic in self._topics(graph):
+            for name in topic.types:
+                if name not in self._types:
+                    self._learn(topic.name, name)
+        unknown = [each.name for each in _answered(graph) if (each.name, each.types[0]) not in self._kinds]
+        if unknown:
+            try:
+                self._kinds |= {(kind.name, kind.type): kind for kind in self._peer.services(unknown).values()}
+            except InspectionUnavailable:
+                raise
+            except BusflowError as error:
+                self._tell_once(f"warning: services are not offered: {error}")
+        services = {
+            each.name: self._kinds[each.name, each.types[0]]
+            for each in _answered(graph)
+            if (each.name, each.types[0]) in self._kinds
+        }
+        return Seen(graph, dict(self._types), services)
+
+    def update(self, seen: Seen) -> Change:
+        """Offer what was seen, and say what that changes."""
+        topics = {
+            (topic.name, name): (topic, seen.types[name])
+            for topic in self._topics(seen.graph)
+            for name in topic.types
+            if name in seen.types
+        }
+        gone = [id_ for id_, each in self.channels.items() if topics.get(_key(each), (None, None))[1] is not each.type]
+        for id_ in gone:
+            del self.channels[id_]
+        offered = {_key(each): id_ for id_, each in self.channels.items()}
+        new: list[Channel] = []
+        for key, (topic, type_) in topics.items():
+            if key in offered:  # who is on its ends decides how it is listened to
+                self.channels[offered[key]] = replace(self.channels[offered[key]], topic=topic)
+            else:
+                new.append(Channel(self._next(), topic, type_))
+        self.channels |= {each.id: each for each in new}
+        services, gone_services = self._update_services(seen)
+        return Change(tuple(new), tuple(gone), services, gone_services)
+
+    def clock(self) -> Channel | None:
+        """The channel by which somebody tells the nodes the time, if anybody does."""
+        clocks = (each for each in self.channels.values() if _key(each) == (CLOCK, CLOCK_TYPE))
+        return next((each for each in clocks if each.topic.publishers), None)
+
+    def _update_services(self, seen: Seen) -> tuple[tuple[Offer, ...], tuple[int, ...]]:
+        gone = tuple(id_ for id_, each in self.services.items() if seen.services.get(each.kind.name) is not each.kind)
+        for id_ in gone:
+            del self.services[id_]
+        offered = {each.kind.name for each in self.services.values()}
+        new = tuple(Offer(self._next(), kind) for name, kind in seen.services.items() if name not in offered)
+        self.services |= {each.id: each for each in new}
+        return new, gone
+
+    def _topics(self, graph: GraphView) -> Iterator[TopicView]:
+        """Those that are wanted; what ROS would not call a topic has no key that could be listened to."""
+        wanted = (topic for topic in graph.topics.values() if self._wanted.includes(topic.name))
+        return (topic for topic in wanted if full_topic_name_fault(topic.name) is None)
+
+    def _learn(self, topic: str, name: str) -> None:
+        """Find out what a type is; a topic of an unknown one cannot be shown, and that is told once."""
+        try:
+            self._types[name] = known_type(self._peer, name)
+        except InspectionUnavailable:
+            raise
+        except BusflowError as error:
+            self._tell_once(f"warning: {topic} is not offered: {error}")
+
+    def _tell_once(self, text: str) -> None:
+        if text not in self._told and len(self._told) < 100:
+            self._told.add(text)
+            self._tell(text)
+
+    def _next(self) -> int:
+        self._ids += 1
+        return self._ids
+
+
+def _key(channel: Channel) -> tuple[str, str]:
+    return channel.topic.name, channel.type.name
+
+
+def _answered(graph: GraphView) -> list[TopicView]:
+    """The services that somebody answers."""
+    return [each for each in graph.services.values() if each.publishers and not each.hidden]
+
+
+def _encoding(type_: ForeignType) -> dict[str, str]:
+    """How messages of a type are encoded, and its definition."""
+    # Viewers get the JSON Schema without the line breaks that make it legible.
+    schema = type_.definition if type_.is_ros else json.dumps(type_.description)
+    return {"encoding": type_.encoding, "schemaEncoding": type_.definition_encoding, "schema": schema}

@@ -1,0 +1,60 @@
+"""Connections: which nodes publish, receive and answer what, as a viewer draws them, and what has changed. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from busflow.wire.view import EndView, GraphView
+
+Ends: TypeAlias = Mapping[str, tuple[str, ...]]
+"""The nodes by the name of the topic or service."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connections:
+    """The nodes on the ends of each topic and service, hidden ones left out."""
+
+    published: Ends = field(default_factory=dict[str, tuple[str, ...]])
+    subscribed: Ends = field(default_factory=dict[str, tuple[str, ...]])
+    services: Ends = field(default_factory=dict[str, tuple[str, ...]])
+
+    @classmethod
+    def of(cls, graph: GraphView) -> Connections:
+        """Those of a run."""
+        hidden = {node.name for node in graph.nodes.values() if node.hidden}
+
+        def nodes(ends: Iterable[EndView]) -> tuple[str, ...]:
+            return tuple(sorted({end.node for end in ends} - hidden))
+
+        shown = [topic for topic in graph.topics.values() if not topic.hidden]
+        return cls(
+            {topic.name: found for topic in shown if (found := nodes(topic.publishers))},
+            {topic.name: found for topic in shown if (found := nodes(topic.subscriptions))},
+            {each.name: found for each in graph.services.values() if (found := nodes(each.publishers))},
+        )
+
+    def since(self, former: Connections) -> Mapping[str, Any]:
+        """What has to be told to who knows the former ones, in the protocol's words."""
+        topics, were = (
+            self.published.keys() | self.subscribed.keys(),
+            former.published.keys() | former.subscribed.keys(),
+        )
+        return {
+            "publishedTopics": _changed(self.published, former.published, "publisherIds", topics),
+            "subscribedTopics": _changed(self.subscribed, former.subscribed, "subscriberIds", topics),
+            "advertisedServices": _changed(self.services, former.services, "providerIds", self.services.keys()),
+            "removedTopics": sorted(were - topics),
+            "removedServices": sorted(former.services.keys() - self.services.keys()),
+        }
+
+
+def _changed(now: Ends, former: Ends, word: str, names: Iterable[str]) -> list[dict[str, Any]]:
+    """Each entry that is another one now; an end that nobody has any more is told as one of nobody."""
+    return [
+        {"name": name, word: list(now.get(name, ()))}
+        for name in sorted(names)
+        if now.get(name, ()) != former.get(name, ())
+    ]

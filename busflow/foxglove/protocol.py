@@ -1,0 +1,295 @@
+"""The Foxglove WebSocket protocol: the messages that a server sends, and those of a client, read and checked.
+
+Version `foxglove.sdk.v1`, which is `foxglove.websocket.v1` under a new name. Text frames are JSON objects whose `op`
+says what they are; binary frames begin with a byte that does, and their numbers are little-endian. Pure: no socket.
+Source: github.com/foxglove/foxglove-sdk, `rust/foxglove/src/protocol`.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, TypeAlias, cast
+
+from busflow.errors import MalformedMessage
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""What a client may ask for, the newer name first; viewers of before 2025 know the older one alone."""
+
+_DATA, _TIME, _CALL_ANSWERED = 1, 2, 3
+_CLIENT_DATA, _CLIENT_CALL = 1, 2
+_DATA_HEAD = struct.Struct("<BIQ")
+_TIME_HEAD = struct.Struct("<BQ")
+_CALL_HEAD = struct.Struct("<BIII")
+_CLIENT_DATA_HEAD = struct.Struct("<BI")
+_MOST_ID = (1 << 32) - 1
+
+
+class Level(IntEnum):
+    """How much a status matters."""
+
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+
+# What a server sends.
+
+
+def text(op: str, **fields: Any) -> str:
+    """A message in text; what is None is left out."""
+    told = {"op": op, **{word: value for word, value in fields.items() if value is not None}}
+    return json.dumps(told, separators=(",", ":"), allow_nan=False)
+
+
+def status(level: Level, message: str, *, id_: str | None = None) -> str:
+    """A sentence for the person in front of the viewer; a later one with the same id replaces it."""
+    return text("status", level=int(level), message=message, id=id_)
+
+
+def message_data(subscription: int, stamp_ns: int, payload: bytes) -> bytes:
+    """One message of a topic."""
+    return _DATA_HEAD.pack(_DATA, subscription, stamp_ns) + payload
+
+
+def time(now_ns: int) -> bytes:
+    """What time it is for the nodes."""
+    return _TIME_HEAD.pack(_TIME, now_ns)
+
+
+def call_answered(service: int, call: int, encoding: str, payload: bytes) -> bytes:
+    """The answer of a service."""
+    word = encoding.encode()
+    return _CALL_HEAD.pack(_CALL_ANSWERED, service, call, len(word)) + word + payload
+
+
+# What a client sends.
+
+
+@dataclass(frozen=True, slots=True)
+class Subscribe:
+    """It wants to receive channels: pairs of its own number for the subscription, and the channel's."""
+
+    subscriptions: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unsubscribe:
+    """It no longer wants to, by its own numbers."""
+
+    subscriptions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ClientChannel:
+    """A topic that it is about to publish, under a number of its own."""
+
+    id: int
+    topic: str
+    encoding: str
+    schema: str
+    """The type's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Advertise:
+    """It is about to publish."""
+
+    channels: tuple[ClientChannel, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unadvertise:
+    """It publishes no longer."""
+
+    channels: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Publish:
+    """One message of its own."""
+
+    channel: int
+    payload: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class GetParameters:
+    """It asks for parameters; for all of them where it names none."""
+
+    names: tuple[str, ...]
+    request: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameters:
+    """It sets parameters; a value None is one to be removed."""
+
+    values: Mapping[str, Any]
+    request: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class FollowParameters:
+    """It wants to hear of changes, or no longer; of all parameters where it names none."""
+
+    names: tuple[str, ...]
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FollowGraph:
+    """It wants to know who publishes and receives what, or no longer."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """It asks a service."""
+
+    service: int
+    call: int
+    encoding: str
+    payload: bytes
+
+
+Request: TypeAlias = (
+    Subscribe
+    | Unsubscribe
+    | Advertise
+    | Unadvertise
+    | Publish
+    | GetParameters
+    | SetParameters
+    | FollowParameters
+    | FollowGraph
+    | Call
+)
+
+
+def read(message: str | bytes) -> Request:
+    """What a client wants.
+
+    Raises:
+        MalformedMessage: It is no message of the protocol, or one that this server does not offer.
+    """
+    if isinstance(message, bytes):
+        return _binary(message)
+    try:
+        told = json.loads(message)
+    except (ValueError, RecursionError):
+        raise MalformedMessage("a text frame is a JSON object") from None
+    if not isinstance(told, dict):
+        raise MalformedMessage("a text frame is a JSON object")
+    fields = cast("dict[str, Any]", told)
+    op = fields.get("op")
+    reader = _READERS.get(op) if isinstance(op, str) else None
+    if reader is None:
+        raise MalformedMessage(f"nothing is known of the operation {str(op)[:100]!r}")
+    return reader(fields)
+
+
+def _binary(message: bytes) -> Request:
+    kind = message[0] if message else None
+    if kind == _CLIENT_DATA and len(message) >= _CLIENT_DATA_HEAD.size:
+        _, channel = _CLIENT_DATA_HEAD.unpack_from(message)
+        return Publish(channel, message[_CLIENT_DATA_HEAD.size :])
+    if kind == _CLIENT_CALL and len(message) >= _CALL_HEAD.size:
+        _, service, call, length = _CALL_HEAD.unpack_from(message)
+        rest = message[_CALL_HEAD.size :]
+        if length > len(rest):
+            raise MalformedMessage(f"an encoding of {length} bytes is announced, and {len(rest)} follow")
+        return Call(service, call, rest[:length].decode(errors="replace"), rest[length:])
+    raise MalformedMessage(f"a binary frame of {len(message)} bytes that begins with {message[:1]!r} is not known")
+
+
+def _rows(fields: Mapping[str, Any], word: str) -> Iterable[Mapping[str, Any]]:
+    rows = fields.get(word)
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in cast("list[Any]", rows)):
+        raise MalformedMessage(f"{word} is a list of objects")
+    return cast("list[Mapping[str, Any]]", rows)
+
+
+def _number(value: object, word: str) -> int:
+    if type(value) is not int or not 0 <= value <= _MOST_ID:
+        raise MalformedMessage(f"{word} is a number from 0 to {_MOST_ID}, got {str(value)[:100]!r}")
+    return value
+
+
+def _numbers(fields: Mapping[str, Any], word: str) -> tuple[int, ...]:
+    return tuple(_number(each, word) for each in _list(fields, word))
+
+
+def _words(fields: Mapping[str, Any], word: str) -> tuple[str, ...]:
+    return tuple(_word(each, word) for each in _list(fields, word))
+
+
+def _word(value: object, word: str) -> str:
+    if not isinstance(value, str):
+        raise MalformedMessage(f"{word} is text, got {str(value)[:100]!r}")
+    return value
+
+
+def _list(fields: Mapping[str, Any], word: str) -> Sequence[Any]:
+    found = fields.get(word, [])
+    if not isinstance(found, list):
+        raise MalformedMessage(f"{word} is a list")
+    return cast("list[Any]", found)
+
+
+def _request(fields: Mapping[str, Any]) -> str | None:
+    return None if fields.get("id") is None else _word(fields["id"], "id")
+
+
+def _subscribe(fields: Mapping[str, Any]) -> Subscribe:
+    rows = _rows(fields, "subscriptions")
+    return Subscribe(tuple((_number(row.get("id"), "id"), _number(row.get("channelId"), "channelId")) for row in rows))
+
+
+def _advertise(fields: Mapping[str, Any]) -> Advertise:
+    rows = _rows(fields, "channels")
+    return Advertise(
+        tuple(
+            ClientChannel(
+                _number(row.get("id"), "id"),
+                *(_word(row.get(word), word) for word in ("topic", "encoding", "schemaName")),
+            )
+            for row in rows
+        )
+    )
+
+
+def _set_parameters(fields: Mapping[str, Any]) -> SetParameters:
+    rows = _rows(fields, "parameters")
+    return SetParameters({_word(row.get("name"), "name"): _typed(row) for row in rows}, _request(fields))
+
+
+def _typed(row: Mapping[str, Any]) -> Any:
+    """A value, whole numbers made floats where it says that they are: JSON does not tell 1.0 from 1."""
+    value, type_ = row.get("value"), row.get("type")
+    try:
+        if type_ == "float64" and type(value) is int:
+            return float(value)
+        if type_ == "float64_array" and isinstance(value, list):
+            return [float(each) if type(each) is int else each for each in cast("list[Any]", value)]
+    except OverflowError:
+        raise MalformedMessage(f"{row['name'][:100]} is beyond every float64") from None
+    return value
+
+
+_READERS: Mapping[str, Callable[[Mapping[str, Any]], Request]] = {
+    "subscribe": _subscribe,
+    "unsubscribe": lambda fields: Unsubscribe(_numbers(fields, "subscriptionIds")),
+    "advertise": _advertise,
+    "unadvertise": lambda fields: Unadvertise(_numbers(fields, "channelIds")),
+    "getParameters": lambda fields: GetParameters(_words(fields, "parameterNames"), _request(fields)),
+    "setParameters": _set_parameters,
+    "subscribeParameterUpdates": lambda fields: FollowParameters(_words(fields, "parameterNames"), on=True),
+    "unsubscribeParameterUpdates": lambda fields: FollowParameters(_words(fields, "parameterNames"), on=False),
+    "subscribeConnectionGraph": lambda _: FollowGraph(on=True),
+    "unsubscribeConnectionGraph": lambda _: FollowGraph(on=False),
+}

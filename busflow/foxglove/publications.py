@@ -1,0 +1,112 @@
+"""Publications: what one viewer publishes into the run; each topic is checked when it begins, and each message."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from busflow.errors import IncompatibleType, MalformedMessage, NoSuchTarget
+from busflow.names import check_full_topic_name
+from busflow.text import printable
+from busflow.wire.json_form import decode
+from busflow.wire.known_type import known_type
+
+if TYPE_CHECKING:
+    from busflow.foxglove.protocol import ClientChannel
+    from busflow.wire.foreign import ForeignType
+    from busflow.wire.peer import Peer
+    from busflow.wire.speaker import Speaker
+    from busflow.wire.view import GraphView
+
+ENCODINGS = ("cdr", "json")
+"""What viewers may publish in, the one that is meant first where they have a choice."""
+_MOST = 100
+"""How many topics one viewer may publish."""
+_HEARD_S = 1.0
+"""How long the run may take to listen before the first message goes."""
+_LATCHED = "transient_local"
+_QOS, _LATCHED_QOS = "::,10:,:,:,,", ":1:,10:,:,:,,"
+
+
+@dataclass(frozen=True, slots=True)
+class _Publication:
+    topic: str
+    type: ForeignType
+    is_json: bool
+    speaker: Speaker
+    ending: ExitStack
+
+
+class Publications:
+    """The topics that one viewer publishes, by its own numbers for them."""
+
+    def __init__(self, peer: Peer) -> None:
+        self._peer = peer
+        self._open: dict[int, _Publication] = {}
+        self._closed = False
+
+    def begin(self, channel: ClientChannel, graph: GraphView) -> None:
+        """Get ready to publish a topic. It asks the run and waits.
+
+        Raises:
+            InvalidName: The topic's name is none.
+            UnknownType: Nobody knows the type.
+            IncompatibleType: The topic has another one.
+            MalformedMessage: The number is in use, or the encoding is not offered.
+        """
+        check_full_topic_name(channel.topic)
+        if channel.id in self._open or len(self._open) >= _MOST:
+            raise MalformedMessage(f"{channel.topic}: its number is in use, or {_MOST} topics are published already")
+        type_ = known_type(self._peer, _full(channel.schema))
+        if channel.encoding not in (type_.encoding, "json"):
+            offered = type_.encoding
+            raise MalformedMessage(
+                f"{channel.topic}: {printable(channel.encoding)!r} is not offered; publish {offered}"
+            )
+        there = graph.topics.get(channel.topic)
+        if there is not None and type_.name not in there.types:
+            raise IncompatibleType(f"{channel.topic} has the type {printable(there.type)}, not {type_.name}")
+        asked = there.subscriptions if there is not None else ()
+        qos = _LATCHED_QOS if any(each.qos.durability == _LATCHED for each in asked) else _QOS
+        with ExitStack() as ending:
+            speaker = ending.enter_context(self._peer.advertise(channel.topic, type_, qos=qos))
+            if asked:
+                speaker.wait_for_listener(_HEARD_S)
+            is_json = channel.encoding == "json"
+            self._open[channel.id] = _Publication(channel.topic, type_, is_json, speaker, ending.pop_all())
+        if self._closed:  # meanwhile, in the event loop's thread: who closed has not seen this one
+            self.end(channel.id)
+
+    def publish(self, id_: int, payload: bytes) -> None:
+        """Publish a message.
+
+        Raises:
+            MalformedMessage: It is none of its type.
+            NoSuchTarget: Nothing was begun under this number.
+        """
+        found = self._open.get(id_)
+        if found is None:
+            raise NoSuchTarget(f"nothing is published under the number {id_}; advertise it first")
+        if found.is_json and found.type.is_ros:
+            found.speaker.publish(decode(payload, found.type.name))
+        else:
+            found.type.decode(payload)  # what cannot be read is told to who sent it, and not to the nodes
+            found.speaker.publish_bytes(payload)
+
+    def end(self, id_: int) -> None:
+        """Publish a topic no longer."""
+        found = self._open.pop(id_, None)
+        if found is not None:
+            found.ending.close()
+
+    def close(self) -> None:
+        """Publish nothing any more, nor what is being begun in another thread."""
+        self._closed = True
+        for id_ in list(self._open):
+            self.end(id_)
+
+
+def _full(name: str) -> str:
+    """A type's full name, of which viewers may leave out the middle."""
+    return name.replace("/", "/msg/") if name.count("/") == 1 else name

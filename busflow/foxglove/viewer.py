@@ -1,0 +1,343 @@
+"""Viewer: one connected client: what it asks for, and what waits to be sent to it.
+
+Each topic that it receives has a bounded queue of its own, so that a camera never pushes a small topic aside. Its
+connection is written to as fast as it reads, and what is too old by then is dropped, counted and told to it. Whatever
+has to be asked of the run is asked in another thread; nothing here waits for the run or for another viewer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from websockets.exceptions import ConnectionClosed
+
+from busflow.clock import SystemClock
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceUnavailable
+from busflow.foxglove import protocol
+from busflow.foxglove.connections import Connections
+from busflow.foxglove.protocol import Level
+from busflow.foxglove.publications import Publications
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from websockets.asyncio.server import ServerConnection
+
+    from busflow.foxglove.catalogue import Catalogue, Change, Channel
+    from busflow.foxglove.parameters import RunParameters
+    from busflow.wire.listener import Listener
+    from busflow.wire.peer import Peer
+    from busflow.wire.view import GraphView
+
+_DEPTH = 1000
+_MOST_BYTES = 16 * 1024 * 1024
+"""What may wait of one topic: some frames of a camera, or a second of what is small and fast."""
+_MOST_ANSWERS = 4096
+_MOST_ANSWER_BYTES = 64 * 1024 * 1024
+"""What else may wait: who asks for more than this without reading is let go."""
+_MOST_CALLS = 16
+_CALL_S = 30.0
+_GATHER_S = 0.005
+"""After something was sent, what comes within this time goes together: waking up costs more than sending."""
+_TELL_NS = 1_000_000_000
+"""How often a viewer is told that it is too slow."""
+
+
+class Run(Protocol):
+    """What a viewer needs of what serves it."""
+
+    peer: Peer
+    catalogue: Catalogue
+    graph: GraphView
+    connections: Connections
+    parameters: RunParameters
+    read_only: bool
+
+    async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
+        """Have a question asked of the run, one after another."""
+
+    async def call(self, question: Callable[..., Any]) -> Any:
+        """Have a service called, beside whatever else is asked."""
+
+    async def tell_parameters(self) -> None:
+        """Tell all viewers what was set since the last time, now rather than at the next look."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Subscription:
+    id: int
+    channel: Channel
+    listener: Listener
+    ending: ExitStack
+
+
+class Viewer:
+    """One client, from its handshake to its end."""
+
+    def __init__(self, connection: ServerConnection, run: Run) -> None:
+        self.follows_graph = False
+        self._parameters: set[str] = set()
+        self._all_parameters = False
+        self._connection, self._run = connection, run
+        self._subscriptions: dict[int, _Subscription] = {}
+        self._publications = Publications(run.peer)
+        self._answers: deque[str | bytes] = deque()
+        self._answer_bytes = 0
+        self._calls: set[asyncio.Task[None]] = set()
+        self._wake = asyncio.Event()
+        self._now_ns: int | None = None
+        self._dropped_before = self._told_dropped = self._told_ns = 0
+        self._clock = SystemClock()
+        self._loop = asyncio.get_running_loop()
+
+    async def serve(self) -> None:
+        """Send and hear until either side ends the connection.
+
+        Raises:
+            ExceptionGroup: Sending, hearing or a call has failed by a mistake of ours; with one, the others end.
+        """
+        try:
+            async with asyncio.TaskGroup() as self._tasks:
+                sending = self._tasks.create_task(self._send())
+                with suppress(ConnectionClosed):
+                    async for message in self._connection:
+                        await self._hear(message)
+                for task in (sending, *self._calls):
+                    task.cancel()
+        finally:
+            for each in list(self._subscriptions.values()):
+                self._end(each)
+            self._publications.close()
+
+    @property
+    def dropped(self) -> int:
+        """Messages that it did not get, because it reads too slowly or they came too fast."""
+        listeners = [each.listener for each in self._subscriptions.values()]
+        return self._dropped_before + sum(each.dropped + each.lost for each in listeners)
+
+    # What is sent.
+
+    def send(self, message: str | bytes) -> None:
+        """Send something that must not be lost."""
+        self._answers.append(message)
+        self._answer_bytes += len(message)
+        if len(self._answers) > _MOST_ANSWERS or self._answer_bytes > _MOST_ANSWER_BYTES:
+            self._connection.transport.abort()  # a farewell would have to wait behind all that
+        self._wake.set()
+
+    def tell(self, level: Level, sentence: str, *, id_: str | None = None) -> None:
+        """Tell the person in front of it."""
+        self.send(protocol.status(level, printable(sentence), id_=id_))
+
+    def tell_time(self, now_ns: int) -> None:
+        """Tell what time it is for the nodes; of what it has not read, only the last matters."""
+        self._now_ns = now_ns
+        self._wake.set()
+
+    @property
+    def follows_parameters(self) -> bool:
+        """Whether it wants to hear of changes."""
+        return self._all_parameters or bool(self._parameters)
+
+    def tell_parameters(self, rows: Sequence[dict[str, Any]]) -> None:
+        """Tell those of these parameters that it follows."""
+        followed = [row for row in rows if self._all_parameters or row["name"] in self._parameters]
+        if followed:
+            self.send(protocol.text("parameterValues", parameters=followed))
+
+    def offer(self, change: Change) -> None:
+        """Tell what has come and gone."""
+        for each in [each for each in self._subscriptions.values() if each.channel.id in change.gone_channels]:
+            self._end(each)
+        if change.gone_channels:
+            self.send(protocol.text("unadvertise", channelIds=change.gone_channels))
+        if change.gone_services:
+            self.send(protocol.text("unadvertiseServices", serviceIds=change.gone_services))
+        if change.channels:
+            self.send(protocol.text("advertise", channels=[each.told() for each in change.channels]))
+        if change.services:
+            self.send(protocol.text("advertiseServices", services=[each.told() for each in change.services]))
+
+    async def _send(self) -> None:
+        with suppress(ConnectionClosed):
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                await self._send_answers()
+                more = True
+                while more:
+                    more = await self._send_messages()
+                    await asyncio.sleep(0)  # who reads at once makes nobody wait, not even the others
+                await self._clock.sleep(_GATHER_S)
+
+    async def _send_answers(self) -> None:
+        while self._answers:
+            message = self._answers.popleft()
+            self._answer_bytes -= len(message)
+            await self._connection.send(message)
+        if self._now_ns is not None:
+            now_ns, self._now_ns = self._now_ns, None
+            await self._connection.send(protocol.time(now_ns))
+
+    async def _send_messages(self) -> bool:
+        """Send the oldest message of each topic; whether there was any."""
+        found = False
+        for each in list(self._subscriptions.values()):
+            received = each.listener.get(0)
+            if received is not None and each.id in self._subscriptions:
+                found = True
+                stamp_ns = max(0, received.stamp_ns)
+                await self._connection.send(protocol.message_data(each.id, stamp_ns, received.payload))
+                await self._send_answers()
+        self.tell_dropped()
+        return found
+
+    def tell_dropped(self) -> None:
+        """Tell it how much it has missed, where that is more than it knows."""
+        dropped, now_ns = self.dropped, self._clock.monotonic_ns()
+        if dropped > self._told_dropped and now_ns - self._told_ns >= _TELL_NS:
+            self._told_dropped, self._told_ns = dropped, now_ns
+            self.tell(
+                Level.WARNING, f"{dropped} messages were dropped: they came faster than they were read", id_="drops"
+            )
+
+    # What is heard.
+
+    async def _hear(self, message: str | bytes) -> None:
+        try:
+            await self._do(protocol.read(message))
+        except BusflowError as error:
+            self.tell(Level.ERROR, str(error))
+
+    async def _do(self, request: protocol.Request) -> None:
+        match request:
+            case protocol.Subscribe(pairs):
+                for id_, channel in pairs:
+                    self._subscribe(id_, channel)
+            case protocol.Unsubscribe(ids):
+                for id_ in ids:
+                    self._unsubscribe(id_)
+            case protocol.Publish(id_, payload):
+                self._require_writable("publish")
+                self._publications.publish(id_, payload)
+            case protocol.Advertise(channels):
+                self._require_writable("publish")
+                for each in channels:
+                    await self._begin(each)
+            case protocol.Unadvertise(ids):
+                for id_ in ids:
+                    self._publications.end(id_)
+            case protocol.FollowGraph(on):
+                self._follow_graph(on=on)
+            case protocol.Call():
+                self._begin_call(request)
+            case _:
+                await self._do_with_parameters(request)
+
+    async def _do_with_parameters(
+        self, request: protocol.GetParameters | protocol.SetParameters | protocol.FollowParameters
+    ) -> None:
+        parameters = self._run.parameters
+        match request:
+            case protocol.GetParameters(names, id_):
+                rows = await self._run.ask(parameters.get, names)
+                self.send(protocol.text("parameterValues", parameters=rows, id=id_))
+            case protocol.SetParameters(values, id_):
+                self._require_writable("set parameters")
+                reasons = await self._run.ask(parameters.set, values)
+                for reason in reasons:
+                    self.tell(Level.ERROR, reason)
+                if reasons or id_ is not None:  # after a refusal it shows what was typed, until it hears what is
+                    rows = await self._run.ask(parameters.get, tuple(values)) if values else ()
+                    self.send(protocol.text("parameterValues", parameters=rows, id=id_))
+                await self._run.tell_parameters()
+            case protocol.FollowParameters(names, on):
+                self._follow_parameters(names, on=on)
+                await self._run.tell_parameters()
+
+    def _require_writable(self, what: str) -> None:
+        if self._run.read_only:
+            raise InspectionUnavailable(f"this viewer may not {what}: busflow foxglove was started with --read-only")
+
+    def _follow_graph(self, *, on: bool) -> None:
+        if on and not self.follows_graph:
+            self.send(protocol.text("connectionGraphUpdate", **self._run.connections.since(Connections())))
+        self.follows_graph = on
+
+    def _follow_parameters(self, names: Sequence[str], *, on: bool) -> None:
+        if on:
+            self._parameters |= set(names)
+            self._all_parameters |= not names
+        elif names:
+            self._parameters -= set(names)
+        else:
+            self._parameters.clear()
+            self._all_parameters = False
+
+    async def _begin(self, channel: protocol.ClientChannel) -> None:
+        try:
+            await self._run.ask(self._publications.begin, channel, self._run.graph)
+        except BusflowError as error:
+            self.tell(Level.ERROR, f"cannot publish: {error}")
+
+    def _begin_call(self, request: protocol.Call) -> None:
+        task = self._tasks.create_task(self._call(request))
+        self._calls.add(task)
+        task.add_done_callback(self._calls.discard)
+
+    async def _call(self, request: protocol.Call) -> None:
+        try:
+            self._require_writable("call services")
+            offer = self._run.catalogue.services.get(request.service)
+            if offer is None:
+                raise NoSuchTarget("the service has gone")
+            if request.encoding != offer.encoding:
+                raise MalformedMessage(f"its requests are {offer.encoding}, not {printable(request.encoding)!r}")
+            if len(self._calls) > _MOST_CALLS:
+                raise ServiceUnavailable(f"{_MOST_CALLS} calls are under way")
+            question = partial(self._run.peer.call_bytes, offer.kind, request.payload, timeout_s=_CALL_S)
+            payload = await self._run.call(question)
+        except BusflowError as error:
+            ids = {"serviceId": request.service, "callId": request.call}
+            self.send(protocol.text("serviceCallFailure", **ids, message=str(error)))
+        else:
+            self.send(protocol.call_answered(request.service, request.call, offer.encoding, payload))
+
+    def _subscribe(self, id_: int, channel_id: int) -> None:
+        channel = self._run.catalogue.channels.get(channel_id)
+        if channel is None:
+            self.tell(Level.WARNING, f"there is no channel {channel_id} any more")
+            return
+        if id_ in self._subscriptions or any(each.channel.id == channel_id for each in self._subscriptions.values()):
+            self.tell(Level.WARNING, f"{channel.topic.name} is subscribed to already")
+            return
+        with ExitStack() as ending:
+            listening = self._run.peer.listen(
+                channel.topic, channel.type, depth=_DEPTH, most_bytes=_MOST_BYTES, on_arrival=self._call_to_send
+            )
+            listener = ending.enter_context(listening)
+            self._subscriptions[id_] = _Subscription(id_, channel, listener, ending.pop_all())
+        self._wake.set()
+
+    def _unsubscribe(self, id_: int) -> None:
+        found = self._subscriptions.get(id_)
+        if found is None:
+            self.tell(Level.WARNING, f"nothing is subscribed to under the number {id_}")
+        else:
+            self._end(found)
+
+    def _end(self, subscription: _Subscription) -> None:
+        del self._subscriptions[subscription.id]
+        self._dropped_before += subscription.listener.dropped + subscription.listener.lost
+        subscription.ending.close()
+
+    def _call_to_send(self) -> None:
+        """Called in Zenoh's thread: something has arrived."""
+        with suppress(RuntimeError):  # the loop has ended, and with it everybody to whom it could be sent
+            self._loop.call_soon_threadsafe(self._wake.set)

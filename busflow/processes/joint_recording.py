@@ -1,0 +1,197 @@
+"""JointRecording: the directory into which each process of a run records itself, and what they come to together."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow import parameter_events, rosout
+from busflow.errors import BagError, RecordingRefused
+from busflow.launchfile.description import OnDrop
+from busflow.patterns import Selection
+from busflow.recording.bag import Bag
+from busflow.recording.destination import named
+from busflow.recording.introspection import SUFFIX
+from busflow.recording.rosbag2 import LACKING, REPORT
+from busflow.recording.rosbag2_metadata import FileCounts, write_metadata
+from busflow.recording.share import Share
+from busflow.report import RecordingReport
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.launchfile.description import RecordSpec
+    from busflow.launchfile.placement import Placement
+    from busflow.launchfile.preflight import Plan
+    from busflow.recording.series import Series
+    from busflow.report import Report
+
+_SUFFIX = ".mcap"
+_UNFIT = re.compile(r"[^\w.-]+")
+_LARGEST_REPORT = 512 << 10
+"""Characters of a report that goes into the metadata, of which readers take no more than a MiB."""
+
+
+class JointRecording:
+    """A recording of several files: one of each process, and one more of each further life."""
+
+    def __init__(
+        self, spec: RecordSpec, placement: Placement, plan: Plan, log: FilteringBoundLogger, *, run: str
+    ) -> None:
+        """A recording that is yet to begin.
+
+        Args:
+            spec: what is recorded, and to where.
+            placement: who runs where.
+            plan: all nodes of the run.
+            log: where is told what a pattern did not mean.
+            run: its name.
+
+        Raises:
+            RecordingRefused: its name has a placeholder that stands for nothing.
+        """
+        path = named(spec.to, run=run)
+        self.path = path.with_suffix("") if path.suffix == _SUFFIX else path
+        """The directory, as people know it."""
+        self.directory = self.path.absolute()
+        self._spec, self._log = spec, log
+        self._processes = (placement.main, *placement.others)
+        everywhere = [*placement.nodes.values(), *placement.elsewhere.values()]
+        self._nodes = frozenset(node for nodes in everywhere for node in nodes)
+        self._outside = _listeners(plan, placement, self._processes)
+        self._stems: dict[str, str] = {}
+        for process in self._processes:
+            self._stems[process] = _unlike(_stem(process), self._stems.values())
+        self._files: dict[str, list[Path]] = {process: [] for process in self._processes}
+        self._begun = False
+        self.outcome: RecordingReport | None = None
+        """What it came to, once that is known."""
+
+    def begin(self) -> None:
+        """Make the directory.
+
+        Raises:
+            RecordingRefused: it is there already, or cannot be made.
+        """
+        shown = printable(self.path)
+        try:
+            self.directory.mkdir()
+        except FileExistsError:
+            raise RecordingRefused(
+                f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name, or "
+                f"let the time be part of it: {shown}-{{start}}"
+            ) from None
+        except FileNotFoundError:
+            folder = printable(self.path.parent)
+            raise RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}") from None
+        except OSError as error:
+            raise RecordingRefused(f"cannot record to {shown}: {error.strerror}") from None
+        self._begun = True
+
+    def give_back(self) -> None:
+        """Take the directory away again if nothing was recorded."""
+        if self._begun:
+            with suppress(OSError):  # it is not empty
+                self.directory.rmdir()
+                self._begun = False
+
+    def share(self, process: str) -> Share:
+        """What a process records in the life that it is about to begin."""
+        files = self._files[process]
+        name = self._stems[process]
+        if files:
+            name = _unlike(f"{name}-{len(files) + 1}", {*self._stems.values(), *(path.stem for path in self._paths())})
+        files.append(self.directory / f"{name}{_SUFFIX}")
+        return Share(process, files[-1], self._spec, self._nodes, self._outside)
+
+    @property
+    def is_to_be_complete(self) -> bool:
+        """Whether the run is to end when something is missing."""
+        return self._spec.on_drop is OnDrop.FAIL
+
+    def so_far(self, told: Sequence[Mapping[str, Any]]) -> RecordingReport:
+        """What there is of it, by what its processes and their earlier lives tell."""
+        if self.outcome is not None:
+            return self.outcome
+        recorded, missed = (sum(int(each[count]) for each in told) for count in ("recorded", "missed"))
+        return RecordingReport(str(self.path), recorded, missed, complete=False)
+
+    def finish(self, report: Report) -> None:
+        """Look at what all have left behind, and write the metadata; `report` is that of the whole run."""
+        if not self._begun or self.outcome is not None:
+            return
+        self._tell_unmatched(report)
+        recorded = missed = 0
+        lacking: list[str] = []
+        why: list[str] = []
+        try:
+            with Bag(self.directory) as bag:
+                counted = [_counted(each) for each in bag.series]
+                read = {each.name for each in counted}
+                lacking += [f"there is nothing in {path.name}" for path in self._paths() if path.name not in read]
+                for each in bag.series:
+                    why += [f"{each.files[0].path.name}: {reason}" for reason in each.incomplete()]
+                recorded, missed = bag.messages, bag.ledger.missed if bag.ledger else 0
+            self._write(counted, report, "; ".join(lacking))
+        except (BagError, OSError) as error:
+            why.append(str(error))
+        why = lacking + why
+        self.outcome = RecordingReport(str(self.path), recorded, missed, complete=not why, why="; ".join(why))
+
+    def _paths(self) -> list[Path]:
+        return [path for files in self._files.values() for path in files]
+
+    def _write(self, counted: Sequence[FileCounts], report: Report, lacking: str) -> None:
+        by_name = {each.name: each for each in counted}
+        files = [by_name[path.name] for path in self._paths() if path.name in by_name]
+        account = json.dumps(report.as_json())
+        custom = {REPORT: account} if len(account) <= _LARGEST_REPORT else {}
+        custom |= {LACKING: lacking} if lacking else {}
+        write_metadata(self.directory, files, qos=lambda channel: channel.qos or "", custom=custom)
+
+    def _tell_unmatched(self, report: Report) -> None:
+        """Say which patterns meant nothing in any process."""
+        selection = Selection(self._spec.topics, self._spec.exclude)
+        names = [topic.name for topic in report.topics] + [service.name for service in report.services]
+        for name in (*names, rosout.TOPIC, parameter_events.TOPIC):
+            selection.includes(name)
+        for service in report.services:
+            selection.includes(service.name, service.name + SUFFIX)
+        for pattern in selection.unmatched:
+            guess = did_you_mean(pattern, names)
+            self._log.warning(f"there was no topic {printable(pattern)}, so nothing of it was recorded; {guess}")
+
+
+def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> dict[str, str]:
+    """By topic, the first process of these that receives it, which also records what comes from outside the run."""
+    found: dict[str, str] = {}
+    for process in processes:
+        for member in plan.members:
+            if placement.process_of(member.runtime.full_name) == process:
+                for received in member.subscriptions:
+                    found.setdefault(received.topic, process)
+    return found
+
+
+def _counted(series: Series) -> FileCounts:
+    """What the file of a process holds that ROS 2 can read; one without an end has to be read for this."""
+    found = series.overview()
+    counts = {channel: count for channel, count in found.counts.items() if channel.encoding == "cdr"}
+    return FileCounts(series.files[0].path.name, counts, found.start_ns, found.end_ns)
+
+
+def _stem(process: str) -> str:
+    """The name of a process's file: without the machine, of which each has a directory of its own."""
+    return _UNFIT.sub("_", process.rpartition(":")[2]).lstrip(".") or "process"
+
+
+def _unlike(name: str, others: Collection[str]) -> str:
+    """The name, made longer until it is none of the others."""
+    while name in others:
+        name += "_"
+    return name

@@ -1,0 +1,133 @@
+"""Machines: the other machines of a run as one of them sees them: linked or not, since when, and why not."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from busflow.launchfile.credentials import credentials_of
+from busflow.launchfile.placement import MAIN, machine_of, process_name
+from busflow.wire.network import Network
+from busflow.wire.probe import why_not_linked
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.launchfile.network import Endpoint, NetworkSpec
+
+_LATE_S = 2.0
+"""How long a machine may take before it is told that it is missing."""
+_NAMESAKE_S = 3.0
+"""How long another run of this machine's name may be seen: what is left of one that was killed goes sooner."""
+_LOOK_S = 5.0
+"""How often it is looked why one is missing."""
+
+
+@dataclass(slots=True)
+class _Machine:
+    """What is known of one machine."""
+
+    linked: bool = False
+    was_linked: bool = False
+    changed_s: float = 0.0
+    reason: str = ""
+    """Why it is not linked, as it was told last."""
+
+
+class Machines:
+    """What a run knows of its other machines; no node waits for them."""
+
+    def __init__(self, spec: NetworkSpec, own: str, log: FilteringBoundLogger, seconds: Callable[[], float]) -> None:
+        """None of them is linked yet.
+
+        Args:
+            spec: all machines.
+            own: which of them this is.
+            log: hears who comes and goes.
+            seconds: the run's time.
+        """
+        self._spec, self.own, self._log, self._seconds = spec, own, log, seconds
+        self.network = Network.of(spec, own)
+        self._dialled: dict[str, Endpoint] = {}
+        for name, machine in spec.machines.items():
+            if machine.connect is not None and machine.connect in spec.dialled_by(own):
+                self._dialled[name] = machine.connect
+        self._machines = {name: _Machine() for name in spec.machines if name != own}
+        self._changed = asyncio.Event()
+        self._namesake: asyncio.TimerHandle | None = None
+        self.on_doubled: Callable[[], None] = lambda: None
+        """What follows when another run is this machine, and was before this one."""
+
+    def on_presence(self, process: str, *, there: bool) -> None:
+        """A process of the run has come, or is gone or out of reach."""
+        if process == process_name(self.own, MAIN):
+            self._on_namesake(there=there)
+            return
+        name = machine_of(process)
+        machine = self._machines.get(name)
+        if machine is None or process != process_name(name, MAIN) or machine.linked is there:
+            return
+        now_s = self._seconds()
+        if not there:
+            self._log.warning(f"the machine {name} is not linked any more; the nodes here go on without it")
+        elif machine.was_linked:
+            self._log.info(f"the machine {name} is linked again", after_s=round(now_s - machine.changed_s, 3))
+        else:
+            self._log.info(f"the machine {name} is linked")
+        machine.linked, machine.changed_s, machine.reason = there, now_s, ""
+        machine.was_linked = machine.was_linked or there
+        self._changed.set()
+
+    def _on_namesake(self, *, there: bool) -> None:
+        """Another session says that it is this machine: another run, or what is left of one that was killed."""
+        if self._namesake is not None:
+            self._namesake.cancel()
+            self._namesake = None
+        if there:
+            now_s = self._seconds()
+            came_first = any(each.linked and now_s - each.changed_s > _LATE_S for each in self._machines.values())
+            judge = self._stay if came_first else self._give_way
+            self._namesake = asyncio.get_running_loop().call_later(_NAMESAKE_S, judge)
+
+    def _stay(self) -> None:
+        self._log.error(f"another run says that it is the machine {self.own}: one of the two has to end")
+
+    def _give_way(self) -> None:
+        self._log.error(f"another run is the machine {self.own} already: this one ends")
+        self.on_doubled()
+
+    def about(self) -> Mapping[str, Any]:
+        """What the run answers of them to who asks."""
+        told = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
+        return {"machine": self.own, "machines": told}
+
+    async def watch(self) -> None:
+        """Tell of each that is missing why it is, once for each reason, until this is cancelled."""
+        wait_s = _LATE_S
+        while True:
+            self._changed.clear()
+            try:
+                async with asyncio.timeout(wait_s):
+                    await self._changed.wait()
+            except TimeoutError:
+                wait_s = _LOOK_S
+                for name, machine in self._machines.items():
+                    if not machine.linked:
+                        await self._look(name, machine)
+            else:
+                wait_s = _LATE_S
+
+    async def _look(self, name: str, machine: _Machine) -> None:
+        """Find out why a machine is missing, and tell it if that is news."""
+        end = self._dialled.get(name)
+        if end is None:
+            listen = self._spec.machines[self.own].listen
+            reason = f"it has not connected to {listen}: its run has not started, or it cannot get here"
+        else:
+            reason = await why_not_linked(end, credentials_of(self._spec, self.own), name)
+            reason = reason or f"{end} answers, and is not linked yet"
+        if not machine.linked and reason != machine.reason:
+            machine.reason = reason
+            self._log.warning(f"the machine {name} is not linked: {reason}")

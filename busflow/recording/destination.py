@@ -1,0 +1,135 @@
+"""`Destination`: the file that a recording goes to: what it is called, that it is new, and that it is still there."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import shlex
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from busflow.clock import NS_PER_S, SystemClock
+from busflow.errors import RecordingRefused
+from busflow.text import printable
+
+_PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
+_UNFIT = re.compile(r"[^\w.+-]+")
+_SUFFIX = ".mcap"
+
+
+class Destination:
+    """A new file, written from its beginning to its end, and no longer than it can be found under its name."""
+
+    def __init__(self, path: Path) -> None:
+        """Make the file.
+
+        Raises:
+            RecordingRefused: it is there already, or cannot be made.
+        """
+        shown = printable(path)
+        self.path = path
+        if not path.name:
+            raise RecordingRefused("a recording needs the name of a file: run.mcap")
+        if path.suffix != _SUFFIX:
+            raise RecordingRefused(f"a recording is an MCAP file: write {shown}{_SUFFIX} instead of {shown}")
+        try:
+            self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
+        except FileExistsError:
+            dated = printable(path.with_stem(f"{path.stem}-{{start}}"))
+            raise RecordingRefused(
+                f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name, or "
+                f"let the time be part of it: {dated}"
+            ) from None
+        except FileNotFoundError:
+            # Quoted, so that a shell makes of `~/runs` the folder that was looked for, and not the one in the home.
+            folder = printable(shlex.quote(str(path.parent)))
+            raise RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}") from None
+        except OSError as error:
+            raise _refusal(path, error) from None
+        self._inode = _inode(os.fstat(self._descriptor))
+
+    def write(self, data: memoryview) -> int:
+        """Write to the end.
+
+        Raises:
+            OSError: the disk is full or broken, or what is written could not be found afterwards.
+        """
+        written = os.write(self._descriptor, data)
+        try:
+            found = _inode(self.path.stat())
+        except OSError:
+            found = None
+        if found != self._inode:
+            raise OSError(errno.ENOENT, "it was moved or deleted while it was written")
+        return written
+
+    def cut_off(self, size: int) -> None:
+        """Leave nothing behind that was written in part."""
+        with suppress(OSError):  # a reader copes with what is left
+            os.ftruncate(self._descriptor, size)
+
+    def close(self) -> None:
+        """Write no more."""
+        descriptor, self._descriptor = self._descriptor, -1
+        if descriptor >= 0:
+            os.close(descriptor)
+
+
+@contextmanager
+def new_recording(path: Path) -> Generator[Destination]:
+    """A new file to begin a recording in; it is taken away again where its beginning cannot be written.
+
+    Raises:
+        RecordingRefused: it is there already, or cannot be made, or not even its beginning can be written.
+    """
+    destination = Destination(path)
+    try:
+        yield destination
+    except BaseException as error:
+        destination.close()
+        path.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise _refusal(path, error) from None
+        raise
+
+
+def named(pattern: str, *, run: str) -> Path:
+    """The path that a pattern stands for: `{name}` is the run's name, `{start}` the time, in UTC.
+
+    >>> named("runs/{name}.mcap", run="lab 1").as_posix()
+    'runs/lab_1.mcap'
+
+    Raises:
+        RecordingRefused: it has another placeholder.
+    """
+
+    def fill(found: re.Match[str]) -> str:
+        match found[1]:
+            case "name":
+                return _UNFIT.sub("_", run)
+            case "start":
+                return _start()
+            case _:
+                known = "{name} for the run's name, {start} for the time"
+                raise RecordingRefused(f"{printable(pattern)}: {printable(found[0])} stands for nothing; write {known}")
+
+    return Path(_PLACEHOLDER.sub(fill, pattern))
+
+
+def _refusal(path: Path, error: OSError) -> RecordingRefused:
+    """Why nothing can be recorded there."""
+    return RecordingRefused(f"cannot record to {printable(path)}: {error.strerror}")
+
+
+def _start() -> str:
+    """The time of day, also for a simulation, whose runs all begin at the same time of their own."""
+    import datetime as dt
+
+    now = dt.datetime.fromtimestamp(SystemClock().now().nanoseconds // NS_PER_S, dt.UTC)
+    return now.strftime("%Y%m%dT%H%M%SZ")
+
+
+def _inode(found: os.stat_result) -> tuple[int, int]:
+    return found.st_dev, found.st_ino

@@ -1,0 +1,111 @@
+"""What busflow writes beside the messages of a recording: how the run was set up, and how it ended."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+FACTS = "busflow"
+"""The name of the metadata at the beginning of a recording."""
+
+LEDGER = "busflow.ledger"
+"""The name of the metadata at its end."""
+
+LAUNCH_FILE = "launch.yaml"
+"""The name of the attachment."""
+
+_VERSIONS = ("busflow", "python")
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """How a recorded run was set up."""
+
+    run: str = ""
+    seed: int | None = None
+    clock: str = ""
+    """`system` or `sim`."""
+    started_ns: int | None = None
+    """When the recording began, on the run's clock."""
+    versions: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Of busflow, Python and whatever else the recorder named."""
+    format: str = ""
+    heard: str = ""
+    """`from outside` where the recorder joined the run and was no part of it."""
+    launch_file: str | None = None
+    """The launch file, as it was resolved."""
+    process: str = ""
+    """Which one of the run has recorded itself, where each does; empty where all is in one recording."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ledger:
+    """How a recorded run ended."""
+
+    report: Mapping[str, Any]
+    """The run's account of itself, as `busflow run --report` writes it."""
+    recorded: int | None
+    """The messages that were recorded."""
+    missed: int
+    """Those that the recorder could not keep up with."""
+    complete: bool
+    """Whether the recorder says that nothing is missing."""
+    recovered: str | None = None
+    """What `busflow bag recover` says of the file that it was made of."""
+
+
+def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
+    """The facts in a metadata record; what is not understood there is left out."""
+    versions = {name: metadata[name] for name in _VERSIONS if name in metadata}
+    versions |= {name: str(each) for name, each in _object(metadata.get("versions")).items()}
+    return Facts(
+        run=metadata.get("run", ""),
+        seed=_number(metadata.get("seed")),
+        clock=metadata.get("clock", ""),
+        started_ns=_number(metadata.get("started")),
+        versions=versions,
+        format=metadata.get("format", ""),
+        heard=metadata.get("heard", ""),
+        launch_file=launch_file,
+        process=metadata.get("process", ""),
+    )
+
+
+def ledger_of(metadata: Mapping[str, str]) -> Ledger:
+    """The ledger in a metadata record."""
+    return Ledger(
+        report=_object(metadata.get("report")),
+        recorded=_number(metadata.get("recorded")),
+        missed=_number(metadata.get("missed")) or 0,
+        complete=metadata.get("complete") == "true",
+        recovered=metadata.get("recovered"),
+    )
+
+
+def summed(ledgers: Sequence[Ledger | None], report: Mapping[str, Any]) -> Ledger | None:
+    """The ledger of a run of several processes, by those of their files; what one does not tell is not known."""
+    found = [each for each in ledgers if each is not None]
+    if not found:
+        return None
+    counts = [None if each is None else each.recorded for each in ledgers]
+    known = [count for count in counts if count is not None]
+    return Ledger(
+        report=report,
+        recorded=sum(known) if len(known) == len(counts) else None,
+        missed=sum(each.missed for each in found),
+        complete=all(each.complete for each in found) and len(found) == len(ledgers),
+    )
+
+
+def _number(text: str | None) -> int | None:
+    return int(text) if text is not None and len(text) < 20 and text.lstrip("-").isdecimal() else None
+
+
+def _object(text: str | None) -> dict[str, Any]:
+    try:
+        found = json.loads(text or "{}")
+    except (ValueError, RecursionError):
+        return {}
+    return cast("dict[str, Any]", found) if isinstance(found, dict) else {}

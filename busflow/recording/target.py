@@ -1,0 +1,71 @@
+"""Target: a file or directory that is made of a recording, and that gets its name when it is whole, or vanishes."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+from busflow.errors import BagError
+
+_NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS}
+
+
+@contextmanager
+def new_file(target: Path) -> Generator[Path]:
+    """A place to write a file.
+
+    Raises:
+        BagError: There is something of this name, or it cannot be written.
+    """
+    with _part_of(target, lambda part: part.touch(exist_ok=False), lambda part: part.unlink(missing_ok=True)) as part:
+        yield part
+        _link(part, target)
+
+
+@contextmanager
+def new_directory(target: Path) -> Generator[Path]:
+    """A directory to write files in.
+
+    Raises:
+        BagError: There is something of this name, or it cannot be written.
+    """
+    with _part_of(target, Path.mkdir, lambda part: shutil.rmtree(part, ignore_errors=True)) as part:
+        yield part
+        part.rename(target)
+
+
+@contextmanager
+def _part_of(target: Path, make: Callable[[Path], None], remove: Callable[[Path], None]) -> Generator[Path]:
+    if target.exists() or target.is_symlink():
+        raise BagError("it exists already", file=str(target), fix="name another one, or take it away")
+    part = target.with_name(f".{target.name}.part")
+    try:
+        try:
+            make(part)
+        except FileExistsError:
+            fix = f"if nobody does any more, take {part} away"
+            raise BagError("somebody else writes it", file=str(target), fix=fix) from None
+        try:
+            yield part
+        finally:
+            remove(part)
+    except FileExistsError:
+        raise BagError("somebody else has made it meanwhile", file=str(target)) from None
+    except OSError as error:
+        raise BagError(f"it cannot be written: {error.strerror or error}", file=str(target)) from None
+
+
+def _link(part: Path, target: Path) -> None:
+    """Give a file its name, unless that is somebody else's by now, which renaming would not see."""
+    try:
+        os.link(part, target)
+    except OSError as error:
+        if error.errno not in _NO_LINKS:
+            raise
+        if target.exists():  # a USB stick has no links, and nearly never two who write the same file
+            raise FileExistsError from None
+        part.rename(target)

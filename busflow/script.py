@@ -1,0 +1,147 @@
+"""Script: a graph as the whole program, `busflow.run(...)`, with the other processes that its launch file asks for."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem
+from busflow.event_loop import LoopFactory, new_event_loop
+from busflow.ingredients import What, described, is_simulated
+from busflow.launchfile.description import LaunchDescription
+from busflow.launchfile.here import on_machine
+from busflow.launchfile.placement import placed
+from busflow.log import console_sink
+from busflow.program import inspectable, recorded, run_graph
+from busflow.runner import Graph
+from busflow.watchdog import BOUND_S
+
+if TYPE_CHECKING:
+    from busflow.processes.crew import Crew
+    from busflow.recording.wanted import Wanted
+
+
+def run(
+    *what: What,
+    args: Mapping[str, object] | None = None,
+    seed: int | None = None,
+    inspect: bool | str = True,
+    watchdog: float | None = BOUND_S,
+    record: Wanted | None = None,
+    one_process: bool = False,
+    machine: str | None = None,
+) -> ExitCode:
+    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
+
+    On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
+    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
+    launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
+    machines, what it places on `machine` runs, or what it places on none.
+    A failure is told on standard error, as `busflow run` tells it.
+
+    Raises:
+        LaunchError: the graph cannot run.
+    """
+    outer = dict(os.environ)
+    ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
+    descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
+    sink = console_sink(sys.stderr, colour=False)
+    with _stated(descriptions):
+        if any(map(is_simulated, descriptions)):
+            from busflow.testing.simulation import simulated_graph
+
+            with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
+                return _told(recorded(graph, record), loop_factory)
+        ready = [
+            on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
+            for each in ready
+        ]
+        spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
+        if not spread or one_process:
+            graph = recorded(Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog), record)
+            return _told(inspectable(graph, inspect), new_event_loop)
+        _check_that_it_can_be_spread(what, spread[0], inspect)
+        graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
+        return _told(graph, new_event_loop, _manned(graph, spread[0], inspect, outer, args or {}, record))
+
+
+def _manned(
+    graph: Graph,
+    spread: LaunchDescription,
+    name: bool | str,
+    outer: Mapping[str, str],
+    args: Mapping[str, object],
+    record: Wanted | None,
+) -> Crew:
+    """The other processes of a graph, which end with it."""
+    from busflow.processes.crew import Crew  # which needs Zenoh, as its members do
+    from busflow.recording.wanted import spec_of
+
+    file = str(spread.files[0].absolute())
+    known_as = name if isinstance(name, str) else graph.name
+    more: dict[str, Any] = {
+        "network": spread.network if spread.here is not None else None,
+        "record": spec_of(record, spread.record),
+    }
+    return Crew(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+
+
+def _is_spread(description: LaunchDescription) -> bool:
+    """Whether it is run by more than this process, on this machine or on others."""
+    return bool(placed(description).others) or description.here is not None
+
+
+def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription, inspect: bool | str) -> None:
+    """Refuse what other processes could not be told.
+
+    Raises:
+        LaunchError: saying what to do instead.
+    """
+    place = spread.processes[0].origin.place if spread.processes else None
+    told = fix = ""
+    if sum(isinstance(each, str | Path | LaunchDescription) for each in what) > 1:
+        told = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
+        fix = "include the others in it"
+    elif not any(isinstance(each, str | Path) for each in what):
+        told = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
+        fix = "give run() the file itself"
+    elif inspect is False:
+        told = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
+        fix = "leave it out"
+    if told:
+        raise LaunchError([Problem("processes", told, f"{fix}; or run(…, one_process=True)", place)])
+
+
+@contextmanager
+def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
+    """The environment with the variables that launch files state, and then as it was."""
+    stated = {name: value for each in descriptions for name, value in each.environment.items()}
+    before = {name: os.environ.get(name) for name in stated}
+    os.environ.update(stated)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+
+
+def _told(graph: Graph, loop_factory: LoopFactory, crew: Crew | None = None) -> ExitCode:
+    try:
+        run_graph(graph, loop_factory=loop_factory)
+    except NodeFailed:
+        for failure in graph.failures:
+            sys.stderr.write(f"error: {failure.render()}\n")
+    except IncompleteRecording as error:
+        sys.stderr.write(f"error: {error}\n")
+    finally:
+        if crew:
+            crew.finish()
+        for text in crew.failures if crew else ():
+            sys.stderr.write(f"error: {text}\n")
+    return graph.exit_code

@@ -1,0 +1,40 @@
+"""What the recorded run tells of messages that its recording has not, or that a node never had."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from busflow.recording.bag import Bag
+
+
+def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Iterator[str]:
+    """A line for each topic of the nodes whose recorded messages are not those that they had.
+
+    Args:
+        bag: The recording, whose ledger is asked.
+        topics: What the nodes publish and receive.
+        nodes: Their full names.
+    """
+    counts = {each.topic: each.count for each in bag.channels}
+    for told in _topics(bag.ledger.report if bag.ledger is not None else {}):
+        name, published, there = told.get("name"), told.get("published"), counts.get(str(told.get("name")))
+        if name not in topics:
+            continue
+        if isinstance(published, int) and there is not None and there != published:
+            yield f"{name}: the run published {published} messages, and the recording has {there} of them"
+        for subscription in _mappings(told.get("subscriptions")):
+            dropped = subscription.get("dropped")
+            if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
+                yield f"{name}: {subscription['node']} lost {dropped} messages, and was given them in the replay"
+
+
+def _topics(report: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    return _mappings(report.get("topics"))
+
+
+def _mappings(told: Any) -> Iterator[Mapping[str, Any]]:
+    """A report comes from a file, in which anything may stand."""
+    items = cast("list[Any]", told) if isinstance(told, list) else []
+    yield from (cast("Mapping[str, Any]", each) for each in items if isinstance(each, dict))

@@ -1,0 +1,41 @@
+"""Where a message type's description is found: the run says it, else busflow's own messages do."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from busflow.errors import NoSuchTarget, UnknownType
+from busflow.text import did_you_mean, printable
+from busflow.wire.shipped import shipped_types
+
+if TYPE_CHECKING:
+    from busflow.wire.foreign import ForeignType
+    from busflow.wire.peer import Peer
+
+
+def known_type(peer: Peer, name: str) -> ForeignType:
+    """The type of this full name, such as `sensor_msgs/msg/Imu`.
+
+    Raises:
+        UnknownType: The run does not use it and busflow does not bring it.
+    """
+    try:
+        return peer.type(name)
+    except NoSuchTarget:
+        if "/" not in name:
+            known = shipped_types().messages
+            raise UnknownType(f"no type {printable(name)!r}; {did_you_mean(name, known)}") from None
+        return _own(name)
+
+
+def _own(name: str) -> ForeignType:
+    """A type that busflow brings; only now are its messages imported, which takes a while."""
+    from busflow.message import Message, find_type
+    from busflow.wire.foreign import ForeignType
+    from busflow.wire.typesupport import TypeSupport
+
+    found = find_type(name)
+    if not issubclass(found, Message):
+        raise UnknownType(f"{name} is a service; messages have a topic")
+    support = TypeSupport(found)
+    return ForeignType(support.name, support.type_hash, support.description)

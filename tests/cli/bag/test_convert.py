@@ -1,0 +1,64 @@
+import json
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from tests.recording.conftest import write_numbers
+
+BAGS = Path(__file__).parents[2] / "cases/rosbag2"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("form", ["ros2bag", "csv", "parquet", "jsonl", "mcap"])
+def test_every_form_is_made_by_the_command(form, capsys):
+    assert main(["bag", "convert", str(BAGS / "talker"), "out", "--to", form]) == 0
+    assert capsys.readouterr().out == "out: 20 messages\n"
+    assert main(["bag", "convert", str(BAGS / "talker"), "out", "--to", form]) == 2
+    assert capsys.readouterr().err.startswith("error: out: it exists already")
+
+
+def test_topics_and_a_stretch_of_time(capsys):
+    how = ["--to", "jsonl", "--topics", "topic", "--start", "1s", "--end", "2.2s", "--json"]
+    assert main(["bag", "convert", str(BAGS / "talker"), "out", *how]) == 0
+    assert json.loads(capsys.readouterr().out) == {
+        "version": 1,
+        "output": "out",
+        "to": "jsonl",
+        "messages": 3,
+        "left_out": 0,
+    }
+    lines = [json.loads(line) for line in Path("out").read_text().splitlines()]
+    assert [each["message"]["data"] for each in lines] == [f"Hello, world! {number}" for number in (2, 3, 4)]
+    assert main(["bag", "convert", str(BAGS / "talker"), "b", "--to", "csv", "--topics", "talk"]) == 4
+
+
+def test_what_is_cut_off_is_converted_up_to_there(tmp_path, capsys):
+    path = write_numbers(tmp_path / "numbers.mcap", 500)
+    path.write_bytes(path.read_bytes()[:4000])
+    assert main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"]) == 5
+    said = capsys.readouterr()
+    assert said.err.startswith("warning: numbers.mcap at byte ")
+    assert len(Path("out.jsonl").read_text().splitlines()) > 50
+
+
+def test_a_bar_is_shown_where_somebody_looks_at_a_terminal(tmp_path):
+    write_numbers(tmp_path / "numbers.mcap", 9000)
+    leader, follower = pty.openpty()
+    command = [sys.executable, "-m", "busflow", "bag", "convert", "numbers.mcap", "out", "--to", "jsonl"]
+    environment = {**os.environ, "TERM": "xterm", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(command, stderr=follower, stdout=subprocess.PIPE, env=environment)
+    os.close(follower)
+    shown = os.read(leader, 1 << 16).decode()
+    os.close(leader)
+    assert (done.returncode, done.stdout) == (0, b"out: 9000 messages\n")
+    assert "converting" in shown
+    assert "/9000" in shown

@@ -1,0 +1,73 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+BAGS = Path(__file__).parents[2] / "cases/rosbag2"
+
+
+def test_what_a_bag_holds(capsys):
+    assert main(["bag", "info", str(BAGS / "talker")]) == 0
+    assert capsys.readouterr().out == (
+        "talker\n"
+        "  state     complete\n"
+        "  recorder  mcap go #(devel), profile ros2\n"
+        "  start     2020-04-02 22:23:55.112411 UTC\n"
+        "  duration  4.531 s\n"
+        "  messages  20\n"
+        "  size      12.9 kB\n"
+        "\n"
+        "topic              type                               messages  rate\n"
+        "/parameter_events  rcl_interfaces/msg/ParameterEvent  0\n"
+        "/rosout            rcl_interfaces/msg/Log             10        2.0 Hz\n"
+        "/topic             std_msgs/msg/String                10        2.0 Hz\n"
+    )
+
+
+def test_the_same_as_json_with_a_digest(capsys):
+    assert main(["bag", "info", str(BAGS / "talker"), "--json", "--digest"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["version"], told["messages"], told["complete"], len(told["digest"])) == (1, 20, True, 64)
+    assert [(each["name"], each["messages"]) for each in told["topics"]][-1] == ("/topic", 10)
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"hello", b"SQLite format 3\0", b"#ROSBAG V2.0"])
+def test_what_is_no_recording_is_told_in_one_line(tmp_path, capsys, content):
+    (tmp_path / "odd.mcap").write_bytes(content)
+    assert main(["bag", "info", str(tmp_path / "odd.mcap")]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("error: ")
+    assert said.err.count("\n") == 1
+
+
+def test_a_directory_and_a_file_that_are_not_there(tmp_path, capsys):
+    assert main(["bag", "info", str(tmp_path)]) == 2
+    assert main(["bag", "info", str(tmp_path / "none.mcap")]) == 2
+    assert "No such file or directory" in capsys.readouterr().err
+
+
+def test_what_is_no_file_is_told_once(capsys):
+    assert main(["bag", "info", "/dev/zero"]) == 2
+    assert capsys.readouterr().err == (
+        "error: /dev/zero: it is no file; name an .mcap file, or the directory of a bag\n"
+    )
+
+
+def test_names_in_a_file_cannot_steer_the_terminal(tmp_path, capsys):
+    from mcap.writer import Writer
+
+    with (tmp_path / "odd.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "lib\x1b[31m")
+        schema = writer.register_schema("a/msg/\x1b[2J", "ros2msg", b"bool data")
+        channel = writer.register_channel("/a\x1b]0;owned\x07\u202e\n", "cdr", schema)
+        writer.add_message(channel, (1 << 64) - 1, b"", 0)
+        writer.finish()
+    for more in ([], ["--json"]):
+        assert main(["bag", "info", str(tmp_path / "odd.mcap"), *more]) == 0
+        assert not set(capsys.readouterr().out) & set("\x1b\x07\u202e")
+    assert main(["bag", "echo", str(tmp_path / "odd.mcap"), "b"]) == 4
+    assert not set(capsys.readouterr().err) & set("\x1b\x07\u202e")

@@ -1,0 +1,285 @@
+"""`busflow bag play`: in a run of its own, which others look into, and into one that runs."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from mcap.writer import CompressionType, Writer
+
+from busflow.cli import main
+from busflow.cli.bag.console import Console
+from busflow.cli.bag.playing import Standing
+from busflow.msgs.std_msgs import Float64, Int64
+from busflow.wire.typesupport import TypeSupport
+
+MS = 1_000_000
+
+LISTEN = """\
+name: listen
+plugins: [plugins]
+nodes:
+  listener:
+    plugin: listener
+"""
+
+
+def write(path, messages, *, finish=True):
+    """A recording of (topic, message, time in ns)."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=4096, compression=CompressionType.NONE)
+        writer.start("ros2", "a test")
+        channels = {}
+        for topic, message, time_ns in messages:
+            support = TypeSupport(type(message))
+            if topic not in channels:
+                schema = writer.register_schema(support.name, "ros2msg", support.definition.encode())
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channels[topic], time_ns, support.encode(message), time_ns)
+        if finish:
+            writer.finish()
+        else:
+            writer.flush()
+    return str(path)
+
+
+@pytest.fixture
+def bag(tmp_path):
+    return write(tmp_path / "talk.mcap", [("/numbers", Float64(data=float(n)), n * 10 * MS) for n in range(100)])
+
+
+class Played:
+    """`busflow bag play` in a process of its own."""
+
+    def __init__(self, place, *arguments, **streams):
+        command = [sys.executable, "-m", "busflow", "bag", "play", *arguments]
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | streams
+        self.process = subprocess.Popen(command, env=place.environment, **streams)
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        out, err = self.process.communicate(timeout=20)
+        return self.process.returncode, out.decode(), err.decode()
+
+
+@pytest.fixture
+def played(place):
+    started = []
+
+    def start(*arguments, **streams):
+        started.append(Played(place, *arguments, **streams))
+        return started[-1]
+
+    yield start
+    for each in started:
+        if each.process.poll() is None:
+            each.process.kill()
+        each.process.wait()
+        for stream in (each.process.stdout, each.process.stderr):
+            if stream is not None:
+                stream.close()
+
+
+# In a run of its own.
+
+
+@pytest.mark.usefixtures("place")
+def test_it_plays_to_the_end_and_says_how_much(capsys, bag):
+    assert main(["bag", "play", bag, "--rate", "20"]) == 0
+    assert capsys.readouterr().out == f"{bag}: 100 messages played\n"
+    assert main(["bag", "play", bag, "--rate", "20", "--start", "500ms", "--duration", "100ms", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["played"], told["complete"]) == (11, True)
+
+
+@pytest.mark.usefixtures("place")
+def test_what_is_incomplete_is_played_as_far_as_it_goes(capsys, tmp_path):
+    path = write(tmp_path / "cut.mcap", [("/n", Int64(data=n), n) for n in range(1000)], finish=False)
+    assert main(["bag", "play", path]) == 5
+    told = capsys.readouterr()
+    assert told.out == f"{path}: 1000 messages played, and it is INCOMPLETE\n"
+    assert "the recording is not the whole of what happened" in told.err
+
+
+def test_others_look_into_it(capsys, bag, place, played):
+    played(bag, "--loop", "--clock", "100")
+    wait_for_run(place, "talk")
+    assert main(["topic", "echo", "numbers", "--once"]) == 0
+    assert capsys.readouterr().out.startswith("data: ")
+    assert main(["topic", "echo", "clock", "--once"]) == 0
+    assert "sec: 0" in capsys.readouterr().out
+    assert main(["param", "set", "player", "paused", "true"]) == 0
+    assert main(["service", "call", "/player/play_next", "std_srvs/srv/Trigger"]) == 0
+
+
+def test_a_type_without_a_class_is_read_by_others(capsys, place, played, tmp_path):
+    path = tmp_path / "things.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "a test")
+        schema = writer.register_schema("my_pkg/msg/Thing", "ros2msg", b"int32 a\nstring b\n")
+        channel = writer.register_channel("/thing", "cdr", schema)
+        for n in range(50):
+            writer.add_message(channel, n * 10 * MS, b"\0\1\0\0\3\0\0\0\2\0\0\0x\0", 0)
+        writer.finish()
+    played(str(path), "--loop")
+    wait_for_run(place, "things")
+    assert main(["topic", "echo", "thing", "--once"]) == 0
+    assert capsys.readouterr().out == "a: 3\nb: x\n---\n"
+
+
+def test_ctrl_c_ends_it_at_once(bag, place, played):
+    player = played(bag, "--loop", "--rate", "0.001")
+    wait_for_run(place, "talk")
+    code, out, err = player.end()
+    assert code == 130
+    assert "messages played" in out
+    assert "Traceback" not in err
+
+
+def wait_for_run(place, name):
+    """Until others find it, and its topics are there."""
+    for _ in range(200):
+        found = subprocess.run(
+            [sys.executable, "-m", "busflow", "topic", "list", "--run", name],
+            env=place.environment,
+            capture_output=True,
+            text=True,
+        )
+        if found.returncode == 0 and "/" in found.stdout.replace("/rosout", "").replace("/parameter_events", ""):
+            return
+    raise AssertionError(found.stderr)
+
+
+@pytest.mark.usefixtures("place")
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["--topics", "nmbers"], "there is nothing on nmbers; did you mean '/numbers'"),
+        (["--exclude", "/x"], "error: there is nothing on /x"),
+        (["--start", "5s", "--end", "2s"], "--end 2s is not after --start 5s: there is nothing between"),
+        (["--remap", "numbers"], "'numbers' is not of the form /old:=/new"),
+        (["--remap", "/numbers:=/a b"], "a b"),
+        (["--rate", "0"], "0.0 is not in the range"),
+        (["--clock", "x"], "'x' is no number of Hz"),
+        (["--clock=0"], "0 Hz is not above 0"),
+        (["--duration", "x"], "a duration is"),
+        (["--run", "nobody"], "nothing is running"),
+    ],
+)
+def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments, why):
+    assert main(["bag", "play", bag, *arguments]) in {2, 4}
+    assert why in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("place")
+def test_a_file_that_is_none(capsys, tmp_path):
+    assert main(["bag", "play", "nothing.mcap"]) == 2
+    assert "nothing.mcap: it cannot be opened" in capsys.readouterr().err
+    (tmp_path / "text.mcap").write_text("hello")
+    assert main(["bag", "play", str(tmp_path / "text.mcap")]) == 2
+
+
+# Into another run.
+
+
+@pytest.fixture
+def listen(project):
+    """A project whose listener says when it is there."""
+    plugin = project / "plugins/listener.py"
+    ready = "    async def start(self) -> None:\n        self.log.info('ready')\n\n    @subscription"
+    plugin.write_text(plugin.read_text().replace("    @subscription", ready))
+    (project / "listen.yaml").write_text(LISTEN)
+    return project
+
+
+def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
+    run = start_run(listen, "listen.yaml")
+    run.wait_for("ready")
+    assert main(["bag", "play", bag, "--run", "listen", "--rate", "5"]) == 0
+    assert capsys.readouterr().out == f"{bag}: 100 messages played\n"
+    run.wait_for("number=99.0")
+    assert sum("heard" in line for line in run.lines) == 100
+
+
+def test_a_topic_of_another_type_there_is_refused(capsys, tmp_path, listen, start_run):
+    start_run(listen, "listen.yaml").wait_for("ready")
+    path = write(tmp_path / "wrong.mcap", [("/numbers", Int64(data=1), 0)])
+    assert main(["bag", "play", path, "--run", "listen"]) == 2
+    assert "/numbers has the type std_msgs/msg/Float64 in the run, and was recorded as" in capsys.readouterr().err
+    assert main(["bag", "play", path, "--run", "listen", "--remap", "numbers:=others"]) == 0
+
+
+def test_a_run_follows_the_clock_of_a_recording(tmp_path, project, start_run):
+    (project / "plugins/ticker.py").write_text(
+        "from busflow import Node, timer\n\n\nclass Ticker(Node):\n"
+        "    async def start(self) -> None:\n        self.log.info('ready')\n\n"
+        "    @timer(1)\n    def tick(self) -> None:\n"
+        "        self.log.info('tick', at=self.clock.now().nanoseconds)\n"
+    )
+    (project / "follow.yaml").write_text(
+        "name: follow\nplugins: [plugins]\nclock: {mode: follow}\nnodes:\n  ticker: {plugin: ticker}\n"
+    )
+    run = start_run(project, "follow.yaml")
+    run.wait_for("ready")
+    start_ns = 1_000_000_000_000
+    path = write(tmp_path / "run.mcap", [("/n", Int64(data=n), start_ns + n * 100 * MS) for n in range(36)])
+    assert main(["bag", "play", path, "--run", "follow", "--clock", "200", "--rate", "10"]) == 0
+    run.wait_for("at=1003")
+    ticks = [int(line.rpartition("at=")[2]) for line in run.lines if "tick " in line]
+    assert [round((each - start_ns) / 1e9) for each in ticks] == [1, 2, 3]
+
+
+# In a terminal.
+
+
+class Asked:
+    """What a console asks, in order."""
+
+    def __init__(self, standing=None):
+        self.standing, self.asked = standing, []
+
+    def shown(self):
+        return self.standing
+
+    def toggle(self):
+        self.asked.append("toggle")
+
+    def step(self):
+        self.asked.append("step")
+
+    def pace(self, factor):
+        self.asked.append(round(factor, 3))
+
+
+def test_keys_are_those_of_ros_2():
+    asked = Asked()
+    Console(asked).press(b" s\x1b[C\x1b[A\x1b[Bqq \x1b[Z ")
+    assert asked.asked == ["toggle", "step", "step", 1.1, 0.909, "toggle", "toggle"]
+
+
+def test_the_bar_tells_how_far_it_is():
+    console = Console(Asked(Standing(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
+    assert console.line(100) == "[##########..............................] 2.5 / 10.0 s  42 messages  x2"
+    assert len(console.line(30)) < 30
+    console = Console(Asked(Standing(0, 0, 1.0, True, 0)))
+    assert console.line(80).endswith("0.0 / 0.0 s  0 messages  paused")
+    assert Console(Asked()).line(80) == ""
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals here")
+def test_in_a_terminal_the_space_key_lets_it_go_on(bag, played):
+    terminal, inside = os.openpty()
+    player = played(bag, "--start-paused", "--rate", "50", stdin=inside, stderr=inside, stdout=inside)
+    os.close(inside)
+    seen = b""
+    while b"paused" not in seen:
+        seen += os.read(terminal, 4096)
+    os.write(terminal, b"s ")
+    while b"100 messages played" not in seen:
+        seen += os.read(terminal, 4096)
+    assert player.process.wait(timeout=20) == 0
+    assert b"x50" in seen
+    os.close(terminal)

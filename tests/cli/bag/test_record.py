@@ -1,0 +1,122 @@
+"""`busflow bag record`: a run that is recorded from outside."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from busflow import Message
+from busflow.cli import main
+from busflow.msgs.std_msgs import Bool
+from busflow.recording.bag import Bag
+from busflow.wire.foreign import ForeignType
+from busflow.wire.peer import join
+from busflow.wire.typesupport import TypeSupport
+
+COMMAND = [sys.executable, "-m", "busflow", "bag", "record"]
+
+
+class Secret(Message, package="lab"):
+    """What nobody in the run describes."""
+
+    word: str
+
+
+def foreign(cls: type[Message]) -> ForeignType:
+    support = TypeSupport(cls)
+    return ForeignType(support.name, support.type_hash, support.description)
+
+
+@pytest.mark.usefixtures("lab")
+class TestLab:
+    def test_what_a_run_publishes_is_written_as_it_came(self, tmp_path, capsys):
+        path = tmp_path / "run.mcap"
+        assert main(["bag", "record", "-o", str(path), "--all", "--for", "1.5s"]) == 0
+        out, err = capsys.readouterr()
+        assert "messages of" in out
+        assert out.rstrip().endswith("recorded, complete")
+        assert "recording " in err
+        assert "; Ctrl-C ends it" in err
+        with Bag(path) as bag:
+            entries = list(bag.entries())
+            assert bag.complete
+            assert (bag.facts.seed, bag.facts.clock) == (0, "system")
+            assert bag.ledger.report["name"] == "imu_lab"
+            assert {channel.topic for channel in bag.channels} >= {"/imu/data", "/joint_states", "/balance_state"}
+        assert [entry.sequence for entry in entries] == list(range(1, len(entries) + 1))
+        imu = [each for each in entries if each.channel.topic == "/imu/data"]
+        assert 8 <= len(imu) <= 17
+        stamps = [each.channel.plain(each.payload)["header"]["stamp"] for each in imu]
+        late_ns = [
+            each.log_time_ns - stamp["sec"] * 10**9 - stamp["nanosec"] for each, stamp in zip(imu, stamps, strict=True)
+        ]
+        assert all(0 <= late < 10**8 for late in late_ns)
+
+    def test_between_messages_are_one_gap_fewer_than_messages(self, tmp_path, capsys):
+        path = tmp_path / "run.mcap"
+        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "700ms"]) == 0
+        assert "messages of 1 topic recorded" in capsys.readouterr().out
+        assert main(["bag", "info", str(path), "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        (imu,) = told["topics"]
+        assert imu["rate_hz"] == pytest.approx((imu["messages"] - 1) / told["duration_s"])
+
+    def test_only_what_is_named_is_recorded(self, tmp_path, capsys):
+        path = tmp_path / "run.mcap"
+        arguments = ["-o", str(path), "imu/*", "/jiont_states", "--for", "500ms", "--json"]
+        assert main(["bag", "record", *arguments]) == 0
+        out, err = capsys.readouterr()
+        told = json.loads(out)
+        assert (told["topics"], told["complete"], told["missed"]) == (["/imu/data"], True, 0)
+        assert "warning: there is no topic /jiont_states so far; did you mean '/joint_states'?" in err
+        assert "warning: there was no topic /jiont_states" in err
+
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    def test_a_signal_ends_the_file(self, tmp_path, number, code):
+        path = tmp_path / "run.mcap"
+        with subprocess.Popen([*COMMAND, "-o", path, "--all"], stderr=subprocess.PIPE, text=True) as it:
+            assert "Ctrl-C ends it" in it.stderr.readline()
+            it.send_signal(number)
+            assert it.wait(20) == code
+        with Bag(path) as bag:
+            assert bag.complete
+
+    def test_a_topic_of_a_type_that_no_node_has_is_recorded_if_busflow_brings_the_type(self, tmp_path, capsys):
+        bool_, secret = foreign(Bool), foreign(Secret)
+        with join() as peer, peer.advertise("/outside", bool_), peer.advertise("/secret", secret):
+            assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 0
+        warnings = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
+        with Bag(tmp_path / "a.mcap") as bag:
+            assert {(each.topic, each.type_name) for each in bag.channels} == {("/outside", "std_msgs/msg/Bool")}
+        (warning,) = warnings
+        assert warning.startswith("warning: nothing of /secret was recorded: ")
+        assert "Secret" in warning
+
+    def test_a_disk_that_is_full_from_the_start_is_told_and_no_file_is_left(self, tmp_path):
+        def limit() -> None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+        path = tmp_path / "run.mcap"
+        command = [*COMMAND, "-o", path, "--all", "--for", "5s"]
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+        done = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, env=environment, check=False)
+        assert done.returncode == 2
+        assert done.stderr.startswith(f"error: cannot record to {path}: File too large")
+        assert not path.exists()
+
+    def test_a_file_that_is_there_is_left_alone(self, tmp_path, capsys):
+        path = tmp_path / "run.mcap"
+        path.write_bytes(b"precious")
+        assert main(["bag", "record", "-o", str(path), "--all"]) == 2
+        assert "is there already" in capsys.readouterr().err
+        assert path.read_bytes() == b"precious"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--all", "imu/data"]])
+def test_it_has_to_be_said_what_is_recorded(tmp_path, capsys, arguments):
+    assert main(["bag", "record", "-o", str(tmp_path / "run.mcap"), *arguments]) == 2
+    assert "name the topics to record, or give --all" in capsys.readouterr().err

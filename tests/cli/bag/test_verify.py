@@ -1,0 +1,70 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from tests.recording.conftest import write_numbers
+
+LAB = Path(__file__).parents[3] / "configs/lab1.yaml"
+
+
+@pytest.fixture
+def numbers(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return write_numbers(tmp_path / "numbers.mcap", 500)
+
+
+def test_what_is_right(numbers, capsys):
+    assert main(["bag", "verify", numbers.name]) == 0
+    assert capsys.readouterr().out == "numbers.mcap: all is right: 500 messages were read\n"
+
+
+def test_what_is_cut_off_is_incomplete_and_recovered(numbers, capsys):
+    content = numbers.read_bytes()
+    numbers.write_bytes(content[: len(content) // 2])
+    assert main(["bag", "verify", numbers.name]) == 5
+    assert "numbers.mcap: INCOMPLETE: " in capsys.readouterr().out
+    assert main(["bag", "recover", numbers.name]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("numbers.recovered.mcap: 2")
+    assert said.out.endswith(" messages saved (attachments: 0, metadata: 0)\n")
+    assert said.err.startswith("warning: numbers.mcap: at byte ")
+    assert main(["bag", "recover", numbers.name]) == 2
+    assert "it exists already; name another one, or take" in capsys.readouterr().err
+    assert main(["bag", "recover", numbers.name, "-o", "b.mcap", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["version"], told["output"], told["missing"]) == (1, "b.mcap", None)
+    assert main(["bag", "verify", "b.mcap"]) == 5
+
+
+def test_what_is_wrong_is_told_with_its_place(numbers, capsys):
+    content = bytearray(numbers.read_bytes())
+    content[len(content) // 2] ^= 4
+    numbers.write_bytes(content)
+    assert main(["bag", "verify", numbers.name]) == 3
+    said = capsys.readouterr().out
+    assert said.startswith("error: numbers.mcap at byte ")
+    assert "NOT RIGHT" in said
+    assert main(["bag", "verify", numbers.name, "--json"]) == 3
+    told = json.loads(capsys.readouterr().out)
+    assert (told["version"], told["ok"]) == (1, False)
+    assert {each["kind"] for each in told["findings"]} == {"wrong"}
+
+
+def test_what_is_none(tmp_path, capsys):
+    (tmp_path / "a.mcap").write_text("hello")
+    assert main(["bag", "verify", str(tmp_path / "a.mcap")]) == 2
+    assert main(["bag", "recover", str(tmp_path / "a.mcap")]) == 2
+    assert capsys.readouterr().err.count("it is no MCAP") == 2
+
+
+def test_a_bit_flipped_outside_the_chunks_is_seen(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", str(LAB), "--sim", "--for", "1s", "--record", "run.mcap"]) == 0
+    content = bytearray(Path("run.mcap").read_bytes())
+    content[content.rindex(b"exit_code") + 1] ^= 1  # in the ledger, which no other CRC is about but that of the summary
+    Path("run.mcap").write_bytes(content)
+    capsys.readouterr()
+    assert main(["bag", "verify", "run.mcap"]) == 3
+    assert "what lies before it is not what its CRC stands for" in capsys.readouterr().out

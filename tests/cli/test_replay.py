@@ -1,0 +1,109 @@
+"""`busflow replay`: the proof that a change of code is harmless, from the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from busflow.recording.bag import Bag
+
+ROOT = Path(__file__).parents[2]
+LAB = str(ROOT / "configs/lab1.yaml")
+BUG = ("(abs(imu.linear_acceleration.y) + rotation)", "(abs(imu.linear_acceleration.x) + rotation)")
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp("lab") / "run.mcap"
+    assert main(["run", LAB, "--sim", "--for", "10s", "--seed", "5", "--record", str(path)]) == 0
+    return str(path)
+
+
+def buggy_plugins(tmp_path):
+    """The lab's plugins, with a bug in the processor."""
+    folder = tmp_path / "plugins"
+    folder.mkdir()
+    for name in ("sensor_publisher", "sensor_processor"):
+        text = (ROOT / f"plugins/{name}.py").read_text(encoding="utf-8")
+        (folder / f"{name}.py").write_text(text.replace(*BUG), encoding="utf-8")
+    return folder
+
+
+def test_an_unchanged_node_is_the_same(capsys, bag):
+    capsys.readouterr()
+    assert main(["replay", bag, LAB, "--node", "sensor_processor"]) == 0
+    told = capsys.readouterr()
+    assert told.out == (
+        f"/sensor_processor: the same as in {bag}; compared: 100 on /balance_state, 100 on /stability_index\n"
+    )
+
+
+def test_all_nodes_are_run_where_none_is_named(capsys, bag):
+    assert main(["replay", bag, LAB, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["same"]
+    assert told["nodes"] == ["/sensor_publisher", "/sensor_processor"]
+    assert told["compared"]["/imu/data"] == 100
+
+
+def test_a_bug_is_found_with_the_field_and_the_exit_code(capsys, bag, tmp_path):
+    folder = buggy_plugins(tmp_path)
+    assert main(["replay", bag, "--plugin", "sensor_processor", "--folder", str(folder), "--show", "1"]) == 3
+    first, second, rest = capsys.readouterr().out.splitlines()
+    assert first.startswith("/sensor_processor: 200 differences from ")
+    assert second.startswith("  /balance_state #1 at 0.100000000 s: data: 0.")
+    assert rest == "  … and 199 more"
+
+
+def test_a_bug_as_json(capsys, bag, tmp_path):
+    folder = buggy_plugins(tmp_path)
+    assert main(["replay", bag, "--plugin", "sensor_processor", "--folder", str(folder), "--json"]) == 3
+    told = json.loads(capsys.readouterr().out)
+    assert (told["same"], told["difference_count"]) == (False, 200)
+    first = told["differences"][0]
+    assert (first["kind"], first["topic"], first["number"]) == ("content", "/balance_state", 1)
+    assert first["fields"][0]["path"] == "data"
+
+
+def test_a_plugin_runs_under_a_name_that_is_given(capsys, bag):
+    folder = str(ROOT / "plugins")
+    assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "sensor_publisher"]) == 0
+    assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "left/other"]) == 3
+    assert "/left/other" in capsys.readouterr().out
+
+
+def test_a_replay_is_recorded(capsys, bag, tmp_path):
+    out = tmp_path / "out.mcap"
+    assert main(["replay", bag, LAB, "--record", str(out)]) == 0
+    with Bag(out) as new, Bag(bag) as old:
+        assert new.digest() == old.digest()
+    assert capsys.readouterr()
+
+
+def test_what_is_not_complete_is_refused(capsys, bag, tmp_path):
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(Path(bag).read_bytes()[:-3000])
+    assert main(["replay", str(cut), LAB]) == 5
+    assert "is not the whole of what happened: " in capsys.readouterr().err
+    assert main(["replay", str(cut), LAB, "--node", "sensor_processor", "--incomplete"]) in {0, 3}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        ([], "name a launch file, or a plugin with --plugin"),
+        ([LAB, "--plugin", "x"], "name a launch file, or a plugin with --plugin"),
+        (["--plugin", "x", "--node", "a", "--node", "b"], "--plugin runs one node"),
+        ([LAB, "--node", "sensor"], "no launch file has a node /sensor; known: /sensor_processor"),
+        (["--plugin", "nothing"], "there is no plugin 'nothing'"),
+    ],
+)
+def test_wrong_usage(capsys, bag, arguments, why):
+    assert main(["replay", bag, *arguments]) == 2
+    assert why in capsys.readouterr().err
+
+
+def test_a_recording_that_is_not_there(capsys):
+    assert main(["replay", "nothing.mcap", LAB]) == 2
+    assert "nothing.mcap: it cannot be opened" in capsys.readouterr().err

@@ -1,0 +1,135 @@
+"""`busflow run --record` and `record:`: where a recording goes, and what comes of it when it fails."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from busflow.recording.bag import Bag
+
+pytestmark = pytest.mark.usefixtures("project")
+Captured = pytest.CaptureFixture[str]
+BUSFLOW = [sys.executable, "-m", "busflow"]
+SIM = ["--sim", "--for", "1s"]
+
+
+def topics(path):
+    with Bag(path) as bag:
+        assert bag.complete
+        return {channel.topic for channel in bag.channels if channel.count and not channel.topic.startswith("/_")}
+
+
+def with_record(text):
+    Path("talk.yaml").write_text(Path("talk.yaml").read_text() + text)
+
+
+def test_a_run_is_recorded(capsys: Captured):
+    assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap"]) == 0
+    assert capsys.readouterr().out.rstrip().splitlines()[-1].endswith("messages recorded, complete")
+    assert topics("run.mcap") == {"/numbers", "/parameter_events", "/rosout"}
+
+
+def test_only_the_topics_that_are_asked_for():
+    assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap", "--record-topics", "num*"]) == 0
+    assert topics("run.mcap") == {"/numbers", "/parameter_events"}
+
+
+def test_patterns_without_a_file_are_refused(capsys: Captured):
+    assert main(["run", "talk.yaml", *SIM, "--record-topics", "num*"]) == 2
+    assert "add --record FILE" in capsys.readouterr().err
+
+
+def test_a_launch_file_says_where_to_and_what():
+    with_record("record: {to: 'runs/{name}.mcap', exclude: [/rosout], compression: lz4}\n")
+    Path("runs").mkdir()
+    assert main(["run", "talk.yaml", *SIM]) == 0
+    assert topics("runs/talk.mcap") == {"/numbers", "/parameter_events"}
+
+
+def test_the_command_line_chooses_another_file_and_the_rest_stays():
+    with_record("record: {to: a.mcap, exclude: [/rosout]}\n")
+    assert main(["run", "talk.yaml", *SIM, "--record", "b.mcap"]) == 0
+    assert topics("b.mcap") == {"/numbers", "/parameter_events"}
+    assert not Path("a.mcap").exists()
+
+
+def test_a_file_that_is_there_is_told_before_anything_runs(capsys: Captured):
+    Path("run.mcap").write_bytes(b"precious")
+    assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "error: run.mcap is there already" in err
+    assert Path("run.mcap").read_bytes() == b"precious"
+
+
+def test_a_missing_folder_is_told_with_its_remedy(capsys: Captured):
+    assert main(["run", "talk.yaml", *SIM, "--record", "runs/run.mcap"]) == 2
+    assert "mkdir -p runs" in capsys.readouterr().err
+
+
+def test_a_graph_that_cannot_run_leaves_no_file():
+    assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap", "--set", "nodes.talker.plugin=nothing"]) == 2
+    assert not Path("run.mcap").exists()
+
+
+def test_a_node_that_fails_is_in_a_recording_that_is_complete():
+    failing = ["--set", "nodes.talker.parameters.fail_at=50"]
+    assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap", *failing]) == 1
+    with Bag("run.mcap") as bag:
+        assert bag.complete
+        assert bag.ledger.report["exit_code"] == 1
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_file_too(number: signal.Signals, code: int):
+    with subprocess.Popen([*BUSFLOW, "run", "talk.yaml", "--record", "run.mcap"], stderr=subprocess.PIPE) as it:
+        assert it.stderr is not None
+        while b"heard" not in it.stderr.readline():
+            pass
+        it.send_signal(number)
+        it.stderr.read()
+    assert it.returncode == code
+    assert topics("run.mcap") >= {"/numbers"}
+
+
+def run_with_little_room(*options: str) -> subprocess.CompletedProcess[str]:
+    """As on a disk that is full: the system refuses to let a file grow beyond so much."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
+
+    command = [*BUSFLOW, "run", "talk.yaml", "--record", "run.mcap", "--set", "record.to=run.mcap", *options]
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, env=environment)
+
+
+@pytest.mark.parametrize("how", [["--sim", "--for", "5s", "rate_hz:=1000"], ["--for", "4s", "rate_hz:=1000"]])
+def test_a_full_disk_is_told_once_and_the_run_goes_on(how: list[str]):
+    done = run_with_little_room(*how, "--report", "run.json", "--set", "nodes.listener.plugin=talker")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("is incomplete") == 1
+    assert "run.mcap is incomplete: nothing more can be written to it: File too large" in done.stderr
+    assert "INCOMPLETE" in done.stdout
+    told = json.loads(Path("run.json").read_text())
+    assert told["recording"]["missed"] > 0
+    assert told["topics"][0]["published"] > 2500
+    with Bag("run.mcap") as bag:
+        found = [entry.sequence for entry in bag.entries()]
+        assert not bag.complete
+    assert found == list(range(1, len(found) + 1))
+    assert len(found) > 100
+
+
+@pytest.mark.parametrize("how", [["--sim", "--for", "5s"], ["--for", "20s"]])
+def test_a_full_disk_ends_a_run_that_is_to_miss_nothing(how: list[str]):
+    done = run_with_little_room(*how, "rate_hz:=1000", "--set", "record.on_drop=fail")
+    assert done.returncode == 5
+    assert "error: the recording run.mcap is incomplete: nothing more can be written to it" in done.stderr
+    assert "INCOMPLETE" in done.stdout
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,55 @@
+"""What a process is told on its standard input arrives as it was; anything else is refused with what to do."""
+
+import io
+from dataclasses import replace
+
+import pytest
+
+from busflow.errors import ProcessFailed
+from busflow.processes.assignment import Assignment
+from busflow.processes.memory import Memory
+from busflow.wire.run_directory import RunCard
+
+WHOLE = Assignment(
+    process="left",
+    socket="1.sock",
+    directory="/run/robot",
+    card=RunCard("robot", 7, 8, "/robot.yaml", "1.0"),
+    nodes=("/a", "/ns/b"),
+    others=("main", "right"),
+    seed=7,
+    log_level="debug",
+    restarts=2,
+    nice=5,
+    env={"A": "1"},
+    outer={"B": None, "C": "two\nlines"},
+    watchdog_s=None,
+    tells_at_end=True,
+    path=("", "/plugins"),
+    args={"rate_hz": 50.0, "name": "é\x1b"},
+    memory=Memory({"/a": {"values": {"x": float("inf")}, "set": ["x"], "times": 1}}, {"/a": 2}),
+)
+
+
+def test_it_is_one_line_and_arrives_as_it_was():
+    line = WHOLE.line()
+    assert line.count(b"\n") == 1
+    assert Assignment.read(io.StringIO(f"{line.decode()}more")) == WHOLE
+
+
+def test_an_argument_that_is_no_plain_value_is_told_as_text(tmp_path):
+    line = replace(WHOLE, args={"file": tmp_path}).line()
+    assert Assignment.read(io.StringIO(line.decode())).args == {"file": str(tmp_path)}
+
+
+@pytest.mark.parametrize(
+    "text", ["", "nonsense", "[]", "{}", '{"card": {}}', WHOLE.line().decode().replace('"seed"', '"sead"')]
+)
+def test_anything_else_is_refused_with_what_to_do(text):
+    with pytest.raises(ProcessFailed, match="--process is how busflow run starts its own processes; leave it out"):
+        Assignment.read(io.StringIO(text))
+
+
+def test_a_process_without_standard_input_is_refused():
+    with pytest.raises(ProcessFailed):
+        Assignment.read(None)

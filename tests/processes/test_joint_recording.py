@@ -1,0 +1,245 @@
+"""Runs of several processes that are recorded, for real: each process its own file, and all of them read as one."""
+
+import json
+import signal
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from busflow.cli import main
+from busflow.msgs.std_msgs import Int64
+from busflow.recording.bag import Bag
+
+LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"
+
+TOLD = """
+name: told
+processes:
+  far: {restart: on-failure}
+nodes:
+  teller: {plugin: teller, process: far, parameters: {rate_hz: 100.0}}
+  hearer: {plugin: hearer, parameters: {tell_at: 60}}
+"""
+
+
+def payloads(bag, topic):
+    return [entry.channel.decode(entry.payload, Int64).data for entry in bag.entries([topic])]
+
+
+def test_lab_1_in_two_processes_is_recorded_as_its_report_says_and_nothing_twice(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", str(LAB1), "rate_hz:=50", "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0
+    assert "run: " in capsys.readouterr().out.splitlines()[-1]
+    report = json.loads(Path("out.json").read_text())
+    assert report["recording"]["complete"]
+    assert sorted(path.name for path in Path("run").iterdir()) == ["main.mcap", "metadata.yaml", "sensors.mcap"]
+    with Bag("run") as bag:
+        found = Counter(entry.channel.topic for entry in bag.entries())
+        assert bag.survey().gaps == 0
+        assert bag.complete, bag.incomplete
+        assert [each.facts.process for each in bag.series] == ["main", "sensors"]
+        assert bag.ledger.report["topics"] == report["topics"]
+    published = {topic["name"]: topic["published"] for topic in report["topics"]}
+    assert min(published.values()) > 50
+    assert {topic: found[topic] for topic in published} == published
+    assert found.total() == report["recording"]["recorded"]
+    with Bag("run/main.mcap") as bag:
+        own = {channel.topic for channel in bag.channels if channel.count}
+        assert own & published.keys() == {"/balance_state", "/stability_index"}
+    with Bag("run/sensors.mcap") as bag:
+        own = {channel.topic for channel in bag.channels if channel.count}
+        assert own & published.keys() == {"/imu/data", "/joint_states"}
+
+
+@pytest.fixture(scope="module")
+def lab1(tmp_path_factory):
+    """A recording of lab 1 in two processes."""
+    folder = tmp_path_factory.mktemp("lab1")
+    assert main(["run", str(LAB1), "rate_hz:=50", "--for", "1s", "--record", str(folder / "run")]) == 0
+    return folder / "run"
+
+
+def test_all_files_are_read_as_one_in_the_order_of_time(lab1):
+    with Bag(lab1) as bag:
+        entries = list(bag.numbered())
+        assert all(one.log_time_ns <= other.log_time_ns for (_, one), (_, other) in pairwise(entries))
+        for number in (0, 1):
+            own = [entry.sequence for series, entry in entries if series == number]
+            assert own == list(range(1, len(own) + 1))
+        turns = sum(one != other for (one, _), (other, _) in pairwise(entries))
+        assert turns > 20
+        assert (bag.start_ns, bag.end_ns) == (entries[0][1].log_time_ns, entries[-1][1].log_time_ns)
+
+
+def test_every_command_takes_the_directory(lab1, tmp_path, capsys):
+    assert main(["bag", "verify", str(lab1)]) == 0
+    assert main(["bag", "info", str(lab1), "--json", "--digest"]) == 0
+    told = json.loads(capsys.readouterr().out.split("\n", 1)[1])
+    assert [(each["process"], each["file"]) for each in told["processes"]] == [
+        ("main", "main.mcap"),
+        ("sensors", "sensors.mcap"),
+    ]
+    assert len({topic["name"] for topic in told["topics"]}) == len(told["topics"])
+    assert told["messages"] == sum(each["messages"] for each in told["processes"])
+    assert told["complete"]
+    assert main(["bag", "info", str(lab1)]) == 0
+    assert "sensors: sensors.mcap" in capsys.readouterr().out
+    assert main(["bag", "echo", str(lab1), "imu/data", "-n", "1"]) == 0
+    assert main(["bag", "diff", str(lab1), str(lab1)]) == 0
+    assert main(["bag", "play", str(lab1), "--rate", "100"]) == 0
+    one = tmp_path / "one.mcap"
+    capsys.readouterr()
+    assert main(["bag", "convert", str(lab1), str(one), "--to", "mcap"]) == 0
+    assert main(["bag", "verify", str(one)]) == 0, capsys.readouterr().out
+    assert main(["bag", "diff", str(lab1), str(one), "--times"]) == 0
+    with Bag(one) as bag, Bag(lab1) as parts:
+        assert [entry.sequence for entry in bag.entries()] == list(range(1, parts.messages + 1))
+        assert [entry.payload for entry in bag.entries()] == [entry.payload for entry in parts.entries()]
+        assert bag.facts.process == ""
+        assert bag.ledger.report == parts.ledger.report
+    assert main(["bag", "recover", str(lab1)]) == 2
+    assert "it has a file for each process" in capsys.readouterr().err
+
+
+def test_a_reader_of_ros_2_opens_the_directory(lab1):
+    with AnyReader([lab1]) as reader, Bag(lab1) as bag:
+        wanted = [each for each in reader.connections if each.topic in {"/imu/data", "/balance_state"}]
+        times = [time for _, time, _ in reader.messages(connections=wanted)]
+        ours = [entry.log_time_ns for entry in bag.entries(["imu/data", "balance_state"])]
+    assert sorted(times) == ours
+    assert len(ours) > 50
+
+
+def test_a_replay_of_a_node_gives_what_it_gave(lab1, capsys):
+    code = main(["replay", str(lab1), str(LAB1), "--node", "sensor_processor"])
+    assert (code, capsys.readouterr().err.count("error")) == (0, 0)
+
+
+def test_a_process_that_was_killed_leaves_an_incomplete_file_and_its_next_life_another(start, capsys):
+    run = start(TOLD, "-v", "--record", "rec")
+    run.wait_for("heard enough")
+    run.kill("far")
+    run.wait_for("begins anew")
+    run.wait_for("is started", times=2)
+    assert run.end() == 130
+    told = run.report()["recording"]
+    assert not told["complete"]
+    assert told["why"].startswith("far.mcap: ")
+    folder = run.folder / "rec"
+    assert sorted(path.name for path in folder.iterdir()) == ["far-2.mcap", "far.mcap", "main.mcap", "metadata.yaml"]
+    with Bag(folder) as bag:
+        assert not bag.complete
+        assert [each.facts.process for each in bag.series] == ["main", "far", "far"]
+        assert [bool(list(each.incomplete())) for each in bag.series] == [False, True, False]
+        assert all(reason.startswith("far.mcap: ") for reason in bag.incomplete)
+        numbers = payloads(bag, "numbers")
+        assert bag.messages == told["recorded"]
+        lines = [(entry.channel.plain(entry.payload)["name"], number) for number, entry in bag.numbered(["rosout"])]
+        assert [number for name, number in lines if name == "/teller"] == [1, 2]
+    second = numbers.index(1, 1)
+    assert numbers[:second] == list(range(1, second + 1))
+    assert numbers[second:] == list(range(1, len(numbers) - second + 1))
+    assert second >= 10
+    assert main(["bag", "verify", str(folder)]) == 5
+    assert main(["bag", "convert", str(folder), str(run.folder / "one.mcap"), "--to", "mcap"]) == 5
+    assert "far.mcap" in capsys.readouterr().err
+    with Bag(run.folder / "one.mcap") as bag:
+        assert payloads(bag, "numbers") == numbers
+        assert not bag.complete
+
+
+def test_a_main_process_that_was_killed_leaves_what_all_have_written(start, have_ended):
+    run = start(TOLD, "-v", "--record", "rec")
+    run.wait_for("heard enough")
+    pids = list(run.pids().values())
+    run.process.send_signal(signal.SIGKILL)
+    run.end(None)
+    assert have_ended(pids, 30)
+    with Bag(run.folder / "rec") as bag:
+        numbers = payloads(bag, "numbers")
+        assert numbers == list(range(1, len(numbers) + 1))
+        assert "metadata.yaml" in bag.incomplete[0]
+        assert [list(each.incomplete()) == [] for each in bag.series] == [True, False]
+
+
+def test_a_recording_that_is_to_miss_nothing_ends_the_run_with_the_process_that_was_killed(start):
+    run = start(f"{TOLD}record: {{to: rec.mcap, on_drop: fail}}\n", "-v")
+    run.wait_for("heard enough")
+    run.kill("far")
+    assert run.end(None) == 5
+    assert any("the recording rec is incomplete" in line and "SIGKILL" in line for line in run.lines)
+
+
+def test_a_directory_that_is_there_is_left_alone(start):
+    run = start(TOLD, "--record", "plugins.mcap")
+    assert run.end(None) == 2
+    assert any("plugins is there already" in line for line in run.lines)
+
+
+def test_patterns_go_to_all_processes_and_one_that_means_nothing_is_told_once(start):
+    run = start(TOLD, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
+    run.wait_for("heard enough")
+    run.end()
+    assert sum("/nomber*" in line for line in run.lines) == 1
+    assert not [line for line in run.lines if "no topic numbers" in line]
+    with Bag(run.folder / "rec") as bag:
+        assert {each.topic for each in bag.channels if each.count} == {"/numbers", "/parameter_events", "/_ticks"}
+
+
+FROM_OUTSIDE = """
+name: outside
+processes: {far: }
+nodes:
+  hearer: {plugin: hearer, parameters: {tell_at: 3}}
+  other: {plugin: hearer, process: far, parameters: {tell_at: 3}}
+"""
+
+
+def test_what_a_terminal_publishes_is_recorded_once_where_it_is_received_first(start, monkeypatch):
+    run = start(FROM_OUTSIDE, "-v", "--record", "rec")
+    run.wait_for("the process far runs")
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    assert main(["topic", "pub", "numbers", "std_msgs/msg/Int64", "{data: 7}", "--times", "3", "--rate", "20"]) == 0
+    run.wait_for("heard enough", times=2)
+    run.end()
+    with Bag(run.folder / "rec") as bag:
+        assert bag.complete, bag.incomplete
+        assert [number for number, _ in bag.numbered(["numbers"])] == [0, 0, 0]
+
+
+CALLS = """
+from busflow import Node, client
+from busflow.msgs.std_srvs import Trigger
+
+
+class Caller(Node):
+    told = client(Trigger, "told")
+
+    async def run(self) -> None:
+        await self.told.call(Trigger.Request())
+        self.log.info("was answered")
+"""
+
+
+def test_a_call_is_recorded_where_it_is_answered(start):
+    text = TOLD.replace("hearer: {plugin: hearer, parameters: {tell_at: 60}}", "caller: {plugin: caller}")
+    run = start(text, "--record", "rec", files={"plugins/caller.py": CALLS})
+    run.wait_for("was answered")
+    run.end()
+    with Bag(run.folder / "rec") as bag:
+        events = [number for number, _ in bag.numbered(["told/_service_event"])]
+        assert bag.complete, bag.incomplete
+    assert events == [1, 1]
+
+
+def test_a_script_records_as_the_command_does(start):
+    script = "import busflow\nbusflow.run('run.yaml', record='rec')\n"
+    run = start(TOLD, script="run.py", files={"run.py": script})
+    run.wait_for("heard enough")
+    run.end()
+    with Bag(run.folder / "rec") as bag:
+        assert bag.complete, bag.incomplete
+        assert len(payloads(bag, "numbers")) >= 60

@@ -1,0 +1,348 @@
+"""Several machines, for real: runs of one launch file that meet by TLS, each with a place of its own for its runs."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from busflow.certificates import Authority
+from busflow.recording.bag import Bag
+
+PATIENCE_S = 30.0
+
+
+@pytest.fixture(scope="session")
+def certificates(tmp_path_factory) -> Path:
+    """A folder with those of two machines, and of who may look."""
+    folder = tmp_path_factory.mktemp("certs")
+    authority = Authority.new(folder)
+    for name in ("main", "arm", "head", "viewer", "stranger"):
+        authority.add(name, addresses=["127.0.0.1", "10.99.0.2"])
+    return folder
+
+
+@pytest.fixture
+def expired() -> Callable[[Path, str], None]:
+    """Makes a certificate of yesterday's, with what OpenSSL's own command would."""
+
+    def make(folder: Path, name: str) -> None:
+        from cryptography import x509
+        from cryptography.hazmat.primitives import hashes, serialization
+
+        cert = x509.load_pem_x509_certificate((folder / f"{name}.pem").read_bytes())
+        own, signing = (
+            serialization.load_pem_private_key((folder / f"{each}.key").read_bytes(), None) for each in (name, "ca")
+        )
+        draft = x509.CertificateBuilder(cert.issuer, cert.subject, own.public_key(), cert.serial_number)
+        ended = cert.not_valid_before_utc
+        draft = draft.not_valid_before(ended - timedelta(days=2)).not_valid_after(ended - timedelta(days=1))
+        for extension in cert.extensions:
+            draft = draft.add_extension(extension.value, extension.critical)
+        signed = draft.sign(signing, hashes.SHA256())
+        (folder / f"{name}.pem").write_bytes(signed.public_bytes(serialization.Encoding.PEM))
+
+    return make
+
+
+@pytest.fixture
+def port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+@pytest.fixture
+def two(certificates: Path, port: int) -> str:
+    """A launch file: who tells is on the main machine, and on the arm one hears it in each of two processes."""
+    return f"""
+machines:
+  arm: {{connect: tls/127.0.0.1:{port}}}
+network: {{ca: {certificates}/ca.pem, allow: {{viewer: read}}}}
+processes:
+  side: {{machine: arm}}
+nodes:
+  teller:
+    plugin: teller
+    parameters: {{rate_hz: 20}}
+  hearer:
+    plugin: hearer
+    machine: arm
+    parameters: {{tell_at: 10}}
+    subscriptions: {{numbers: {{depth: 1000}}}}
+  beside:
+    plugin: hearer
+    process: side
+    parameters: {{tell_at: 10}}
+    subscriptions: {{numbers: {{depth: 1000}}}}
+"""
+
+
+def ask(runtime: Path, *command: str, expect: int = 0) -> str:
+    """What a command of another terminal prints there."""
+    done = subprocess.run(
+        [sys.executable, "-m", "busflow", *command],
+        env={**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == expect, (command, done.returncode, done.stdout, done.stderr)
+    return done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("first", ["main", "arm"])
+def test_two_machines_make_one_graph_whichever_comes_first(start: Callable, two: str, first: str):
+    second = "arm" if first == "main" else "main"
+    runs = {first: start(two, machine=first)}
+    runs[first].wait_for(f"the machine {second} is not linked: ")
+    runs[second] = start(two, machine=second)
+    for run, other in ((runs["main"], "arm"), (runs["arm"], "main")):
+        run.wait_for(f"the machine {other} is linked")
+    runs["arm"].wait_for("heard enough", times=2)
+    for run in runs.values():
+        nodes = json.loads(ask(run.runtime, "node", "list", "--json"))["nodes"]
+        assert {each["name"]: each["process"] for each in nodes} == {
+            "/teller": "main",
+            "/hearer": "arm:main",
+            "/beside": "arm:side",
+        }
+        assert "success=True" in ask(run.runtime, "service", "call", "told", "std_srvs/srv/Trigger")
+        assert "10" in ask(run.runtime, "param", "get", "hearer", "tell_at")
+        assert "Int64" in ask(run.runtime, "topic", "info", "numbers")
+    assert runs["arm"].end() == runs["main"].end() == 130
+    runs["main"].wait_for("the machine arm is not linked any more")
+    heard = runs["arm"].topic("/numbers")["subscriptions"]
+    assert {line["node"] for line in heard} == {"/hearer", "/beside"}
+    for line in heard:
+        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] >= 10
+
+
+def test_each_machine_records_its_own(start: Callable, two: str):
+    main, arm = (start(two, "--record", f"{name}-run", machine=name) for name in ("main", "arm"))
+    arm.wait_for("heard enough", times=2)
+    assert arm.end() == main.end() == 130
+    published = main.topic("/numbers")["published"]
+    with Bag(main.folder / "main-run") as own, Bag(main.folder / "arm-run") as other:
+        assert (own.complete, other.complete) == (True, True), (own.incomplete, other.incomplete)
+        assert len(list(own.entries(["numbers"]))) == published >= 10
+        assert list(other.entries(["numbers"])) == []
+        assert [each.files[0].path.name for each in other.series] == ["main.mcap", "side.mcap"]
+        assert [each.facts and each.facts.process for each in other.series] == ["arm:main", "arm:side"]
+
+
+def test_a_machine_that_is_killed_and_started_again_is_linked_again(start: Callable, two: str):
+    main, arm = start(two, machine="main"), start(two, machine="arm")
+    arm.wait_for("heard enough", times=2)
+    assert arm.end(signal.SIGKILL) == -signal.SIGKILL
+    main.wait_for("the machine arm is not linked any more")
+    main.wait_for("the machine arm is not linked: nothing listens at")
+    start(two, machine="arm").wait_for("heard enough", times=2)
+    main.wait_for("the machine arm is linked again")
+    assert main.end() == 130
+
+
+def test_what_a_machine_misses_while_its_link_is_broken_is_counted_as_lost(start: Callable, two: str):
+    main, arm = start(two, machine="main"), start(two, machine="arm")
+    arm.wait_for("heard enough", times=2)
+    os.kill(main.process.pid, signal.SIGSTOP)  # nothing moves: to the arm it is as if the cable were pulled
+    arm.wait_for("the machine main is not linked any more")
+    os.kill(main.process.pid, signal.SIGCONT)
+    arm.wait_for("the machine main is linked again")
+    main.wait_for("the machine arm is linked again")
+    ask(arm.runtime, "topic", "echo", "numbers", "--once")
+    assert main.end() == arm.end() == 130
+    heard = arm.topic("/numbers")
+    for line in heard["subscriptions"]:
+        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
+
+
+def test_who_may_only_look_can_do_no_more(start: Callable, two: str, tmp_path: Path):
+    main, arm = start(two, machine="main"), start(two, machine="arm")
+    arm.wait_for("heard enough", times=2)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    run = ("--run", f"viewer@{tmp_path}/run.yaml")
+    assert "data: " in ask(elsewhere, "topic", "echo", "numbers", "--once", *run)
+    assert "arm:side" in ask(elsewhere, "node", "list", "-v", *run)
+    assert "10" in ask(elsewhere, "param", "get", "hearer", "tell_at", *run)
+    assert "nothing is wrong" in ask(elsewhere, "doctor", *run)
+    assert "heard enough" in ask(elsewhere, "log", *run)
+    for command in (
+        ("topic", "pub", "--once", "numbers", "std_msgs/msg/Int64", "{data: 5}"),
+        ("service", "call", "told", "std_srvs/srv/Trigger"),
+        ("param", "set", "hearer", "tell_at", "7"),
+    ):
+        assert "viewer may look, and not" in ask(elsewhere, *command, *run, expect=1)
+    # Not the command is what keeps it from that: with a file of its own that says otherwise it does no more.
+    told = (tmp_path / "run.yaml").read_text()
+    (tmp_path / "mine.yaml").write_text(told.replace("viewer: read", "viewer: all"))
+    mine = ("--run", f"viewer@{tmp_path}/mine.yaml")
+    ask(elsewhere, "topic", "pub", "-t", "3", "numbers", "std_msgs/msg/Int64", "{data: 500000}", *mine, "-w", "0")
+    ask(elsewhere, "service", "call", "told", "std_srvs/srv/Trigger", *mine, expect=1)
+    ask(elsewhere, "param", "set", "hearer", "tell_at", "7", *mine, expect=1)
+    assert "10" in ask(elsewhere, "param", "get", "hearer", "tell_at", *mine)
+    assert main.end() == arm.end() == 130
+    assert not any("begins anew" in line for line in arm.lines), "a number of the viewer's was heard"
+    assert arm.topic("/numbers")["losses"] == {}
+
+
+def test_who_is_not_named_sees_nothing(start: Callable, two: str, tmp_path: Path):
+    main, arm = start(two, machine="main"), start(two, machine="arm")
+    arm.wait_for("heard enough", times=2)
+    told = (tmp_path / "run.yaml").read_text()
+    (tmp_path / "mine.yaml").write_text(told.replace("viewer: read", "stranger: all"))
+    assert "lets nobody in who is called" in ask(
+        tmp_path, "topic", "list", "--run", f"stranger@{tmp_path}/run.yaml", expect=4
+    )
+    assert "does not answer" in ask(tmp_path, "topic", "list", "--run", f"stranger@{tmp_path}/mine.yaml", expect=1)
+    assert main.end() == arm.end() == 130
+
+
+@pytest.fixture
+def others(tmp_path_factory) -> Path:
+    """Certificates of another authority."""
+    folder = tmp_path_factory.mktemp("others")
+    authority = Authority.new(folder)
+    for name in ("main", "arm"):
+        authority.add(name, addresses=["127.0.0.1"])
+    return folder
+
+
+def test_a_machine_with_certificates_of_another_authority_is_not_linked(
+    start: Callable, two: str, certificates: Path, others: Path
+):
+    arm = start(two.replace(str(certificates), str(others)), machine="arm")
+    arm.wait_for("the machine main is not linked: it has not connected")
+    main = start(two, machine="main")
+    main.wait_for("the machine arm is not linked: its certificate is not one of our authority")
+    assert main.end() == arm.end() == 130
+    assert main.topic("/numbers")["published"] > 0, "its nodes do not wait for anybody"
+
+
+def test_nothing_but_tls_with_a_certificate_gets_in(start: Callable, two: str, certificates: Path, port: int):
+    arm = start(two, machine="arm")
+    arm.wait_for("the machine main is not linked")
+    for settings in ({}, {"transport/link/tls/root_ca_certificate": f"{certificates}/ca.pem"}):
+        protocol = "tls" if settings else "tcp"
+        assert not opened(f"{protocol}/127.0.0.1:{port}", settings)
+    own = {
+        "transport/link/tls/root_ca_certificate": f"{certificates}/ca.pem",
+        "transport/link/tls/enable_mtls": True,
+        "transport/link/tls/connect_certificate": f"{certificates}/main.pem",
+        "transport/link/tls/connect_private_key": f"{certificates}/main.key",
+    }
+    assert opened(f"tls/127.0.0.1:{port}", own), "with one it is let in, or the rest shows nothing"
+    assert arm.end() == 130
+
+
+def opened(endpoint: str, settings: dict) -> bool:
+    """Whether somebody with these settings of Zenoh's is let in there."""
+    script = f"""
+import json, sys, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"client"')
+config.insert_json5("connect/endpoints", json.dumps([{endpoint!r}]))
+config.insert_json5("scouting/multicast/enabled", "false")
+for key, value in {settings!r}.items():
+    config.insert_json5(key, json.dumps(value))
+try:
+    zenoh.open(config).close()
+except zenoh.ZError:
+    sys.exit(7)
+"""
+    code = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=PATIENCE_S).returncode
+    assert code in {0, 7}
+    return code == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("expired", "has expired"),
+        ("missing", "there is no file"),
+        ("open", "can be read by others (mode 0644)"),
+        ("other-key", "is not that of the certificate"),
+        ("other-name", "is that of head, and this is arm"),
+        ("other-host", "is not for 127.0.0.1, where the others look for it"),
+    ],
+)
+def test_what_the_others_will_not_trust_is_told_before_the_start(
+    start: Callable, two: str, tmp_path: Path, change: str, told: str, expired: Callable
+):
+    folder = tmp_path / "certs"
+    authority = Authority.new(folder)
+    authority.add("arm", addresses=[] if change == "other-host" else ["127.0.0.1"])
+    authority.add("head", addresses=["127.0.0.1"])
+    cert, key = folder / "arm.pem", folder / "arm.key"
+    match change:
+        case "expired":
+            expired(folder, "arm")
+        case "missing":
+            cert.unlink()
+        case "open":
+            key.chmod(0o644)
+        case "other-key":
+            key.write_bytes((folder / "head.key").read_bytes())
+        case "other-name":
+            cert.write_bytes((folder / "head.pem").read_bytes())
+            key.write_bytes((folder / "head.key").read_bytes())
+        case _:
+            pass
+    text = two.split("network:", maxsplit=1)[0] + "network: {ca: certs/ca.pem}\n" + two[two.index("processes:") :]
+    run = start(text, machine="arm")
+    assert run.end(None) == 2
+    said = "".join(run.lines)
+    assert told in said
+    assert "run.yaml:5:15: error:" in said
+    assert "fix: " in said
+
+
+def test_the_later_one_of_two_runs_that_are_one_machine_ends(start: Callable, two: str):
+    arm, first = start(two, machine="arm"), start(two, machine="main")
+    arm.wait_for("heard enough", times=2)
+    second = start(two, machine="main")
+    assert second.end(None) == 1
+    assert "another run is the machine main already: this one ends" in "".join(second.lines)
+    first.wait_for("another run says that it is the machine main")
+    third = start(two, machine="arm")
+    assert third.end(None) == 1
+    assert "cannot listen at tls/127.0.0.1" in "".join(third.lines)
+    assert first.end() == arm.end() == 130
+
+
+def test_three_machines_are_linked_each_to_each(start: Callable, certificates: Path, port: int):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        other = free.getsockname()[1]
+    text = f"""
+machines:
+  arm: {{connect: tls/127.0.0.1:{port}}}
+  head: {{connect: tls/127.0.0.1:{other}}}
+network: {{ca: {certificates}/ca.pem}}
+nodes:
+  teller: {{plugin: teller, machine: head, parameters: {{rate_hz: 20}}}}
+  hearer: {{plugin: hearer, machine: arm, parameters: {{tell_at: 10}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+  here: {{plugin: hearer, parameters: {{tell_at: 10}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+"""
+    runs = {name: start(text, machine=name) for name in ("main", "arm", "head")}
+    for own, run in runs.items():
+        for name in runs.keys() - {own}:
+            run.wait_for(f"the machine {name} is linked")
+    for name in ("main", "arm"):
+        runs[name].wait_for("heard enough")
+    assert runs["main"].end() == 130
+    runs["arm"].wait_for("the machine main is not linked any more")
+    ask(runs["arm"].runtime, "topic", "echo", "numbers", "--once")
+    assert runs["arm"].end() == runs["head"].end() == 130
+    for name in ("main", "arm"):
+        topic = runs[name].topic("/numbers")
+        assert topic["losses"] == {}, "nothing comes twice, and nothing is missed"
+        (line,) = topic["subscriptions"]
+        assert topic["published"] == line["published"] == line["delivered"] + line["queued"]

@@ -1,0 +1,107 @@
+"""When a process is taken for hung: only where it neither shows itself nor says anything, on virtual time."""
+
+import asyncio
+
+import pytest
+
+from busflow.clock import SystemClock
+from busflow.launchfile.description import ProcessSpec
+from busflow.launchfile.value import Origin, Source
+from busflow.log import Log
+from busflow.processes.member import Life, Member, MemberState
+from busflow.supervision import Restart, RestartPolicy
+from busflow.testing import virtual_time
+
+
+class Company:
+    """The run around a member, by the time of the loop."""
+
+    def seconds(self):
+        return asyncio.get_running_loop().time()
+
+
+class Child:
+    """A process that is only there to be killed."""
+
+    pid = 7
+
+    def __init__(self):
+        self.killed = False
+
+    def kill(self):
+        self.killed = True
+
+
+@pytest.fixture
+def running():
+    """A member that the others see, and the lines of the log."""
+
+    def running(when=Restart.ON_FAILURE):
+        lines = []
+        spec = ProcessSpec("left", Origin(Source.CALLER), restart=RestartPolicy(when))
+        log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
+        member = Member(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, company=Company(), log=log)
+        member.child = Child()
+        member.on_presence(there=True)
+        return member, lines
+
+    return running
+
+
+@virtual_time
+async def test_one_that_shows_itself_no_more_and_says_nothing_hangs_and_is_killed(running):
+    member, lines = running()
+    await asyncio.sleep(5)
+    member.on_presence(there=False)
+    await asyncio.sleep(0.3)
+    assert (member.state, member.child.killed) == (MemberState.HANGS, True)
+    assert [line.event for line in lines] == ["the process left hangs: it is stopped, or has no time to answer"]
+
+
+@virtual_time
+async def test_one_that_still_speaks_does_not_hang_though_nobody_sees_it(running):
+    member, lines = running()
+    await asyncio.sleep(5)
+    member.on_presence(there=False)  # this process was stopped, and its links have been given up
+    for _ in range(20):
+        member.on_told({"report": {"nodes": []}})
+        await asyncio.sleep(0.5)
+    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+    await asyncio.sleep(2.5)
+    assert (member.state, member.child.killed) == (MemberState.HANGS, True), "once it says nothing any more"
+
+
+@virtual_time
+async def test_one_that_is_seen_again_in_time_does_not_hang(running):
+    member, lines = running()
+    member.on_presence(there=False)
+    await asyncio.sleep(0.1)
+    member.on_presence(there=True)
+    await asyncio.sleep(10)
+    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+
+
+@virtual_time
+async def test_one_that_is_never_to_start_anew_is_told_of_and_left_alone(running):
+    member, lines = running(Restart.NEVER)
+    await asyncio.sleep(5)
+    member.on_presence(there=False)
+    await asyncio.sleep(5)
+    assert (member.state, member.child.killed) == (MemberState.HANGS, False)
+    member.on_presence(there=True)
+    assert member.state is MemberState.RUNNING
+    assert lines[-1].event == "the process left is heard of again"
+
+
+def test_what_it_was_told_and_how_often_its_nodes_lived_is_kept_for_its_next_life(running):
+    async def tell():
+        member, _ = running()
+        member.on_told({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
+        member.on_told({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
+        restarted = {"nodes": [{"name": "/a", "restarts": 2}, {"name": "/b", "restarts": 0}]}
+        member.lives += [Life(7, restarted, "killed"), Life(8, None, "killed")]
+        return member.memory
+
+    memory = asyncio.run(tell())
+    assert memory.parameters == {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}
+    assert memory.lives == {"/a": 4, "/b": 2}

@@ -1,0 +1,47 @@
+"""Where nodes run changes nothing of what topics carry: on virtual time all are in one process, whatever files say."""
+
+import importlib.util
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from busflow.launchfile.load import load
+from busflow.launchfile.placement import placed
+from busflow.testing import harness, virtual_time
+from busflow.testing.trace import content_hash
+
+spec = importlib.util.spec_from_file_location("humanoid", Path(__file__).parents[2] / "benchmarks/humanoid.py")
+humanoid = importlib.util.module_from_spec(spec)
+sys.modules["humanoid"] = humanoid
+spec.loader.exec_module(humanoid)
+
+
+@virtual_time
+async def carried(file):
+    """By topic, the hashes of all messages of half a second."""
+    found = defaultdict(list)
+    lab = harness(file, seed=7)
+    lab.graph.bus.on_attach.append(lambda end: tap(lab.graph.bus, found, end))
+    async with lab:
+        await lab.advance(0.5)
+    return dict(found)
+
+
+def tap(bus, found, end):
+    topic = getattr(end, "topic", None)
+    if topic is not None and topic not in found and topic != "/rosout":
+        found[topic] = []
+        bus.tap(bus.topics[topic], lambda message: found[topic].append(content_hash(message)))
+
+
+@pytest.mark.parametrize("processes", [2, 4])
+def test_the_humanoid_says_the_same_in_however_many_processes_its_file_puts_it(tmp_path, processes):
+    folder = tmp_path / "one"
+    folder.mkdir()
+    one = carried(humanoid.placed(folder, 1))
+    file = humanoid.placed(tmp_path, processes)
+    assert len(placed(load(file)).nodes) == processes
+    assert carried(file) == one
+    assert sum(map(len, one.values())) > 300

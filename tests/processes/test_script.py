@@ -1,0 +1,115 @@
+"""`busflow.run()` of a launch file with several processes is `busflow run`; what it cannot do it refuses."""
+
+import asyncio
+import os
+import signal
+
+import pytest
+
+import busflow
+from busflow import LaunchError, Node
+from busflow.launchfile.load import load
+
+SCRIPT = """
+import sys
+
+import busflow
+from busflow import Node, subscription
+from busflow.msgs.std_msgs import Int64
+
+
+class Beside(Node):
+    @subscription("numbers")
+    def hear(self, number: Int64) -> None:
+        if number.data == 20:
+            self.log.info("beside heard 20")
+
+
+if __name__ == "__main__":
+    sys.exit(busflow.run("run.yaml", Beside, args={"rate_hz": 200.0}, OPTIONS))
+"""
+FILE = """
+args:
+  rate_hz: {type: float, default: 0.0}
+env: {ROBOT: left-handed}
+processes:
+  far: {restart: on-failure}
+nodes:
+  teller: {plugin: teller, process: far, parameters: {rate_hz: "${args.rate_hz}"}}
+  where: {plugin: where, process: far}
+  where_here: {plugin: where}
+"""
+WHERE = """
+import os
+
+from busflow import Node
+
+
+class Where(Node):
+    async def start(self) -> None:
+        self.log.info(f"{self.name} in {os.getpid()} with {os.environ['ROBOT']}")
+"""
+
+
+def pids_of(run):
+    lines = [line for line in run.lines if " with left-handed" in line]
+    return {line.split(" in ")[0].split()[-1]: int(line.split(" in ")[1].split()[0]) for line in lines}
+
+
+@pytest.mark.parametrize("options", ["", "one_process=True"])
+def test_a_script_has_the_processes_of_its_launch_file(start, options, have_ended):
+    files = {"robot.py": SCRIPT.replace("OPTIONS", options), "plugins/where.py": WHERE}
+    run = start(FILE, files=files, script="robot.py")
+    run.wait_for("beside heard 20")
+    run.wait_for("with left-handed", times=2)
+    here, far = (pids_of(run)[name] for name in ("where_here", "where"))
+    assert here == run.process.pid
+    assert (far == here) is bool(options)
+    assert run.end() == 130
+    assert have_ended([far], 0)
+
+
+def test_a_process_of_a_script_that_fails_for_good_is_told(start):
+    files = {"robot.py": SCRIPT.replace("OPTIONS", ""), "plugins/where.py": WHERE}
+    run = start(FILE.replace("on-failure", "never"), files=files, script="robot.py")
+    run.wait_for("with left-handed", times=2)
+    os.kill(pids_of(run)["where"], signal.SIGKILL)
+    assert run.end(None) == 1
+    assert "error: the process far was ended by SIGKILL\n" in run.lines
+
+
+class Beside(Node):
+    pass
+
+
+@pytest.fixture
+def robot(tmp_path):
+    (tmp_path / "beside.py").write_text("from busflow import Node\n\n\nclass Beside(Node):\n    pass\n")
+    file = tmp_path / "robot.yaml"
+    file.write_text("plugins: [.]\nprocesses: {far: }\nnodes: {beside: {plugin: beside, process: far}}\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "told"),
+    [
+        (lambda file: [file, file], {}, "there are others beside it"),
+        (lambda file: [load(file)], {}, "it was read before"),
+        (lambda file: [file], {"inspect": False}, "inspect=False is not possible"),
+    ],
+    ids=["two files", "a description", "not inspected"],
+)
+def test_what_other_processes_could_not_be_told_is_refused_with_what_to_do(robot, what, options, told):
+    with pytest.raises(LaunchError, match=told) as refused:
+        busflow.run(*what(robot), **options)
+    assert "one_process=True" in str(refused.value)
+
+
+def test_launch_has_all_nodes_in_the_program_s_own_process_and_says_so(robot, capsys):
+    async def main():
+        async with busflow.launch(robot) as graph:
+            return [node.state for node in graph.report().nodes]
+
+    assert asyncio.run(main()) == ["running"]
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "all nodes run in this process" in line]
+    assert "processes=far" in line

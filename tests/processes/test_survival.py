@@ -1,0 +1,284 @@
+"""What a run of several processes survives: signals, slow readers, large messages, late starts, doubles."""
+
+import os
+import select
+import signal
+from pathlib import Path
+
+import pytest
+
+from busflow.wire.roll_call import call_roll
+
+PATIENCE_S = 40.0
+
+TELLING = """
+import os
+
+from busflow import Node, subscription, on_event, SubscriptionMatched
+from busflow.msgs.std_msgs import Int64
+
+
+class Telling(Node):
+    told = False
+
+    @subscription("numbers")
+    def hear(self, number: Int64) -> None:
+        pass
+
+    @on_event("numbers")
+    def on_matched(self, event: SubscriptionMatched) -> None:
+        if event.current_change < 0 and not self.told:  # the log goes through the main process, which stands still now
+            self.told = True
+            self.spawn(self.tell())
+
+    async def tell(self) -> None:
+        await self.clock.sleep(4.0)  # by then nobody tries to reach it every second any more
+        with open("gone", "w") as pipe:
+            pipe.write("gone")
+"""
+FROM_MAIN = """
+processes:
+  left: {restart: always}
+  right: {restart: always}
+nodes:
+  teller: {plugin: teller, parameters: {rate_hz: 100.0}}
+  telling: {plugin: telling, process: left}
+  hearer: {plugin: hearer, process: right, parameters: {tell_at: 20}}
+  later: {plugin: hearer, process: right, parameters: {tell_at: 500}}
+"""
+
+
+def test_a_main_process_that_was_stopped_does_not_take_the_others_for_hung_when_it_goes_on(start):
+    run = start(FROM_MAIN, "-v", files={"plugins/telling.py": TELLING})
+    os.mkfifo(run.folder / "gone")
+    pipe = os.open(run.folder / "gone", os.O_RDONLY | os.O_NONBLOCK)
+    run.wait_for("heard enough")
+    run.process.send_signal(signal.SIGSTOP)
+    try:
+        ready, _, _ = select.select([pipe], [], [], PATIENCE_S)
+        assert ready, "the others see that it does not answer"
+    finally:
+        run.process.send_signal(signal.SIGCONT)
+        os.close(pipe)
+    run.wait_for("heard enough", times=2)
+    assert run.end() == 130
+    assert not [line for line in run.lines if "hangs" in line or "starts anew" in line]
+    assert [each["restarts"] for each in run.report()["processes"]] == [0, 0, 0]
+
+
+def test_the_last_process_ends_when_all_the_others_are_killed(start, have_ended):
+    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
+    run.wait_for("heard enough")
+    pids = run.pids()
+    os.kill(pids["left"], signal.SIGKILL)
+    run.process.send_signal(signal.SIGKILL)
+    assert run.end(None) == -9
+    assert have_ended([*pids.values()], PATIENCE_S)
+
+
+def test_a_main_process_outlives_all_the_others_and_starts_them_anew(start):
+    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
+    run.wait_for("heard enough", times=2)
+    for process in ("left", "right"):
+        run.kill(process)
+    run.wait_for("heard enough", times=4)
+    assert run.end() == 130
+    assert [each["restarts"] for each in run.report()["processes"]] == [0, 1, 1]
+
+
+def test_a_stopped_process_does_not_hold_up_the_end(start, have_ended):
+    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
+    run.wait_for("heard enough", times=2)
+    pids = [*run.pids().values()]
+    run.kill("left", signal.SIGSTOP)
+    assert run.end() == 130
+    assert have_ended(pids, 0)
+
+
+PACED = """
+import asyncio
+import threading
+
+import numpy as np
+
+from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow.msgs.sensor_msgs import Image
+from busflow.msgs.std_msgs import Int64
+
+
+class SourceParameters(Parameters):
+    bytes: int = 100_000
+    image_hz: float = 100.0
+    number_hz: float = 200.0
+    most: int = 600
+
+
+class Source(Node):
+    parameters: SourceParameters
+    images = publisher(Image, "images")
+    numbers = publisher(Int64, "numbers")
+    told = 0
+
+    async def start(self) -> None:
+        size = self.parameters.bytes
+        self.image = Image(width=size, height=1, encoding="mono8", step=size, data=np.zeros(size, np.uint8))
+
+    @timer(hz="image_hz")
+    def show(self) -> None:
+        self.images.publish(self.image)
+
+    @timer(hz="number_hz", missed="burst")
+    def tell(self) -> None:
+        if self.told < self.parameters.most:
+            self.told += 1
+            self.numbers.publish(Int64(data=self.told))
+
+
+class Counter(Node):
+    heard = 0
+
+    @subscription("numbers", qos=QoS(depth=4096))
+    def hear(self, number: Int64) -> None:
+        self.heard += 1
+        if number.data != self.heard:
+            self.log.error("missing", heard=self.heard, number=number.data)
+            self.heard = number.data
+        if number.data % 600 == 0:
+            self.log.info("counted", number=number.data)
+
+
+class Stuck(Node):
+    @subscription("images")
+    async def see(self, image: Image) -> None:
+        self.log.info("is stuck")
+        await asyncio.Event().wait()
+
+
+class Slow(Node):
+    @subscription("images")
+    def see(self, image: Image) -> None:
+        self.log.info("is slow")
+        threading.Event().wait(0.2)
+
+
+class Viewer(Node):
+    seen = 0
+
+    @subscription("images")
+    def see(self, image: Image) -> None:
+        self.seen += 1
+        if self.seen == 20:
+            self.log.info("seen enough", bytes=len(image.data))
+"""
+
+
+def paced(text):
+    return {"files": {"plugins/paced.py": PACED}, "text": text}
+
+
+def numbers_are_all_there(run):
+    assert run.end() == 130
+    topic = run.topic("/numbers")
+    assert topic["losses"] == {}
+    assert {(line["published"], line["dropped"]) for line in topic["subscriptions"]} == {(topic["published"], 0)}
+    assert not [line for line in run.lines if "missing" in line]
+    for each in run.report()["topics"]:
+        for line in each["subscriptions"]:
+            assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
+
+
+def test_a_subscriber_that_is_stuck_in_another_process_stalls_no_other_topic_of_its_link(start):
+    run = start(
+        **paced("""
+processes: {far: }
+nodes:
+  source: {plugin: "paced:Source"}
+  stuck: {plugin: "paced:Stuck", process: far}
+  counter: {plugin: "paced:Counter", process: far}
+""")
+    )
+    run.wait_for("is stuck")
+    run.wait_for("counted")
+    numbers_are_all_there(run)
+    (line,) = run.topic("/images")["subscriptions"]
+    assert line["delivered"] == 1
+    assert line["dropped"] > 0
+
+
+def test_a_process_that_is_slow_holds_up_no_other_process(start):
+    run = start(
+        **paced("""
+processes: {far: , slow: }
+nodes:
+  source: {plugin: "paced:Source", process: far}
+  slow: {plugin: "paced:Slow", process: slow}
+  counter: {plugin: "paced:Counter"}
+""")
+    )
+    run.wait_for("is slow")
+    run.wait_for("counted")
+    numbers_are_all_there(run)
+
+
+def test_six_megabytes_at_20_hz_beside_a_thousand_small_messages_a_second(start):
+    run = start(
+        **paced("""
+processes: {far: }
+nodes:
+  source:
+    plugin: "paced:Source"
+    process: far
+    parameters: {bytes: 6000000, image_hz: 20.0, number_hz: 1000.0, most: 3000}
+  viewer: {plugin: "paced:Viewer"}
+  counter: {plugin: "paced:Counter"}
+""")
+    )
+    run.wait_for('"number": 3000')
+    run.wait_for("seen enough", '"bytes": 6000000')
+    numbers_are_all_there(run)
+
+
+@pytest.mark.parametrize("late", ["left", "right"])
+def test_processes_may_start_in_any_order_and_late(start, late):
+    slow = "import os, threading\nif os.environ.get('LATE'):\n    threading.Event().wait(2)\n"
+    run = start(
+        f"""
+processes:
+  left: {{env: {{LATE: "{"1" if late == "left" else ""}"}}}}
+  right: {{env: {{LATE: "{"1" if late == "right" else ""}"}}}}
+nodes:
+  teller: {{plugin: teller, process: left, parameters: {{at_start: 500}}}}
+  slow: {{plugin: slow, process: {late}}}
+  hearer: {{plugin: hearer, process: right, parameters: {{tell_at: 500}}, subscriptions: {{numbers: {{depth: 1000}}}}}}
+""",
+        files={"plugins/slow.py": f"{slow}from busflow import Node\n\n\nclass Slow(Node):\n    pass\n"},
+    )
+    run.wait_for("heard enough")
+    assert run.end() == 130
+    topic = run.topic("/numbers")
+    assert (topic["published"], topic["losses"]) == (500, {})
+
+
+def test_two_runs_of_one_name_do_not_notice_each_other(start, monkeypatch):
+    text = FROM_MAIN.replace("plugin: telling", "plugin: hearer")
+    first, second = start(text, "--run", "twin"), start(text, "--run", "twin", "--report", "second.json")
+    for run in (first, second):
+        run.wait_for("heard enough", times=2)
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(first.runtime))
+    present = [*call_roll(PATIENCE_S)]
+    assert len({each.run.name for each in present}) == 2
+    assert {each.run.card.pid for each in present} == {first.process.pid, second.process.pid}
+    for run in (second, first):
+        assert run.end() == 130
+        assert not [line for line in run.lines if "begins anew" in line], "numbers of two tellers would go back"
+
+
+def test_a_process_is_a_new_interpreter_and_no_fork(start):
+    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
+    run.wait_for("heard enough", times=2)
+    for process, pid in run.pids().items():
+        command = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+        assert command[command.index("--process") + 1] == process
+        assert Path(f"/proc/{pid}/exe").samefile(f"/proc/{run.process.pid}/exe")
+        assert os.getpgid(pid) == pid
+    run.end()

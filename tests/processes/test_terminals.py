@@ -1,0 +1,63 @@
+"""What other terminals are told of a run is of all its processes."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+TWO_PUBLISHERS = """
+processes:
+  left:
+  right:
+nodes:
+  one: {plugin: teller, process: left, parameters: {rate_hz: 50.0}}
+  two: {plugin: teller, process: right, parameters: {rate_hz: 25.0}, remap: {told: told_two}}
+  hearer: {plugin: hearer, parameters: {tell_at: 30}}
+  far_hearer: {plugin: hearer, process: right, parameters: {tell_at: 30}}
+"""
+
+
+@pytest.fixture
+def busflow(start):
+    """A command beside a run of two processes that both publish and receive a topic."""
+    run = start(TWO_PUBLISHERS)
+    run.wait_for("heard enough", times=2)
+    environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
+
+    def busflow(*arguments):
+        command = [sys.executable, "-m", "busflow", *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=True)
+        whole = done.stdout.startswith("{\n")  # what does not go on is one object, written for people
+        return [json.loads(each) for each in ([done.stdout] if whole else done.stdout.splitlines())]
+
+    return busflow
+
+
+@pytest.mark.parametrize(("verb", "rate"), [("hz", "rate_hz"), ("bw", "bytes_per_s")])
+def test_a_topic_is_measured_in_every_process_that_publishes_it(busflow, verb, rate):
+    (told,) = busflow("topic", verb, "numbers", "-n", "1", "--every", "2s", "--json")
+    per_message = 12 if verb == "bw" else 1  # a header of four bytes, and the number
+    assert told[rate] / per_message == pytest.approx(75, rel=0.2), "each message once, though both processes have it"
+    assert {flow["node"] for flow in told["subscriptions"]} == {"/hearer", "/far_hearer"}
+
+
+def test_ps_has_a_line_for_the_run_with_each_of_its_processes(busflow):
+    (told,) = busflow("ps", "--json")
+    assert told.keys() >= {"run", "file", "since", "pid", "processes"}
+    assert told["file"].endswith("run.yaml")
+    assert {(each["name"], each["nodes"], each["restarts"]) for each in told["processes"]} == {
+        ("main", 1, 0),
+        ("left", 1, 0),
+        ("right", 2, 0),
+    }
+    assert told["processes"][0] == {"name": "main", "pid": told["pid"], "nodes": 1, "restarts": 0}
+    assert len({each["pid"] for each in told["processes"]}) == 3
+
+
+def test_a_topic_has_one_account_in_which_a_message_is_published_once(busflow):
+    (topic,) = busflow("topic", "stats", "numbers", "--json")[0]["topics"]
+    counts = {line["node"]: line["published"] for line in topic["subscriptions"]}
+    assert counts.keys() == {"/hearer", "/far_hearer"}
+    assert topic["published"] == pytest.approx(max(counts.values()), rel=0.2)
