@@ -62,9 +62,9 @@ def open_session(
         InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
     """
     require_zenoh()
-    paths = [path for path in directory.glob("*.sock") if path.name != listen]
+    names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
     # The main process comes first: where there are several machines, it is linked to the others.
-    others = [f"unixsock-stream/{path}" for path in sorted(paths, key=lambda path: (path.name != SOCKET, path))]
+    others = [f"unixsock-stream/{directory / name}" for name in sorted(names, key=lambda name: (name != SOCKET, name))]
     if listen is None and not others:
         raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
     own = [] if listen is None else [f"unixsock-stream/{directory / listen}"]
@@ -81,6 +81,18 @@ def open_session(
         if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
             raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
         raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
+
+
+def _names_in(directory: Path) -> list[str]:
+    """What a run's directory holds; a run may end, and remove it, at any moment.
+
+    Raises:
+        InspectionUnavailable: it is gone.
+    """
+    try:
+        return [path.name for path in directory.iterdir()]
+    except OSError as error:
+        raise InspectionUnavailable(f"the run in {directory} is gone: {error.strerror}") from None
 
 
 def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> dict[str, Any]:
