@@ -47,6 +47,8 @@ STOPPED_S, LATE_S = 4.0, 2.0
 UNSURE_S = 0.5
 """How much later than it happened a line of the log may be written."""
 LINES_PER_S = 100.0
+UNDER_WAY = 2
+"""Of the steady pair's numbers, a hundred a second, so many may be on their way when the run ends."""
 PLUGIN = '''
 import asyncio
 
@@ -341,7 +343,7 @@ class Meddler:
                 self._outcome.broken.append(f"parameters: the mark of {node} is {mark}, and was set to {possible}")
 
 
-def judge(run: Run, folder: Path, outcome: Outcome) -> None:
+def judge(run: Run, folder: Path, outcome: Outcome, slowness: float) -> None:
     """Look at what the run came to."""
     report = json.loads((folder / "report.json").read_text())
     outcome.restarts = sum(each["restarts"] for each in report["processes"])
@@ -355,15 +357,16 @@ def judge(run: Run, folder: Path, outcome: Outcome) -> None:
                 outcome.broken.append(f"I3: the account of {line['node']} on {topic['name']} does not balance")
         if topic["name"] in {"/beater_calm/beats", "/beater_steady/beats"}:
             (line,) = topic["subscriptions"]
-            if topic["published"] - line["delivered"] > 1 or topic["losses"]:  # one may be on its way at the end
+            under_way = topic["published"] - line["delivered"]
+            if under_way > UNDER_WAY * slowness or topic["losses"]:
                 outcome.broken.append(
                     f"I1: {topic['name']}: {topic['published']} published, {line['delivered']} delivered"
                 )
     if found := run.those("out of order"):
         outcome.broken.append(f"I2: {len(found)} out of order, first {found[0]}")
     judge_log(run, report, outcome)
-    judge_calls(run, report, outcome)
-    judge_restarts(run, outcome)
+    judge_calls(run, report, outcome, slowness)
+    judge_restarts(run, outcome, slowness)
 
 
 def judge_log(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
@@ -376,7 +379,7 @@ def judge_log(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
         outcome.broken.append(f"I7: {len(run.lines)} lines in {report['duration_s']:.0f} s")
 
 
-def judge_calls(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
+def judge_calls(run: Run, report: dict[str, Any], outcome: Outcome, slowness: float) -> None:
     """Whether every call has ended, in time."""
     for service in report["services"]:
         for line in service["clients"]:
@@ -388,12 +391,13 @@ def judge_calls(run: Run, report: dict[str, Any], outcome: Outcome) -> None:
             if line["node"] in steady and line["called"] - line["answered"] > 1:  # one may be on its way at the end
                 outcome.broken.append(f"I8: {line['node']} called {line['called']}, answered {line['answered']}")
     # One that was stopped itself has waited meanwhile, by the time of the machine.
-    allowed_s = dict.fromkeys([f"/beater_{name}" for name in VICTIMS], LATE_S + STOPPED_S)
-    if found := [line for line in run.those("late answer") if line["took"] > allowed_s.get(line["node"], LATE_S)]:
+    late_s = LATE_S * slowness
+    allowed_s = dict.fromkeys([f"/beater_{name}" for name in VICTIMS], late_s + STOPPED_S)
+    if found := [line for line in run.those("late answer") if line["took"] > allowed_s.get(line["node"], late_s)]:
         outcome.broken.append(f"I8: {len(found)} answers came late, first {found[0]}")
 
 
-def judge_restarts(run: Run, outcome: Outcome) -> None:
+def judge_restarts(run: Run, outcome: Outcome, slowness: float) -> None:
     """Whether the limit of restarts and their pauses are what was asked for."""
     for name in VICTIMS:
         moments: list[float] = []
@@ -407,7 +411,7 @@ def judge_restarts(run: Run, outcome: Outcome) -> None:
                 lived_s, runs_since = 0.0 if runs_since is None else moment - runs_since, None
                 row = 0 if lived_s >= WINDOW_S else row
                 pause_s, expected_s = float(event.split()[-2]), min(LONGEST_S, FIRST_S * 2**row)
-                if pause_s != expected_s and abs(lived_s - WINDOW_S) > UNSURE_S:
+                if pause_s != expected_s and abs(lived_s - WINDOW_S) > UNSURE_S * slowness:
                     outcome.broken.append(
                         f"I9: {name} paused for {pause_s:g} s, not {expected_s:g}, having lived {lived_s:.1f} s"
                     )
@@ -417,9 +421,9 @@ def judge_restarts(run: Run, outcome: Outcome) -> None:
             outcome.broken.append(f"I9: {name} started anew more than {MOST} times within {WINDOW_S:g} s")
 
 
-def chaos(seconds: float, seed: int) -> Outcome:
-    """Attack a run for so long, and say what it came to."""
-    outcome = Outcome(seed)
+def chaos(seconds: float, seed: int, *, slowness: float = 1.0) -> Outcome:
+    """Attack a run for so long, and say what it came to; all that is about time may take `slowness` times as long."""
+    outcome, allowed_s = Outcome(seed), RECOVERY_S * slowness
     with started() as (run, folder):
         if all_answer(PATIENCE_S) is None:
             outcome.broken.append(f"it did not start: {''.join(run.told)}")
@@ -429,8 +433,8 @@ def chaos(seconds: float, seed: int) -> Outcome:
         attack(run, outcome, seconds)
         meddler.end()
         recovery_s = all_answer(PATIENCE_S)
-        if recovery_s is None or recovery_s > RECOVERY_S:
-            outcome.broken.append(f"I11: not everything ran again within {RECOVERY_S:g} s, but after {recovery_s} s")
+        if recovery_s is None or recovery_s > allowed_s:
+            outcome.broken.append(f"I11: not everything ran again within {allowed_s:g} s, but after {recovery_s} s")
         outcome.recovery_s = recovery_s or PATIENCE_S
         outcome.hang_seen_s = run.hang_seen_s
         if recovery_s is not None:
@@ -439,7 +443,7 @@ def chaos(seconds: float, seed: int) -> Outcome:
         if after[0] > before[0] + 2 or after[1] > before[1] + 2:
             outcome.broken.append(f"I6: descriptors and threads were {before}, and are {after}")
         outcome.stop_s = run.end()
-        judge(run, folder, outcome)
+        judge(run, folder, outcome, slowness)
         if run.process.returncode != 128 + signal.SIGINT:
             outcome.broken.append(f"it ended with {run.process.returncode}: {''.join(run.told)}")
         left = [name for name, pid in run.pids.items() if Path(f"/proc/{pid}").exists()]
