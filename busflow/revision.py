@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import InvalidParameter
 from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.preflight import Member, Plan
+from busflow.launchfile.member import Member
+from busflow.launchfile.preflight import Plan
 from busflow.node import parameters_class
 from busflow.parameters import describe, value_of
 from busflow.validation import same

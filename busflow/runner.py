@@ -18,7 +18,8 @@ from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError
 from busflow.failure import Failure
 from busflow.ingredients import What, described, is_simulated, made_by_hand
 from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.preflight import Member, Plan, Preflight
+from busflow.launchfile.member import Member
+from busflow.launchfile.preflight import Plan, Preflight
 from busflow.launchfile.problems import tell
 from busflow.log import Log, Sink
 from busflow.message import Message

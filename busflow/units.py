@@ -10,7 +10,7 @@ from busflow.dependencies import stop_order
 from busflow.supervisor import Overseer, Unit
 
 if TYPE_CHECKING:
-    from busflow.launchfile.preflight import Member
+    from busflow.launchfile.member import Member
 
 
 def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:

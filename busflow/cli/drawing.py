@@ -10,7 +10,7 @@ from busflow.cli.output import columns
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.preflight import Member
+    from busflow.launchfile.member import Member
     from busflow.wire.view import EndView, GraphView, NodeView
 
 _EVERY_NODES_TOPICS = ("/rosout", "/parameter_events")

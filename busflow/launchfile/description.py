@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.launchfile.value import Origin, Value
+from busflow.names import resolve
 from busflow.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
@@ -82,6 +83,10 @@ class EndpointSpec:
     qos: QoS  # holds only what was stated: see `model_fields_set`
     stated: Value  # a mapping of QoS fields, or the name of a profile
     origin: Origin  # its `place` is the topic's key
+
+    def full_topic(self, node: str, namespace: str) -> str:
+        """The topic by its absolute name, as a node of this name and namespace means it."""
+        return resolve(self.topic, node=node, namespace=namespace, remaps={}).name
 
 
 @dataclass(frozen=True, slots=True)

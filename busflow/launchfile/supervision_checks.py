@@ -13,7 +13,7 @@ from busflow.supervision import Condition, Restart
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.launchfile.preflight import Member
+    from busflow.launchfile.member import Member
 
 
 def supervision_problems(members: Sequence[Member]) -> Iterator[Problem]:

@@ -13,7 +13,8 @@ from busflow.wire.typesupport import TypeSupport
 
 if TYPE_CHECKING:
     from busflow.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.preflight import Member, Plan
+    from busflow.launchfile.member import Member
+    from busflow.launchfile.preflight import Plan
 
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:

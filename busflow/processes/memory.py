@@ -16,7 +16,8 @@ from busflow.validation import plain
 
 if TYPE_CHECKING:
     from busflow.bus import Attached, Bus
-    from busflow.launchfile.preflight import Member, Plan
+    from busflow.launchfile.member import Member
+    from busflow.launchfile.preflight import Plan
     from busflow.log import Log
     from busflow.parameter_store import SetResult
     from busflow.parameters import Parameters
