@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
+from operator import countOf
 from typing import Any, cast
 
 from pydantic import BaseModel, ValidationError
@@ -23,7 +24,6 @@ from busflow.validation import MOST_FAULTS, dotted, located
 
 MISSING: Any = object()
 """Stands for a field that was not given and has no default."""
-_set_class: Any = vars(object)["__class__"].__set__
 
 
 def fill(message: BaseModel, data: Mapping[str, Any]) -> None:
@@ -61,9 +61,9 @@ def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., N
     source.indent(-1)
     source.add(f"except {give((ValueError, TypeError))}:", "    pass", "else:")
     source.indent(1)
-    source.add(f"{give(_set_class)}(_message, {give(blank())})")
-    _fill(source, cls, defaults)
-    source.add("return")
+    # A frozen model refuses to have its attributes set; its `__dict__` takes them. Python has made the message already,
+    # and to change its class to a blank's and back costs more.
+    source.add("_values = _message.__dict__", *(f"_values[{each!r}] = {each}" for each in defaults), "return")
     source.indent(-2)
     given = "".join(f"{each!r}: {each}, " for each in defaults)
     source.add(f"{give(fill)}(_message, {{{given}**_unknown}})")
@@ -92,8 +92,8 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
     defaults = _defaults(fields, source.give)
     _check(source, fields, defaults)
     source.add(f"_message = {source.give(object.__new__)}({source.give(blank())})")
-    _fill(source, cls, defaults)
-    source.add("return _message")
+    source.add(*(f"_message.{word(each)} = {each}" for each in defaults))
+    source.add(f"_message.__class__ = {source.give(cls)}", "return _message")
     return source.function(_arguments(defaults))
 
 
@@ -119,16 +119,11 @@ def _check(source: Source, fields: Sequence[FieldType], defaults: Mapping[str, s
         source.add(*_checked(each, defaults[each.name], source.give))
 
 
-def _fill(source: Source, cls: type[BaseModel], defaults: Mapping[str, str]) -> None:
-    source.add(*(f"_message.{word(each)} = {each}" for each in defaults))
-    source.add(*finished("_message", source.give(cls), source.give(set(defaults))))
-
-
 def blank() -> type[BaseModel]:
     """The class of what becomes a message of some class.
 
     A frozen model refuses to have its attributes set. A blank takes them at the full speed of Python, being plain and
-    having them in one order always, and then changes its class: half the time of filling a message in any other way.
+    having them in one order always, and then changes its class: the quickest way where nothing is made yet.
     """
 
     class Blank(BaseModel):
@@ -136,15 +131,6 @@ def blank() -> type[BaseModel]:
         __delattr__ = object.__delattr__  # or else Python would not take the above for plain
 
     return Blank
-
-
-def finished(message: str, cls: str, given: str) -> tuple[str, ...]:
-    """The lines that make a filled blank a message of `cls`, of which pydantic is told that these fields were given."""
-    return (
-        f"{message}.__pydantic_fields_set__ = {given}",
-        f"{message}.__pydantic_extra__ = None",
-        f"{message}.__class__ = {cls}",
-    )
 
 
 def has_rules(cls: type[BaseModel], plain: type[BaseModel]) -> bool:
@@ -203,11 +189,13 @@ def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
     """What makes a tuple of what is given for a sequence of texts or messages."""
     text = None if isinstance(field.base, type) else _text_check(field.string_bound)
     kind = field.base if isinstance(field.base, type) else str
-    least = field.size if field.array is ArrayKind.FIXED else 0
+    least, most = field.size if field.array is ArrayKind.FIXED else 0, field.size
 
     def check(value: Any) -> tuple[Any, ...]:
-        right = type(value) in (list, tuple) and [*map(type, value)].count(kind) == len(value)
-        if not right or len(value) < least or len(value) > (field.size or len(value)):
+        if type(value) not in (list, tuple):
+            raise ValueError
+        count = len(value)
+        if countOf(map(type, value), kind) < count or count < least or (most and count > most):
             raise ValueError
         if text is not None:
             text("".join(value)) if field.string_bound is None else [*map(text, value)]

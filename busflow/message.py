@@ -143,6 +143,17 @@ class Message(BaseModel, metaclass=_Frozen):
         copied = deepcopy(self) if deep else self
         return copied.replace(**update) if update else copied
 
+    if not TYPE_CHECKING:  # or else a type checker would believe in any attribute
+
+        def __getattr__(self, name: str) -> Any:
+            # What pydantic notes beside the values is the same for every message that was not made by pydantic; to
+            # look it up when somebody asks costs nothing where a message is made.
+            if name == "__pydantic_fields_set__":
+                return set(self.__dict__)
+            if name == "__pydantic_extra__":
+                return None
+            return super().__getattr__(name)
+
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_"):  # a private attribute, or one of pydantic's own
             super().__setattr__(name, value)

@@ -211,6 +211,18 @@ def test_a_dump_keeps_arrays_as_arrays():
     assert dumped["stamp"] == {"sec": 0, "nanosec": 0}
 
 
+@pytest.mark.parametrize("message", [Vector3(x=1.0), Vector3.model_validate({"x": 1.0, "y": 0.0, "z": 0.0})])
+def test_pydantic_is_told_what_it_asks_of_a_message(message):
+    assert message.model_fields_set == {"x", "y", "z"}
+    assert message.model_extra is None
+    assert message.model_dump(exclude_unset=True) == dict(message) == {"x": 1.0, "y": 0.0, "z": 0.0}
+
+
+def test_a_field_that_there_is_not_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="'Vector3' object has no attribute 'w'"):
+        _ = Vector3().w
+
+
 floats = st.floats() | st.integers(-(2**53), 2**53) | st.booleans() | st.text(max_size=2) | st.none()
 
 

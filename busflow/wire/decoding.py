@@ -23,7 +23,7 @@ from pydantic import BaseModel
 
 from busflow import fields
 from busflow.arrays import AnyArray
-from busflow.constructor import blank, finished, has_rules
+from busflow.constructor import blank, has_rules
 from busflow.fields import ArrayKind, FieldType
 from busflow.message import Message, fields_of
 from busflow.source import Source, word
@@ -68,8 +68,7 @@ class _Decoder:
         """The offset where it is known; elsewhere the function counts it in `offset`."""
         self._run, self._names = [Item("H2x", 1, HEADER_SIZE)], ["header"]
         """What the next format will unpack, and into which names."""
-        self._made_of: dict[type[Message], tuple[type[BaseModel], set[str]]] = {}
-        """A class's blank, and what pydantic is told of which fields were given: all, a set that all messages share."""
+        self._blanks: dict[type[Message], type[BaseModel]] = {}
 
     def function(
         self, other: Callable[[Any], Message], explain: Callable[[bytes, Exception], Exception]
@@ -255,18 +254,17 @@ class _Decoder:
         if isinstance(parts, str):
             return parts
         source, give, cls = self._source, self._source.give, parts.cls
-        if cls not in self._made_of:
-            self._made_of[cls] = (blank(), set(cls.model_fields))
-        empty, given = self._made_of[cls]
+        if cls not in self._blanks:
+            self._blanks[cls] = blank()
         fields = [(name, self._made(value)) for name, value in parts.fields]
         name = source.new("message")
         if has_rules(cls, Message):
             source.add(f"{name} = {give(cls)}({', '.join(f'{word(field)}={value}' for field, value in fields)})")
             return name
         source.add(
-            f"{name} = {give(object.__new__)}({give(empty)})",
+            f"{name} = {give(object.__new__)}({give(self._blanks[cls])})",
             *(f"{name}.{word(field)} = {value}" for field, value in fields),
-            *finished(name, give(cls), give(given)),
+            f"{name}.__class__ = {give(cls)}",
         )
         return name
 
