@@ -9,6 +9,7 @@ from __future__ import annotations
 from array import array as machine_array
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from operator import countOf
 from struct import Struct
 from struct import error as StructError  # noqa: N812 - it is an exception, whatever the standard library calls it
 from typing import Any, TypeVar, cast
@@ -107,7 +108,7 @@ def checker(
 ) -> Callable[[Any], AnyArray]:
     """A function that turns what a constructor is given into a frozen one-dimensional array of `dtype`."""
     wanted = np.dtype(dtype)
-    ndarray = np.ndarray
+    ndarray, is_bytes = np.ndarray, wanted == np.uint8
 
     def check(value: Any) -> AnyArray:
         # A frozen array of the right type passes here, without a copy: this is the path that must be fast.
@@ -115,7 +116,9 @@ def checker(
             base: Any = value.base
             checked: AnyArray = value if type(base) is bytes else frozen(value)
         elif type(value) in _LISTS and value:
-            checked = _from_list(cast("Sequence[Any]", value), wanted, low, high)
+            checked = _from_list(value, wanted, low, high)
+        elif is_bytes and type(value) is bytes and value:
+            checked = np.frombuffer(value, wanted)
         else:
             checked = frozen(_convert(value, wanted, low, high))
         if exactly is not None and len(checked) != exactly:
@@ -163,20 +166,26 @@ def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     return flat.astype(dtype)
 
 
-def _from_list(values: Sequence[Any], dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
-    classes, _, words = _ACCEPTED[dtype.kind]
-    kinds = [*map(type, values)]
-    if kinds.count(_USUAL[dtype.kind]) < len(kinds):
-        for kind in set(kinds):
-            if not issubclass(kind, classes) or (kind is bool and dtype.kind != "b"):
-                index = next(i for i, each in enumerate(values) if type(each) is kind)
-                raise _refused(f"takes {words}; item {index} is {values[index]!r}")
+def _from_list(values: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
+    count, usual = len(values), _USUAL[dtype.kind]
+    if countOf(map(type, values), usual) < count:
+        _refuse_others(values, dtype)
     try:
         # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
-        return np.frombuffer(_packer(len(values), dtype)(*values), dtype)
+        return np.frombuffer(_packer(count, dtype)(*values), dtype)
     except (StructError, OverflowError):
         between = f" from {low} to {high}" if dtype.kind in "iu" else ""
+        words = _ACCEPTED[dtype.kind][2]
         raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None
+
+
+def _refuse_others(values: Sequence[Any], dtype: np.dtype[Any]) -> None:
+    """Names the first of the values that is no number of the kind that the array takes, if there is one."""
+    classes, _, words = _ACCEPTED[dtype.kind]
+    for kind in {*map(type, values)}:
+        if not issubclass(kind, classes) or (kind is bool and dtype.kind != "b"):
+            index = next(i for i, each in enumerate(values) if type(each) is kind)
+            raise _refused(f"takes {words}; item {index} is {values[index]!r}")
 
 
 @lru_cache(256)
