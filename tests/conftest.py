@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from busflow.bus import Bus
 from busflow.clock import SimClock
@@ -16,6 +17,15 @@ from busflow.msgs.std_msgs import Int64
 from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.subscriptions import Subscription
+
+# How long an example takes, or is drawn, says how busy the machine is.
+settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests that are given a time of their own first: none of them is to be alone at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("timeout") is None)
 
 
 class Bench:

@@ -32,7 +32,7 @@ def in_a_thread(function, *args):
     """Call it in a thread of its own, while the loop stands still."""
     thread = threading.Thread(target=function, args=args)
     thread.start()
-    thread.join(10)
+    thread.join(60)
     assert not thread.is_alive()
 
 

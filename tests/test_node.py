@@ -286,7 +286,7 @@ def test_a_blocking_call_runs_in_a_thread_and_comes_back_with_its_value_or_its_e
 
     async def main():
         with pytest.raises(NodeFailed, match="unplugged"):
-            async with launch(driver), asyncio.timeout(30):
+            async with launch(driver), asyncio.timeout(60):
                 await asyncio.Event().wait()
 
     asyncio.run(main())
@@ -304,7 +304,7 @@ def test_a_blocking_call_is_not_waited_for_when_the_node_stops():
 
         def block(self):
             self.entered.set()
-            released.wait(30)
+            released.wait(60)
             ended.set()
 
     driver = Driver()
@@ -317,7 +317,7 @@ def test_a_blocking_call_is_not_waited_for_when_the_node_stops():
         released.set()
 
     asyncio.run(main())
-    assert ended.wait(30)
+    assert ended.wait(60)
 
 
 # Endpoints made while the node is made, started or running.

@@ -393,7 +393,7 @@ async def test_another_thread_touches_no_queue_itself(make_bench, offered, reque
     publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
     thread = threading.Thread(target=publisher.publish, args=[number(1)])
     thread.start()
-    thread.join(10)
+    thread.join(60)
     assert (queued(subscription), publisher.published) == ([], 0)
     assert (await anext(subscription)).data == 1
 

@@ -498,7 +498,7 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
     async def main() -> None:
         async with launch(Driver, Counter) as graph:
             counter = graph.node(Counter)
-            async with asyncio.timeout(30):
+            async with asyncio.timeout(60):
                 await counter.complete.wait()
             assert counter.heard == list(range(1000))
         report = graph.report()
@@ -512,7 +512,7 @@ def test_a_graph_made_in_one_thread_runs_in_another():
     heard: list[int] = []
 
     async def main() -> None:
-        async with graph, asyncio.timeout(30):
+        async with graph, asyncio.timeout(60):
             async for number in graph.subscribe(Number, "numbers"):
                 heard.append(number.data)
                 if len(heard) == 3:
@@ -520,7 +520,7 @@ def test_a_graph_made_in_one_thread_runs_in_another():
 
     thread = threading.Thread(target=lambda: asyncio.run(main()))
     thread.start()
-    thread.join(30)
+    thread.join(60)
     assert heard == [1, 2, 3]
 
 

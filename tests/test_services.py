@@ -430,7 +430,7 @@ def test_a_call_from_another_thread_says_where_it_belongs():
 
             thread = threading.Thread(target=ask)
             thread.start()
-            thread.join(10)
+            thread.join(60)
 
     asyncio.run(main())
     assert caught == ["a call of /adder/add must be awaited on the graph's own event loop"]

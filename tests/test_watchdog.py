@@ -90,7 +90,7 @@ def test_a_handler_that_blocks_is_named_with_its_stack(where):
                 loop.call_soon_threadsafe(told.set)
 
         graph = Graph([Blocking().in_(where)], watchdog_s=BOUND_S, sinks=(sink,))
-        async with graph, asyncio.timeout(20):
+        async with graph, asyncio.timeout(60):
             await told.wait()
         return log, graph.report()
 
@@ -114,7 +114,7 @@ def test_nobody_watches_unless_asked_and_nobody_after_the_end():
             assert watching() <= earlier
         async with Graph([Blocking().in_("nowhere")], watchdog_s=BOUND_S):
             [thread] = watching() - earlier
-        thread.join(timeout=10)
+        thread.join(timeout=60)
         assert not thread.is_alive()
 
     asyncio.run(main())

@@ -239,7 +239,7 @@ class LiveRun:
     def wait_for(self, text: str) -> None:
         """Wait until it has logged a line with this text."""
         with self._arrived:
-            self._arrived.wait_for(lambda: self._ended or any(text in line for line in self.lines), timeout=20)
+            self._arrived.wait_for(lambda: self._ended or any(text in line for line in self.lines), timeout=60)
         assert any(text in line for line in self.lines), self.lines
 
     def stop(self) -> None:
@@ -247,8 +247,8 @@ class LiveRun:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGCONT)
             self.process.send_signal(signal.SIGINT)
-            self.process.wait(timeout=10)
-        self._reader.join(timeout=10)
+            self.process.wait(timeout=60)
+        self._reader.join(timeout=60)
 
 
 class Place:

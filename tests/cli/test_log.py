@@ -49,7 +49,7 @@ def test_following_goes_on_to_the_last_line_and_ends_with_the_run(
     run = start_run(project, "talk.yaml", "--set", "nodes.talker.parameters.fail_at=200")
     run.wait_for("heard")
     command = [sys.executable, "-m", "busflow", "log", "-f", "-n", "1"]
-    done = subprocess.run(command, capture_output=True, text=True, env=place.environment, timeout=30)
+    done = subprocess.run(command, capture_output=True, text=True, env=place.environment, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
     heard = [line.partition("number=")[2] for line in done.stdout.splitlines() if "/listener: heard" in line]
     assert heard == [f"{number}.0" for number in range(int(float(heard[0])), 200)], "none is missing, none comes twice"

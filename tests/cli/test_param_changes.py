@@ -170,7 +170,7 @@ def test_a_watch_says_that_its_run_has_ended(tmp_path: Path, start_run: Callable
             if _line(watch):
                 break
         run.stop()
-        _, err = watch.communicate(timeout=20)
+        _, err = watch.communicate(timeout=60)
     assert (watch.returncode, err) == (1, "error: the run sensors has ended\n")
 
 

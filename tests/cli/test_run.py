@@ -145,7 +145,7 @@ def test_a_signal_ends_it_in_order_with_its_table(number: signal.Signals, code: 
         assert process.stderr is not None
         process.stderr.readline()
         process.send_signal(number)
-        out, err = process.communicate(timeout=10)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == code
     assert b"Traceback" not in err
     assert f"exit code {code}".encode() in out

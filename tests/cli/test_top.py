@@ -18,7 +18,7 @@ from busflow.cli import main
 from busflow.cli.top.screen import Top
 from busflow.wire.peer import join
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 def rows(app: Top, name: str) -> dict[str, list[str]]:

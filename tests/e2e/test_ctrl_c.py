@@ -13,7 +13,7 @@ import pytest
 
 pytestmark = pytest.mark.e2e
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 NODES = {

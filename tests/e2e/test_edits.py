@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 PLUGINS = Path(__file__).parents[2] / "plugins"
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 LAB = f"""plugins: [{PLUGINS}]
 nodes:
   sensor_publisher:

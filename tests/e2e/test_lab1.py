@@ -12,7 +12,7 @@ import pytest
 pytestmark = pytest.mark.e2e
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 WITNESS = '''

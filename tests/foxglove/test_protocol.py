@@ -175,7 +175,7 @@ def test_foxgloves_own_server_says_the_same():
     with theirs.connecting as client:
 
         def told() -> Any:
-            message = client.recv(timeout=10)
+            message = client.recv(timeout=60)
             return message if isinstance(message, bytes) else json.loads(message)
 
         info, advertised = told(), told()
@@ -187,7 +187,7 @@ def test_foxgloves_own_server_says_the_same():
         assert json.loads(protocol.text("advertise", channels=[row])) == advertised
 
         client.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": 9, "channelId": channel["id"]}]}))
-        assert theirs.followed.wait(10)
+        assert theirs.followed.wait(60)
         theirs.channel.log(b"\0\1\0\0payload", log_time=1_700_000_000_123_456_789)
         assert told() == protocol.message_data(9, 1_700_000_000_123_456_789, b"\0\1\0\0payload")
         theirs.server.broadcast_time(5_000_000_001)
@@ -219,13 +219,13 @@ def test_foxgloves_own_server_answers_calls_in_the_same_way():
     schema = sdk.ServiceSchema(name="p/srv/S", request=part, response=part)
     theirs.server.add_services([sdk.Service("/talker/s", schema=schema, handler=lambda call: call.payload[::-1])])
     with theirs.connecting as client:
-        told = [json.loads(client.recv(timeout=10)) for _ in range(3)]
+        told = [json.loads(client.recv(timeout=60)) for _ in range(3)]
         (service,) = told[2]["services"]
         row = {"encoding": "cdr", "schemaName": "p/srv/S_Request", "schemaEncoding": "ros2msg", "schema": "bool on\n"}
         ours = {"id": service["id"], "name": "/talker/s", "type": "p/srv/S", "request": row, "response": row}
         assert json.loads(protocol.text("advertiseServices", services=[ours])) == told[2]
         client.send(struct.pack("<BIII", 2, service["id"], 7, 3) + b"cdr" + b"abc")
-        assert client.recv(timeout=10) == protocol.call_answered(service["id"], 7, "cdr", b"cba")
+        assert client.recv(timeout=60) == protocol.call_answered(service["id"], 7, "cdr", b"cba")
         client.send(struct.pack("<BIII", 2, 99, 8, 3) + b"cdr")
         failure = protocol.text("serviceCallFailure", serviceId=99, callId=8, message="Unknown service")
-        assert json.loads(client.recv(timeout=10)) == json.loads(failure)
+        assert json.loads(client.recv(timeout=60)) == json.loads(failure)

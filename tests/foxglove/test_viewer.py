@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 
 from busflow.foxglove.viewer import Viewer
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 CALL = struct.pack("<BIII", 2, 1, 7, 3) + b"cdr"
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-PATIENCE_S = 40.0
+PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 PLUGINS = {

@@ -23,7 +23,7 @@ def lived(*arguments, first_line=b"", act=None):
     ear = Ear()
 
     async def main():
-        async with asyncio.timeout(40):
+        async with asyncio.timeout(60):
             child = Child(arguments, os.environ, lambda: first_line, ear)
             if act is not None:
                 act(child)

@@ -10,7 +10,7 @@ import pytest
 from busflow.cli import main
 from busflow.surroundings import Rng
 
-PATIENCE_NS = 40 * 10**9
+PATIENCE_NS = 60 * 10**9
 """How long a start may take on however slow a machine."""
 
 PAIRS = {
@@ -72,7 +72,7 @@ class Second(Node):
         except ServiceFailed as error:
             self.log.info("holds", what=answer.message == "on" and "it stays on" in str(error))
 """,
-    "both ways": """
+    "both_ways": """
 class First(Node):
     there = publisher(Int64, "there")
     beat = timer(0.01)
@@ -160,7 +160,9 @@ class First(Node):
 
     async def run(self) -> None:
         await self.clock.sleep(1.0)
-        self.numbers.publish(Int64(data=2))
+        while True:
+            self.numbers.publish(Int64(data=2))
+            await self.clock.sleep(0.1)
 
 
 class Second(Node):
@@ -171,7 +173,7 @@ class Second(Node):
     def hear(self, number: Int64) -> None:
         self.log.info("holds", what=number.data == 2)
 """,
-    "latched the other way": """
+    "latched_the_other_way": """
 class First(Node):
     async def run(self) -> None:
         await self.clock.sleep(0.3)
@@ -191,9 +193,10 @@ class Second(Node):
         for number in range(5):
             self.numbers.publish(Int64(data=number))
 """,
-    "every way in which a call fails": """
+    "every_way_in_which_a_call_fails": """
 class First(Node):
-    asked = 0
+    async def start(self) -> None:
+        self.gone, self.to_go = asyncio.Event(), asyncio.Event()
 
     @service(SetBool, "fails")
     def fail(self, request: SetBool.Request) -> SetBool.Response:
@@ -205,17 +208,27 @@ class First(Node):
 
     @service(Trigger, "goes", depth=1)
     async def go(self, request: Trigger.Request) -> Trigger.Response:
-        self.spawn(self.leave())
+        self.gone.set()
         await asyncio.Event().wait()
 
-    async def leave(self) -> None:
-        await self.clock.sleep(0.3)
+    @service(Trigger, "has_gone")
+    async def has_gone(self, request: Trigger.Request) -> Trigger.Response:
+        await self.gone.wait()
+        return Trigger.Response(success=True)
+
+    @subscription("leave")
+    def leave(self, number: Int64) -> None:
+        self.to_go.set()
+
+    async def run(self) -> None:
+        await self.to_go.wait()
         raise RuntimeError("gone")
 
 
 class Second(Node):
     fails, never, goes = client(SetBool, "fails"), client(Trigger, "never"), client(Trigger, "goes")
-    nobody = client(Trigger, "nobody")
+    has_gone, nobody = client(Trigger, "has_gone"), client(Trigger, "nobody")
+    leave = publisher(Int64, "leave")
 
     async def run(self) -> None:
         found = [
@@ -223,11 +236,13 @@ class Second(Node):
             await self.error_of(self.fails.call()),
             await self.error_of(self.never.call(timeout=0.2)),
         ]
-        first = asyncio.ensure_future(self.error_of(self.goes.call()))
-        await self.clock.sleep(0.1)
-        second = asyncio.ensure_future(self.error_of(self.goes.call()))
-        await self.clock.sleep(0.05)
-        found += [await self.error_of(self.goes.call()), await first, await second]
+        waiting = [asyncio.ensure_future(self.error_of(self.goes.call()))]
+        await self.has_gone.call()
+        waiting.append(asyncio.ensure_future(self.error_of(self.goes.call())))
+        await asyncio.sleep(0)
+        found.append(await self.error_of(self.goes.call()))
+        self.leave.publish(Int64(data=0))
+        found += [await each for each in waiting]
         self.log.info("told", found=found)
         expected = ["ServiceUnavailable", "ServiceFailed", "ServiceTimeout", "ServiceUnavailable"]
         self.log.info("holds", what=found == [*expected, "ServiceGone", "ServiceGone"])
@@ -264,11 +279,21 @@ nodes:
 
 
 @PLACEMENTS
-@pytest.mark.parametrize("pair", PAIRS)
-def test_a_pair_of_nodes(start, pair, apart):
-    run = start(launch_file(apart), files={"plugins/pair.py": f"{IMPORTS}{PAIRS[pair]}"})
-    run.wait_for('"event": "holds"')
-    run.wait_for('"event": "holds"', '"what": true')
+def test_pairs_of_nodes(start, apart):
+    """All pairs at once, each in a namespace of its own: a run of two processes takes long to start."""
+    nodes = [
+        f"  {pair}_{name}: {{plugin: 'pair_{pair}:{name}', namespace: {pair}{more}}}\n"
+        for pair in PAIRS
+        for name, more in (
+            ("Second", ""),
+            ("First", f", restart: on-failure{', process: other' if apart else ''}"),
+        )
+    ]
+    files = {f"plugins/pair_{pair}.py": f"{IMPORTS}{source}" for pair, source in PAIRS.items()}
+    run = start(f"processes: {{other: {{}}}}\nnodes:\n{''.join(nodes)}", files=files)
+    for pair in PAIRS:
+        run.wait_for('"event": "holds"', f'"node": "/{pair}/')
+        run.wait_for('"event": "holds"', f'"node": "/{pair}/', '"what": true')
     run.end()
 
 

@@ -1,7 +1,6 @@
 """A run of several processes: nothing is lost at the start, all end together, and what dies is started anew."""
 
 import signal
-import time
 
 import pytest
 
@@ -9,7 +8,7 @@ from busflow.cli import main
 from busflow.wire.peer import join
 from busflow.wire.roll_call import call_roll
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 
 THREE = """
 processes:
@@ -57,15 +56,14 @@ def test_where_a_node_runs_does_not_change_what_it_draws(start):
     assert len(drawn) == 1
 
 
-def test_ctrl_c_ends_every_process_within_a_second(start, have_ended):
+def test_ctrl_c_ends_every_process_and_none_has_to_be_killed(start, have_ended):
     run = start(THREE, "-v")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
     assert len(pids) == 2
-    began = time.perf_counter()
     assert run.end() == 130
     assert have_ended(pids, 0)
-    assert time.perf_counter() - began < 5, "on a machine with nothing else to do it takes a tenth of a second"
+    assert {each["level"] for each in run.log()} == {"debug", "info"}, run.log()
 
 
 STEADY = """
@@ -148,7 +146,7 @@ def test_a_process_that_is_killed_with_the_main_one_s_leaves_no_orphan(start, ha
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
     assert run.end(signal.SIGKILL) == -9
-    assert have_ended(pids, 5)
+    assert have_ended(pids, PATIENCE_S)
 
 
 def test_a_node_that_fails_in_another_process_ends_the_run_and_is_named(start):

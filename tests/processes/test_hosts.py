@@ -44,7 +44,7 @@ class Hosts:
 
 
 def ip(*arguments: str) -> None:
-    subprocess.run(["ip", *arguments], check=True, capture_output=True, timeout=10)
+    subprocess.run(["ip", *arguments], check=True, capture_output=True, timeout=60)
 
 
 @pytest.fixture
@@ -106,7 +106,7 @@ def hears(runtime: Path) -> bool:
     """Whether a number of the other host gets here; a terminal needs no cable to its own run."""
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(runtime)}
     command = [sys.executable, "-m", "busflow", "topic", "echo", "numbers", "--once"]
-    return "data: " in subprocess.run(command, env=environment, capture_output=True, text=True, timeout=30).stdout
+    return "data: " in subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60).stdout
 
 
 def test_nothing_listens_but_what_the_launch_file_names(start: Callable, file: str, hosts: Hosts):

@@ -157,7 +157,7 @@ def test_a_main_process_that_was_killed_leaves_what_all_have_written(start, have
     pids = list(run.pids().values())
     run.process.send_signal(signal.SIGKILL)
     run.end(None)
-    assert have_ended(pids, 30)
+    assert have_ended(pids, 60)
     with Bag(run.folder / "rec") as bag:
         numbers = payloads(bag, "numbers")
         assert numbers == list(range(1, len(numbers) + 1))

@@ -15,7 +15,7 @@ import pytest
 from busflow.certificates import Authority
 from busflow.recording.bag import Bag
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import pytest
 
 from busflow.wire.roll_call import call_roll
 
-PATIENCE_S = 40.0
+PATIENCE_S = 60.0
 
 TELLING = """
 import os

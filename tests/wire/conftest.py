@@ -16,7 +16,7 @@ from busflow import launch
 from busflow.wire.peer import Peer
 from busflow.wire.run_directory import find_run
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 _PRELUDE = """

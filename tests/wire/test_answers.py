@@ -132,10 +132,10 @@ async def test_of_questions_that_wait_for_a_busy_loop_there_is_an_end(looked_at)
         def flood():
             for _ in range(count):
                 heard = zenoh.handlers.Callback(answered.append, drop=ended.release, indirect=False)
-                looked.peer.session.get(f"{PREFIX}/main/run", heard, timeout=20)
+                looked.peer.session.get(f"{PREFIX}/main/run", heard, timeout=60)
             # The loop is held up by this very wait: what was not taken comes back at once.
             for _ in range(50):
-                assert ended.acquire(timeout=20)
+                assert ended.acquire(timeout=60)
 
         flood()
         await looked.until(lambda: len(answered) >= answers_module._MOST_WAITING // 2)

@@ -14,7 +14,7 @@ from busflow.msgs.std_msgs import Int64
 from busflow.wire.membership import Membership
 from busflow.wire.run_directory import RunCard
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 class Talker(Node):

@@ -27,7 +27,7 @@ from busflow.wire.typesupport import TypeSupport
 
 pytestmark = pytest.mark.asyncio
 
-PATIENCE_S = 25.0
+PATIENCE_S = 60.0
 LATCHED = QoS(durability=Durability.TRANSIENT_LOCAL, depth=3)
 MALFORMED = json.loads((Path(__file__).parents[1] / "cases/g_cdr_malformed.json").read_text())["cases"]
 

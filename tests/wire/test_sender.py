@@ -6,7 +6,7 @@ import pytest
 
 from busflow.wire.sender import DEPTH, MOST_BYTES, Sender
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 
 
 @pytest.fixture

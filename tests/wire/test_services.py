@@ -14,7 +14,7 @@ from busflow.wire.peer import join
 from busflow.wire.run_directory import RunCard, find_run
 from busflow.wire.session import open_session
 
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
 
 SERVER = """

@@ -60,7 +60,7 @@ class Played:
 
     def end(self):
         self.process.send_signal(signal.SIGINT)
-        out, err = self.process.communicate(timeout=20)
+        out, err = self.process.communicate(timeout=60)
         return self.process.returncode, out.decode(), err.decode()
 
 
@@ -280,6 +280,6 @@ def test_in_a_terminal_the_space_key_lets_it_go_on(bag, played):
     os.write(terminal, b"s ")
     while b"100 messages played" not in seen:
         seen += os.read(terminal, 4096)
-    assert player.process.wait(timeout=20) == 0
+    assert player.process.wait(timeout=60) == 0
     assert b"x50" in seen
     os.close(terminal)

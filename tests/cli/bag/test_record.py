@@ -81,7 +81,7 @@ class TestLab:
         with subprocess.Popen([*COMMAND, "-o", path, "--all"], stderr=subprocess.PIPE, text=True) as it:
             assert "Ctrl-C ends it" in it.stderr.readline()
             it.send_signal(number)
-            assert it.wait(20) == code
+            assert it.wait(60) == code
         with Bag(path) as bag:
             assert bag.complete
 

@@ -191,9 +191,9 @@ class TestOdds:
         with join() as peer, peer.advertise("/new", known_type(peer, "std_msgs/msg/Int64")) as speaker:
             command = [*BUSFLOW, "topic", "echo", "new", "--once"]
             with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
-                assert speaker.wait_for_listener(20)
+                assert speaker.wait_for_listener(60)
                 speaker.publish({"data": 7})
-                assert it.communicate(timeout=20) == ("data: 7\n---\n", "")
+                assert it.communicate(timeout=60) == ("data: 7\n---\n", "")
 
     def test_a_reader_that_leaves_ends_it_quietly(self):
         command = f"{sys.executable} -m busflow topic echo numbers | head -1; echo ${{PIPESTATUS[0]}}"
@@ -207,5 +207,5 @@ class TestOdds:
             assert it.stdout is not None
             assert it.stdout.readline().startswith(b"data: ")
             it.send_signal(signal.SIGINT)
-            _, err = it.communicate(timeout=20)
+            _, err = it.communicate(timeout=60)
         assert (it.returncode, err) == (130, b"")

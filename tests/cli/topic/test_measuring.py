@@ -56,7 +56,7 @@ class TestLab:
             assert it.stdout is not None
             before = [it.stdout.readline() for _ in range(4)]
             it.send_signal(signal.SIGINT)
-            out, err = it.communicate(timeout=20)
+            out, err = it.communicate(timeout=60)
         assert (it.returncode, err) == (130, "")
         assert all(line.startswith(("average rate: ", "\tmin: ")) for line in [*before, *out.splitlines()])
 

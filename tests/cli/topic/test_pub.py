@@ -28,7 +28,7 @@ def test_what_is_published_arrives():
         arrived: list[float] = []
         for number in range(5):
             assert main(["topic", "pub", "--once", "cmd", "std_msgs/Float64", f"data: {number}.5"]) == 0
-        while len(arrived) < 5 and (received := listener.get(10)) is not None:
+        while len(arrived) < 5 and (received := listener.get(60)) is not None:
             arrived.append(peer.type(FLOAT).decode(received.payload)["data"])
     assert arrived == [0.5, 1.5, 2.5, 3.5, 4.5]
 
@@ -83,7 +83,7 @@ def test_it_waits_for_a_subscription_until_ctrl_c():
         assert it.stdout is not None
         assert it.stdout.readline() == "Waiting for at least 1 matching subscription(s)...\n"
         it.send_signal(signal.SIGINT)
-        _, err = it.communicate(timeout=20)
+        _, err = it.communicate(timeout=60)
     assert it.returncode == 130
     warning, advice = err.splitlines()
     assert warning.startswith("warning: nobody receives /nobody; ")
@@ -105,7 +105,7 @@ def test_what_is_offered_is_told_to_the_graph():
         assert it.stdout.readline() == "publisher: beginning loop\n"
         (offer,) = [each.qos for each in peer.graph().topic("offered").publishers]
         it.send_signal(signal.SIGINT)
-        it.communicate(timeout=20)
+        it.communicate(timeout=60)
     assert (offer.depth, offer.reliability, offer.durability) == (3, "best_effort", "transient_local")
 
 
