@@ -36,7 +36,7 @@ class MemberState(StrEnum):
     STARTING = "starting"
     RUNNING = "running"
     HANGS = "hangs"
-    """It has not been heard of for two seconds: it is stopped, or the machine has no time for it."""
+    """It has not been heard of for almost two seconds: it is stopped, or the machine has no time for it."""
     RESTARTING = "restarting"
     ENDED = "ended"
     FAILED = "failed"

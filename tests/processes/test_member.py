@@ -11,6 +11,7 @@ from busflow.log import Log
 from busflow.processes.member import Life, Member, MemberState
 from busflow.supervision import Restart, RestartPolicy
 from busflow.testing import virtual_time
+from busflow.wire.session import LEASE_MS
 
 
 class Company:
@@ -56,6 +57,18 @@ async def test_one_that_shows_itself_no_more_and_says_nothing_hangs_and_is_kille
     await asyncio.sleep(0.3)
     assert (member.state, member.child.killed) == (MemberState.HANGS, True)
     assert [line.event for line in lines] == ["the process left hangs: it is stopped, or has no time to answer"]
+
+
+@virtual_time
+async def test_one_that_is_stopped_is_told_of_within_two_seconds(running):
+    member, lines = running()
+    await asyncio.sleep(5)
+    member.on_told({"report": {"nodes": []}})  # and now it is stopped
+    await asyncio.sleep(LEASE_MS / 1000)  # when Zenoh gives it up, at the latest
+    member.on_presence(there=False)
+    await asyncio.sleep(1.9 - LEASE_MS / 1000)  # the rest is for a machine that is busy
+    assert member.state is MemberState.HANGS
+    assert len(lines) == 1
 
 
 @virtual_time

@@ -1,1 +1,0 @@
-"""Benchmarks: what busflow costs, beside what a user would pick instead; `python -m benchmarks` runs them."""
