@@ -1,4 +1,4 @@
-"""Link: what a test may put between a topic and one of its subscriptions."""
+"""Link: what a test, or the wire, may put between a topic and one of its subscriptions."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ if TYPE_CHECKING:
 
 
 class Link(Protocol):
-    """What stands between a topic and one of its subscriptions, where a test put something there."""
+    """What stands between a topic and one of its subscriptions, where something does."""
 
     target: Subscription[Any]
-    held: int
-    """Messages on their way: they count as queued."""
+
+    @property
+    def held(self) -> int:
+        """Messages on their way: they count as queued."""
+        ...
 
     def carry(self, item: Any) -> None:
         """Bring a message to the target, now or later, or lose it and count that."""

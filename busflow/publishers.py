@@ -9,7 +9,7 @@ comparison of types and one thread number.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -156,9 +156,7 @@ class Publisher(Generic[M]):
         self.assert_liveliness()
         if self._deadline is not None:
             self._deadline.touch()
-        item: M | Perishable[M] = message
-        if self._lifespan_ns is not None:
-            item = Perishable(message, topic.clock.monotonic_ns() + self._lifespan_ns)
+        item = message if self._lifespan_ns is None else self.as_kept(message)
         if self._history is not None:
             self._history.append((topic.published, item))
         try:
@@ -260,6 +258,17 @@ class Publisher(Generic[M]):
     def history(self) -> tuple[tuple[int, M | Perishable[M]], ...]:
         """What a transient_local publisher keeps for late joiners: (order on the topic, message)."""
         return tuple(self._history or ())
+
+    def as_kept(self, message: M) -> M | Perishable[M]:
+        """A message as it waits for who will receive it: with its end, where it has one."""
+        if self._lifespan_ns is None or self._topic is None:
+            return message
+        return Perishable(message, self._topic.clock.monotonic_ns() + self._lifespan_ns)
+
+    def remember(self, items: Sequence[M | Perishable[M]]) -> None:
+        """Keep for late joiners what this one, in another process, published before it was known here."""
+        if self._history is not None:
+            self._history = deque([*((0, item) for item in items), *self._history], self._history.maxlen)
 
     def _miss_deadline(self) -> None:
         self.deadlines_missed += 1

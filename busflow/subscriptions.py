@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from busflow.accounts import SubscriptionStatistics
@@ -222,6 +222,16 @@ class Subscription(Recipient[M]):
             arrive(item)
         if self.idle:
             self.wake()
+
+    def receive_earlier(self, items: Sequence[M | Perishable[M]]) -> None:
+        """Take in what was published before this subscription came, and is found to be kept for it only now."""
+        self._at_start -= len(items)
+        for item in items:
+            self.receive(item)
+
+    def had_already(self) -> None:
+        """What is being published was received before it came here: it is not counted twice."""
+        self._at_start += 1
 
     def hear_drops(self, hear: Callable[[str], None]) -> None:
         """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""

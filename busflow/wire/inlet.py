@@ -27,12 +27,14 @@ from busflow.publishers import Publisher
 from busflow.qos import Durability
 from busflow.text import printable
 from busflow.wire.keys import Attachment, Token, topic_key
+from busflow.wire.latecomers import Latecomers
 from busflow.wire.qos_form import as_qos, from_text
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
     from busflow.bus import Bus
+    from busflow.subscriptions import Subscription
     from busflow.topic import Topic
     from busflow.wire.typesupport import TypeSupport
 
@@ -95,6 +97,9 @@ class Inlet:
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
+        self._latecomers = Latecomers(
+            topic, support, key, self._publishers, session=session, on_loop=on_loop, asked=latched
+        )
         self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
@@ -114,6 +119,11 @@ class Inlet:
             self._publishers[token.gid] = publisher
             if token.gid in self._gone:
                 self._sequences[token.gid] = self._gone.pop(token.gid)
+            self._latecomers.welcome(token.gid)
+
+    def serve(self, subscription: Subscription[Any]) -> None:
+        """Let a subscription that has just come have what publishers keep, also where nobody here asked for it yet."""
+        self._latecomers.serve(subscription)
 
     def ignore(self, token: Token) -> None:
         """Receive nothing of a publisher that does not fit; what it sends is counted as incompatible."""
@@ -148,6 +158,7 @@ class Inlet:
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
         self._sequences.pop(gid, None)
+        self._latecomers.forget(gid)
         if publisher is not None:
             publisher.close()
 
@@ -161,6 +172,7 @@ class Inlet:
         self._closed = True
         if self._feeder is not None:
             self._feeder.cancel()
+        self._latecomers.close()
         self._way.undeclare()
         self._let_watch()
         self._thread.join(_PATIENCE_S)
@@ -239,12 +251,16 @@ class Inlet:
                     publisher.publish(message)
                 except (WouldBlock, NotRunning) as error:  # who published is far away: the count is how it is told
                     self._refuse(error)
+                finally:
+                    self._latecomers.present = None
 
     async def _send(self, publisher: Publisher[Any], message: Message) -> None:
         try:
             await publisher.send(message)
         except (WouldBlock, NotRunning) as error:
             self._refuse(error)
+        finally:
+            self._latecomers.present = None
 
     def _refuse(self, error: Exception) -> None:
         self.losses["refused"] += 1
@@ -266,7 +282,7 @@ class Inlet:
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
         """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
-        known = None
+        known = told = None
         if attachment:
             told = Attachment.decode(attachment)
             if told.gid in self._ignored:
@@ -277,6 +293,8 @@ class Inlet:
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
+        elif told is not None and told.gid in self._sequences:  # else there are more strangers than are kept in mind
+            self._latecomers.hear(told.gid, told.sequence)
         return found
 
     def _count_lost(self, told: Attachment) -> None:

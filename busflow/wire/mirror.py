@@ -194,7 +194,7 @@ class Mirror:
             self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
         else:
             self._subscriptions[end] = self._subscriptions.pop(former)
-        self._neighbours.serve(end)
+        self._neighbours.serve(end, is_new=former is None)
 
     def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher):

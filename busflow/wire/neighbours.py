@@ -60,10 +60,16 @@ class Neighbours:
         if self._known.pop(str(token), None) is not None and inlet is not None:
             inlet.dismiss(token, lambda: self._close_if_deserted(token.topic))
 
-    def serve(self, subscription: Subscription[Any]) -> None:
-        """A subscription has come: let those in who publish its topic, or out who do not fit."""
+    def serve(self, subscription: Subscription[Any], *, is_new: bool) -> None:
+        """A subscription has come: let those in who publish its topic, or out who do not fit.
+
+        Unless it is new, it has the place, the queue and the messages of one before it.
+        """
         for token in self._on(subscription.topic):
             self._consider(token)
+        inlet = self._inlets.get(subscription.topic)
+        if is_new and inlet is not None:
+            inlet.serve(subscription)
 
     def leave(self, topic: Topic[Any]) -> None:
         """A subscription has gone: without any there is nothing to receive, and others may fit now."""
