@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +38,8 @@ def run(
 ) -> ExitCode:
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
 
-    On the system's time other terminals can look into it, under the name that `inspect` may give, unless it is False.
+    On the system's time, and where it follows `/clock`, other terminals can look into it, under the name that `inspect`
+    may give, unless it is False.
     There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
     launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
     machines, what it places on `machine` runs, or what it places on none.
@@ -54,7 +56,8 @@ def run(
         if any(map(is_simulated, descriptions)):
             from busflow.testing.simulation import simulated_graph
 
-            with simulated_graph(ready, seed=seed, sinks=(sink,)) as (graph, loop_factory):
+            show = None if inspect is False else partial(inspectable, name=inspect)
+            with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
                 return _told(recorded(graph, record), loop_factory)
         ready = [
             on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
@@ -135,13 +138,11 @@ def _told(graph: Graph, loop_factory: LoopFactory, crew: Crew | None = None) -> 
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:
-        for failure in graph.failures:
-            sys.stderr.write(f"error: {failure.render()}\n")
+        sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
     except IncompleteRecording as error:
         sys.stderr.write(f"error: {error}\n")
     finally:
         if crew:
             crew.finish()
-        for text in crew.failures if crew else ():
-            sys.stderr.write(f"error: {text}\n")
+            sys.stderr.writelines(f"error: {text}\n" for text in crew.failures)
     return graph.exit_code

@@ -5,6 +5,13 @@ from __future__ import annotations
 import click
 
 _SHELLS = ("bash", "zsh", "fish")
+_MENDED = {
+    # A shell whose startup file does not load zsh's completion would say `command not found: compdef`, each time.
+    "#compdef busflow\n": "#compdef busflow\n(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }\n",
+    # fish would show of a description what is before its first comma.
+    'string split "," $completion': 'string split --max 1 "," $completion',
+}
+"""What click's scripts say, and what they have to say."""
 _EXAMPLES = """\b
 Examples:
   busflow completion bash >> ~/.bashrc
@@ -28,5 +35,8 @@ def completion(context: click.Context, shell: str) -> int:
     root = context.find_root().command
     made = found(root, {}, "busflow", "_BUSFLOW_COMPLETE")
     # What click's bash class does besides is to run bash and look at its version, which the reader knows.
-    click.echo(made.source_template % made.source_vars())
+    script = made.source_template % made.source_vars()
+    for written, mended in _MENDED.items():
+        script = script.replace(written, mended)
+    click.echo(script)
     return 0

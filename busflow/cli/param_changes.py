@@ -36,7 +36,7 @@ class _Assigning(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         options = args[: args.index("--")] if "--" in args else args[:]
         rest = super().parse_args(ctx, args)
-        for each in (ctx.params.get("node"), *ctx.params.get("assignments", ())):
+        for each in (ctx.params.get("node"), *(ctx.params.get("assignments") or ())):
             if each in options and each.startswith("-") and not _NEGATIVE.match(each):
                 raise click.NoSuchOption(each, ctx=ctx)
         return rest

@@ -18,7 +18,7 @@ from busflow.cli.summary import print_summary
 from busflow.errors import IncompleteRecording, LaunchError, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
-from busflow.launchfile.description import ClockMode, RecordSpec
+from busflow.launchfile.description import RecordSpec
 from busflow.launchfile.here import on_machine
 from busflow.launchfile.placement import Spread, placed
 from busflow.log import console_sink, json_sink
@@ -106,7 +106,8 @@ class Run:
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
-        # On simulated time a run is over before anybody could look, and has to be the same every time.
+        # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
+        # /clock lasts as long as whoever says what time it is.
         if self._spreads:
             return nullcontext((self._manned(), new_event_loop))
         if not self._simulated:
@@ -116,17 +117,8 @@ class Run:
             return nullcontext((inspectable(graph, self._inspect), new_event_loop))
         from busflow.testing.simulation import simulated_graph
 
-        if self._description.clock.mode is not ClockMode.FOLLOW or self._inspect is False:
-            return simulated_graph([self._description], **self._options)
-        return self._followed(simulated_graph([self._description], invite=True, **self._options))
-
-    @contextmanager
-    def _followed(
-        self, simulated: AbstractContextManager[tuple[Graph, LoopFactory]]
-    ) -> Generator[tuple[Graph, LoopFactory]]:
-        """A run whose time follows /clock lasts as long as whoever says what time it is, who may be elsewhere."""
-        with simulated as (graph, loop_factory):
-            yield inspectable(graph, self._inspect), loop_factory
+        show = None if self._inspect is False else partial(inspectable, name=self._inspect)
+        return simulated_graph([self._description], show=show, **self._options)
 
     @staticmethod
     def _refuse(stated: bool, option: str, why: str) -> None:

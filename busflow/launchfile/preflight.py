@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow import parameter_events, plugins
@@ -177,6 +178,15 @@ def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
 def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:
     """A plugin's own problem keeps its line of code; one that has none gets the launch file's."""
     origin = spec.plugin_origin
+    if problem.code == "unknown-plugin" and (folder := _unnamed_folder(spec)):
+        problem = replace(problem, fix=f"its file is in a folder that this one does not name: add plugins: [{folder}]")
     if problem.place is None:
         return replace(problem, place=origin.place, included_from=origin.included_from)
     return problem if origin.place is None else replace(problem, included_from=(*problem.included_from, origin.place))
+
+
+def _unnamed_folder(spec: NodeSpec) -> str | None:
+    """Where a plugin is, as its launch file would say it, although it does not."""
+    place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
+    beside = Path(place.file).parent if place is not None else Path()
+    return next((each for each in ("plugins", "../plugins") if (beside / each / file).is_file()), None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, contextmanager
 from typing import Any
 
@@ -17,13 +17,13 @@ from busflow.testing.loop import VirtualLoop
 
 @contextmanager
 def simulated_graph(
-    what: Sequence[What], *, invite: bool = False, **options: Any
+    what: Sequence[What], *, show: Callable[[Graph], object] | None = None, **options: Any
 ) -> Generator[tuple[Graph, LoopFactory]]:
     """A graph on simulated time, and what makes the loop for `run_graph` to run it on.
 
     Args:
         what: As `Graph` takes it; a launch file's `clock` says how fast time goes.
-        invite: Whether a simulator in another process may say what time it is, where the launch file follows one.
+        show: Lets the graph be looked into, where its time follows a simulator: that may be in another process.
         options: As `Graph` takes them.
     """
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
@@ -34,6 +34,7 @@ def simulated_graph(
         graph = Graph(what, clock=clock, **options)
         if follows:
             following = Following(graph, clock, loop)
-            if invite:
+            if show is not None:
+                show(graph)  # before there is anything to be seen
                 graph.on_start.append(following.invite)
         yield graph, lambda: loop

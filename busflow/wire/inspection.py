@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
+from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable
 from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
 from busflow.wire.session import open_session
@@ -73,7 +74,8 @@ class Inspection:
         from busflow.wire.mirror import Mirror  # which needs Zenoh
 
         name, process = directory.path.name, SOCKET.removesuffix(".sock")
-        card = RunCard(name, os.getpid(), self._graph.clock.now().nanoseconds, self._file, _version())
+        started_ns = SystemClock().now().nanoseconds  # whatever time the graph lives in
+        card = RunCard(name, os.getpid(), started_ns, self._file, _version())
         self._mirror = Mirror(self._graph, session, card, process, self._history)
         self._mirror.begin()
         directory.write_card(card)

@@ -34,6 +34,17 @@ def test_all_problems_are_told_at_once_with_place_and_fix(capsys: Captured):
     assert out.endswith("2 errors\n")
 
 
+def test_a_folder_of_plugins_that_the_file_does_not_name_is_pointed_out(capsys: Captured):
+    replace("plugins: [plugins]\n", "")
+    assert main(["check", "talk.yaml"]) == 3
+    fix = "fix: its file is in a folder that this one does not name: add plugins: "
+    assert capsys.readouterr().out.count(f"{fix}[plugins]") == 2
+    Path("configs").mkdir()
+    Path("talk.yaml").rename("configs/talk.yaml")
+    assert main(["check", "configs/talk.yaml"]) == 3
+    assert capsys.readouterr().out.count(f"{fix}[../plugins]") == 2
+
+
 def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(capsys: Captured):
     replace("name: talk", "nmae: talk")
     replace("plugin: listener", "plugin: listner")

@@ -25,6 +25,21 @@ def test_the_shell_understands_it(capsys: Captured, shell: str):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_zsh_without_a_startup_file_of_its_own_completes(capsys: Captured):
+    main(["completion", "zsh"])
+    script = capsys.readouterr().out
+    if shutil.which("zsh") is None:
+        assert "autoload -Uz compinit && compinit" in script
+        return
+    done = subprocess.run(["zsh", "-f"], input=f"{script}\nprint $_comps[busflow]\n", capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("_busflow_completion\n", "")
+
+
+def test_fish_shows_the_whole_of_a_description(capsys: Captured):
+    main(["completion", "fish"])
+    assert 'string split --max 1 "," $completion' in capsys.readouterr().out
+
+
 def test_another_shell_is_refused_with_those_there_are(capsys: Captured):
     assert main(["completion", "tcsh"]) == 2
     assert "'bash', 'zsh', 'fish'" in capsys.readouterr().err

@@ -91,6 +91,7 @@ def test_names_are_completed_from_the_run(monkeypatch: pytest.MonkeyPatch, capsy
         ("busflow param get ", ["plain,imu_publisher", "plain,processor"]),
         ("busflow param get /imu", ["plain,/imu_publisher"]),
         ("busflow param get imu_publisher ra", ["plain,rate_hz"]),
+        ("busflow param set imu_publisher ra", ["plain,rate_hz"]),
         ("busflow param list --run ", ["plain,imu_lab"]),
     ):
         monkeypatch.setenv("_BUSFLOW_COMPLETE", "bash_complete")

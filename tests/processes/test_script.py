@@ -8,6 +8,7 @@ import pytest
 
 import busflow
 from busflow import LaunchError, Node
+from busflow.cli import main
 from busflow.launchfile.load import load
 
 SCRIPT = """
@@ -113,3 +114,35 @@ def test_launch_has_all_nodes_in_the_program_s_own_process_and_says_so(robot, ca
     assert asyncio.run(main()) == ["running"]
     (line,) = [line for line in capsys.readouterr().err.splitlines() if "all nodes run in this process" in line]
     assert "processes=far" in line
+
+
+FOLLOWS = """
+clock: {mode: follow}
+nodes:
+  ticker: {plugin: ticker}
+"""
+TICKER = """
+from busflow import Node, timer
+
+
+class Ticker(Node):
+    async def start(self) -> None:
+        self.log.info("ready")
+
+    @timer(1)
+    def tick(self) -> None:
+        self.log.info(f"it is {self.clock.now().sec}")
+"""
+
+
+def test_a_script_follows_the_clock_of_another_program(start, monkeypatch, capsys):
+    files = {"robot.py": 'import busflow\n\nbusflow.run("run.yaml")\n', "plugins/ticker.py": TICKER}
+    run = start(FOLLOWS, files=files, script="robot.py")
+    run.wait_for("ready")
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    told = ["topic", "pub", "--once", "clock", "rosgraph_msgs/msg/Clock"]  # which waits for whoever receives it
+    for second in (1000, 1001):
+        assert main([*told, f"{{clock: {{sec: {second}}}}}"]) == 0
+    run.wait_for("it is 1001")
+    assert main(["ps"]) == 0
+    assert "1970-01-01" not in capsys.readouterr().out

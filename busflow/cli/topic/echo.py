@@ -70,4 +70,4 @@ def echo(
         if last is not None:
             echoed.show_last(last)
             return ExitCode.OK
-        return echoed.follow(1 if once else count, timeout_s)
+        return echoed.follow(1 if once else count, timeout_s, demand_field=once)

@@ -11,7 +11,7 @@ from busflow.cli.joining import full_type
 from busflow.cli.output import tell
 from busflow.cli.topic.paths import Absent
 from busflow.clock import SystemClock
-from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, Problem
+from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import did_you_mean, printable
 from busflow.wire.known_type import known_type
 
@@ -43,6 +43,7 @@ class Echo:
         self._print = wanted.printer(self._topic.name, self._type)
         self._told: set[str] = set()
         self._with_info = with_info
+        self._demand_field = False
         self._clock = SystemClock()
 
     def show_last(self, count: int) -> None:
@@ -57,12 +58,19 @@ class Echo:
             elif len(messages) < count:
                 tell(f"{len(messages)} messages were published on {name} so far")
 
-    def follow(self, count: int | None, timeout_s: float | None) -> ExitCode:
+    def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
         """Print messages as they come, `count` at most, until nothing was printed for so long.
+
+        Args:
+            count: How many; None for all.
+            timeout_s: The seconds without any after which it fails; None for never.
+            demand_field: A message that lacks the wanted field ends it, instead of being left out.
 
         Raises:
             InspectionUnavailable: The run has ended.
+            NoSuchTarget: A message lacks the field.
         """
+        self._demand_field = demand_field
         tell_if_silent(self._graph, self._topic)
         shown, printed_at = 0, self._clock.monotonic_ns()
         with self._peer.listen(self._topic, self._type) as listener:
@@ -99,7 +107,10 @@ class Echo:
             self._tell_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
             return False
         except Absent as error:
-            self._tell_once(f"warning: a message of {self._topic.name} has no such field: {error}")
+            told = f"a message of {self._topic.name} has no such field: {error}"
+            if self._demand_field:
+                raise NoSuchTarget(f"{told}; -n 1 waits for one that has it") from None
+            self._tell_once(f"warning: {told}")
             return False
         if text is None:
             return False

@@ -61,6 +61,9 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
         if isinstance(step, int):
             if not shape.is_sequence:
                 raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
+            if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
+                told = f"there is no item {step} in {shape.size} at most"
+                raise _invalid(told, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
             shape = shape.item
         elif shape.is_sequence:
             raise _invalid("a sequence is followed by an index, such as [0]", option, text, start, len(step))

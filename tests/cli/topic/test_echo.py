@@ -176,6 +176,11 @@ class TestOdds:
         err = capsys.readouterr().err
         assert err.count("there is no 'y'") == 1
 
+    def test_once_ends_where_the_first_message_lacks_the_field(self, capsys: Captured):
+        assert main(["topic", "echo", "note", "--once", "--field", "marks.y"]) == 4
+        told = "error: a message of /note has no such field: there is no 'y'; -n 1 waits for one that has it\n"
+        assert capsys.readouterr() == ("", told)
+
     def test_a_topic_of_two_types_is_an_error_that_names_both(self, capsys: Captured):
         with join() as peer, peer.advertise("/talk", known_type(peer, "std_msgs/msg/Float64")):
             assert main(["topic", "echo", "talk", "--once"]) == 2

@@ -12,11 +12,27 @@ from busflow.errors import InvalidInput
 from busflow.wire.description import Count
 
 POINT = Shape("g/msg/Point", {"x": Shape("float64")})
-CLOUD = Shape("g/msg/Cloud", {"points": Shape("g/msg/Point", POINT.fields, Count.UNBOUNDED), "name": Shape("string")})
+CLOUD = Shape(
+    "g/msg/Cloud",
+    {
+        "points": Shape("g/msg/Point", POINT.fields, Count.UNBOUNDED),
+        "name": Shape("string"),
+        "spread": Shape("float64", None, Count.FIXED, 9),
+        "few": Shape("float64", None, Count.BOUNDED, 3),
+    },
+)
 
 
 @pytest.mark.parametrize(
-    ("text", "path"), [("name", ("name",)), ("points[0].x", ("points", 0, "x")), ("points[-1]", ("points", -1))]
+    ("text", "path"),
+    [
+        ("name", ("name",)),
+        ("points[0].x", ("points", 0, "x")),
+        ("points[-1]", ("points", -1)),
+        ("points[99]", ("points", 99)),
+        ("spread[-9]", ("spread", -9)),
+        ("few[2]", ("few", 2)),
+    ],
 )
 def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
     assert parse_path(text, "--field", CLOUD) == path
@@ -36,6 +52,9 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
         ("points..x", 8, "a path is"),
         ("points[0]x", 10, "a path is"),
         ("points[99999999999]", 7, "a path is"),
+        ("spread[9]", 7, "there is no item 9 in 9 at most\n  spread[9]\n        ^^^\n  fix: the last one is [8]"),
+        ("spread[-10]", 7, "there is no item -10 in 9"),
+        ("few[3]", 4, "there is no item 3 in 3 at most"),
     ],
 )
 def test_what_is_none_is_shown(text: str, column: int, told: str):
