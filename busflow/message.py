@@ -302,9 +302,10 @@ def _set_constructor(cls: type[Message]) -> None:
     cls.__of_keys__ = late_maker(cls, Message)
 
 
-def _become_constructor(cls: type[Message], made: Callable[..., None]) -> None:
-    cast("Any", made).__pydantic_base_init__ = True  # to pydantic it is as good as its own
-    cls.__init__ = cast("Any", made)
+def _become_constructor(cls: type[Message], made: Any) -> None:
+    # To pydantic it is as good as its own, and Python names it so where it is called with the wrong arguments.
+    made.__pydantic_base_init__, made.__qualname__ = True, f"{cls.__name__}.__init__"
+    cls.__init__ = made
 
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:

@@ -64,11 +64,10 @@ def run(
             for each in ready
         ]
         spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
-        if not spread or one_process:
-            graph = recorded(Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog), record)
-            return _told(inspectable(graph, inspect), new_event_loop)
-        _check_that_it_can_be_spread(what, spread[0], inspect)
         graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
+        if not spread or one_process:
+            return _told(inspectable(recorded(graph, record), inspect), new_event_loop)
+        _check_that_it_can_be_spread(what, spread[0], inspect)
         return _told(graph, new_event_loop, _manned(graph, spread[0], inspect, outer, args or {}, record))
 
 

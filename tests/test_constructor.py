@@ -101,6 +101,17 @@ def test_a_field_may_have_any_name(name):
         cls(**{name: 256})
 
 
+def test_values_without_names_are_refused_in_python_s_words_by_the_first_message_and_the_next():
+    class Pair(Message, package="tests"):
+        left: float64 = 0.0
+        right: float64 = 0.0
+
+    for _ in range(2):
+        with pytest.raises(TypeError, match=r"^Pair.__init__\(\) takes 1 positional argument but 3 were given$"):
+            Pair(1.0, 2.0)  # type: ignore[call-arg]
+        Pair(left=1.0)
+
+
 def test_a_field_without_a_default_is_required():
     class Required(Message, package="tests"):
         value: float64

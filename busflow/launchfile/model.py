@@ -388,7 +388,8 @@ def _named(fault: Fault) -> Fault:
     if not fault.path:
         message = fault.message.replace("the keys", "a launch file")
         return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
-    fault = replace(fault, message=fault.message.replace(" or null", ""))  # null is the same as not stated
+    message = fault.message.replace(" or null", "")  # which is the same as not stated
+    fault = replace(fault, message=message.replace("RecordKeys", "a file such as run.mcap, or a mapping"))
     if fault.path[-2:] == ("restart", "policy"):  # which is mostly written as one word
         fault = replace(fault, message=fault.message.replace(".restart.policy", ".restart"))
     owner, _ = split(at(LaunchKeys, fault.path[:-1])[0])

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from busflow.log import Log
 
 T = TypeVar("T")
+_NO_INIT = "write no __init__: its ends are declared in the class, or in declare(), and start() sets up the rest"
 
 
 @dataclass(slots=True)
@@ -133,8 +134,9 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
     except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
-        text = f"{what}: {type(error).__name__}: {error}"
-        plan.problems.append(Problem("declaration", text, f"mend {type(error).__name__} there", blame(error)))
+        text, place = f"{what}: {type(error).__name__}: {error}", blame(error)
+        fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
+        plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
     return None
 
 

@@ -46,6 +46,14 @@ PLUGINS = {
             @subscription("numbers")
             def read(self, text: String) -> None: ...
         """,
+    "initial": """
+from busflow import Node
+
+
+class Initial(Node):
+    def __init__(self):
+        super().__init__("initial")
+""",
     "hinting": """
         from typing import TYPE_CHECKING
         from busflow import Node, subscription
@@ -147,6 +155,14 @@ def test_a_graph_that_fits_has_no_problem(check):
             (
                 "plugins/talker.py:16:13: error: other cannot declare its endpoints: AttributeError: 'Talker' object has "
                 "no attribute 'nothing'\n  fix: mend AttributeError there"
+            ),
+        ),
+        (
+            "  other: {plugin: initial}\n",
+            (
+                "lab1.yaml:5:19: error: /other cannot be built: TypeError: Initial.__init__() got an unexpected keyword "
+                "argument 'name'\n  fix: write no __init__: its ends are declared in the class, or in declare(), and "
+                "start() sets up the rest"
             ),
         ),
         (
