@@ -26,6 +26,8 @@ SWINGS = {
 
 JOINT_NAMES = [f"{side}_{joint}_joint" for joint in SWINGS for side in ("left", "right")]
 
+AT_REST = take(np.zeros(len(JOINT_NAMES)))  # nobody writes to it, so that all messages can share it
+
 
 class Noise(Parameters):
     imu: float = Field(default=0.1, ge=0, le=10, description="n: ±n m/s² along x and y, ±2n along z, ±n/2 rad/s.")
@@ -84,23 +86,25 @@ class SensorPublisher(Node):
     def read_imu(self) -> Imu:
         """A body at rest: gravity and nothing else, but for the noise."""
         n = self.parameters.noise.imu
+        ax, ay, az, wx, wy, wz = self.noise([n, n, 2 * n, n / 2, n / 2, n / 2])
         return Imu(
             header=Header(stamp=self.clock.now(), frame_id="imu_link"),
             orientation=Quaternion(w=1.0),
-            linear_acceleration=Vector3(x=self.noise(n), y=self.noise(n), z=GRAVITY + self.noise(2 * n)),
-            angular_velocity=Vector3(x=self.noise(n / 2), y=self.noise(n / 2), z=self.noise(n / 2)),
+            linear_acceleration=Vector3(x=ax, y=ay, z=GRAVITY + az),
+            angular_velocity=Vector3(x=wx, y=wy, z=wz),
         )
 
     def read_joints(self) -> JointState:
         """Ten joints that swing, each pair in its own way."""
-        t, n = self.seconds(), self.parameters.noise.joints
+        t = self.seconds()
+        noise = self.noise([self.parameters.noise.joints] * len(JOINT_NAMES))
         swings = [amplitude * sin(t + phase) for amplitude, phase in SWINGS.values() for _side in ("left", "right")]
         return JointState(
             header=Header(stamp=self.clock.now()),
             name=JOINT_NAMES,
-            position=[swing + self.noise(n) for swing in swings],
-            velocity=[0.0] * len(JOINT_NAMES),
-            effort=[0.0] * len(JOINT_NAMES),
+            position=[swing + off for swing, off in zip(swings, noise, strict=True)],
+            velocity=AT_REST,
+            effort=AT_REST,
         )
 
     def publish_image(self) -> None:
@@ -118,8 +122,12 @@ class SensorPublisher(Node):
         )
         self.images.publish(image)
 
-    def noise(self, limit: float) -> float:
-        return limit * (2.0 * self.rng.random() - 1.0) if limit else 0.0  # a fifth of what rng.uniform takes
+    def noise(self, limits: list[float]) -> list[float]:
+        """For each limit a number within ± it; numpy draws them faster together than one by one."""
+        if not any(limits):
+            return limits
+        drawn = self.rng.random(len(limits)).tolist()
+        return [limit * (2.0 * number - 1.0) for limit, number in zip(limits, drawn, strict=True)]
 
 
 def gradient(width: int, height: int) -> NDArray[np.uint8]:
