@@ -9,8 +9,6 @@ Pure: the time comes from outside, in seconds of the run's clock.
 
 from __future__ import annotations
 
-from collections import deque
-
 from busflow.supervision import RestartPolicy
 
 
@@ -23,7 +21,7 @@ class Backoff:
         self.restarts = 0
         """How often the node was started anew, or is about to be."""
         self._policy = policy
-        self._recent: deque[float] = deque()
+        self._recent: list[float] = []
         self._row = 0
 
     def next_s(self, *, lived_s: float, now_s: float) -> float | None:
@@ -35,7 +33,7 @@ class Backoff:
         """
         policy, recent = self._policy, self._recent
         while recent and now_s - recent[0] >= policy.window_s:
-            recent.popleft()
+            del recent[0]
         if len(recent) >= policy.most:
             return None
         recent.append(now_s)

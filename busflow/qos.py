@@ -223,6 +223,10 @@ class QoS(BaseModel):
         >>> merged.depth, merged.reliability.value, merged.deadline_s
         (2, 'best_effort', 1.0)
         """
+        if len(layers) < 2:  # as mostly: then all ends that are declared alike share one profile
+            only = layers[0] if layers else _NOTHING_STATED
+            if "system_default" not in only.__dict__.values():
+                return only
         stated: dict[str, object] = {}
         for layer in layers:
             stated |= {name: getattr(layer, name) for name in layer.model_fields_set}
@@ -230,6 +234,9 @@ class QoS(BaseModel):
             if value == "system_default":
                 stated[name] = cls.model_fields[name].default
         return cls.model_validate(stated)
+
+
+_NOTHING_STATED = QoS()
 
 
 def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:

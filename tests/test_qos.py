@@ -179,6 +179,13 @@ def test_merging_in_two_steps_is_merging_at_once(stated, cut):
     assert QoS.merge(QoS.merge(*all_layers[:cut]), *all_layers[cut:]) == QoS.merge(*all_layers)
 
 
+def test_a_layer_alone_is_the_profile_itself():
+    latched = QoS(durability=Durability.TRANSIENT_LOCAL)
+    assert QoS.merge(latched) is latched
+    assert QoS.merge() is QoS.merge()
+    assert QoS.merge(qos.SYSTEM_DEFAULT) is not qos.SYSTEM_DEFAULT
+
+
 def test_system_default_brings_busflows_default_back():
     latched = QoS(durability=Durability.TRANSIENT_LOCAL)
     assert QoS.merge(latched, qos.SYSTEM_DEFAULT).durability is Durability.VOLATILE
