@@ -88,7 +88,7 @@ class Answers:
         name = str(query.key_expr).rpartition("/")[2]
         messages, told = self._told(name, query)
         size = len(told) + sum(len(payload) for payload, _ in messages)
-        self._sender.hand(self, partial(_reply, query, self._key + name, messages, told), size)
+        self._sender.hand(partial(_reply, query, self._key + name, messages, told), size)
 
     def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
         try:

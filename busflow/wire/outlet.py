@@ -27,12 +27,18 @@ if TYPE_CHECKING:
     from busflow.wire.typesupport import TypeSupport
 
 _HEARTBEAT_S = 0.5
+_BULKY = 8 * 1024
+"""What is large for a message that is mostly bytes, so that clouds and compressed images keep out of the way, too."""
 
 
 class Outlet:
     """Encodes and sends what a publisher publishes, while it is wanted.
 
     A transient_local publisher is always wanted: Zenoh keeps its last messages for late joiners, as bytes.
+
+    What is small goes out on the loop, in Zenoh's usual line. With its first large message an outlet moves to the line
+    below, which only the sender's thread uses, and stays there, so that order is kept: of two lines the upper one goes
+    first, and nobody on the loop ever waits behind a message of many pieces.
     """
 
     def __init__(
@@ -69,7 +75,17 @@ class Outlet:
         self._clock, self._log, self._gid = clock, log, token.gid
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
-        self._way = _latched(session, publisher, support) if latched else _plain(session, publisher, support)
+        self._limit = _BULKY if support.is_bulky else LARGE
+        """Messages from this size on are large; once there was one, all are."""
+        self._lower: Callable[[], zenoh.Publisher] | None = None
+        """Declares it in the lower line; one that keeps what it sends stays where its type belongs."""
+        if latched:
+            self._way = _latched(session, publisher, support)
+            self._limit = 0 if support.is_bulky else LARGE
+        else:
+            self._way = _plain(session, publisher, support, zenoh.Priority.DATA)
+            self._lower = partial(_plain, session, publisher, support, zenoh.Priority.DATA_LOW)
+        self._ways: list[zenoh.Publisher | zenoh.ext.AdvancedPublisher] = [self._way]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
             self._want(True)
@@ -96,7 +112,8 @@ class Outlet:
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
-        self._way.undeclare()
+        for way in self._ways:
+            way.undeclare()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
         def hear(status: Any) -> None:
@@ -123,10 +140,17 @@ class Outlet:
             return
         attachment = attachment_bytes(self._publisher.published, self._clock.now().nanoseconds, self._gid)
         self.sent += 1
-        if len(payload) < LARGE and not self._sender.busy(self):
+        if len(payload) < self._limit:
             self._put(payload, attachment)
         else:
-            self._sender.hand(self, partial(self._put, payload, attachment), len(payload))
+            self._be_large()
+            self._sender.hand(partial(self._put, payload, attachment), len(payload))
+
+    def _be_large(self) -> None:
+        self._limit = 0
+        if self._lower is not None:
+            self._way, self._lower = self._lower(), None
+            self._ways.append(self._way)
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
         try:
@@ -135,11 +159,13 @@ class Outlet:
             self._log.debug(f"not sent on {self._publisher.topic}: {error}")
 
 
-def _plain(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.Publisher:
+def _plain(
+    session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport, priority: zenoh.Priority
+) -> zenoh.Publisher:
     return session.declare_publisher(
         topic_key(publisher.topic, support.name, support.type_hash),
         congestion_control=zenoh.CongestionControl.DROP,
-        priority=_priority(support),
+        priority=priority,
         reliability=_reliability(publisher),
         allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
@@ -158,15 +184,10 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
             heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S if reliable else None
         ),
         congestion_control=zenoh.CongestionControl.DROP,
-        priority=_priority(support),
+        priority=zenoh.Priority.DATA_LOW if support.is_bulky else zenoh.Priority.DATA,
         reliability=_reliability(publisher),
         allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
     )
-
-
-def _priority(support: TypeSupport) -> zenoh.Priority:
-    """What is large waits in a line of its own, and never has what is small wait behind it, or find no room."""
-    return zenoh.Priority.DATA_LOW if support.is_bulky else zenoh.Priority.DATA
 
 
 def _reliability(publisher: Publisher[Any]) -> zenoh.Reliability:

@@ -1,18 +1,19 @@
 """Sender: a thread that does what may wait for the link, so that the loop never does.
 
 A message of some hundred bytes is handed to Zenoh in a microsecond, whoever reads it and however slowly. A large one is
-copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 250 ms.
+copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 300 ms; whoever puts
+something into the same line of Zenoh's meanwhile waits with it.
 """
 
 from __future__ import annotations
 
 import threading
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable
 
 LARGE = 48 * 1024
 """Payloads from this size on leave through the sender, bytes; Zenoh cuts what is beyond 64 KiB with its own words."""
-DEPTH = 64
+DEPTH = 1024
 """How much may wait to be done; the oldest gives way."""
 MOST_BYTES = 64 * 1024 * 1024
 """The same in bytes; what is larger than all of it goes alone."""
@@ -27,18 +28,13 @@ class Sender:
         self.name = name
         self.dropped = 0
         self._on_error = on_error
-        self._work: deque[tuple[object, int, Callable[[], None]]] = deque()
+        self._work: deque[tuple[int, Callable[[], None]]] = deque()
         self._bytes = 0
-        self._unfinished: Counter[object] = Counter()
         self._arrived = threading.Condition()
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    def busy(self, lane: object) -> bool:
-        """Whether something of this lane is still to be done: what is small must not overtake what is large."""
-        return lane in self._unfinished
-
-    def hand(self, lane: object, work: Callable[[], None], size: int = 0) -> None:
+    def hand(self, work: Callable[[], None], size: int = 0) -> None:
         """Do this soon; where too much waits already, the oldest is not done and counted as dropped."""
         with self._arrived:
             if self._closed:
@@ -49,9 +45,8 @@ class Sender:
                 self._thread.start()
             while self._work and (len(self._work) >= DEPTH or self._bytes + size > MOST_BYTES):
                 self._drop_oldest()
-            self._work.append((lane, size, work))
+            self._work.append((size, work))
             self._bytes += size
-            self._unfinished[lane] += 1
             self._arrived.notify()
 
     def close(self) -> None:
@@ -65,15 +60,9 @@ class Sender:
             self._thread.join(_PATIENCE_S)
 
     def _drop_oldest(self) -> None:
-        lane, size, _ = self._work.popleft()
+        size, _ = self._work.popleft()
         self._bytes -= size
-        self._finish(lane)
         self.dropped += 1
-
-    def _finish(self, lane: object) -> None:
-        self._unfinished[lane] -= 1
-        if not self._unfinished[lane]:
-            del self._unfinished[lane]  # lanes come and go with their publishers
 
     def _run(self) -> None:
         while True:
@@ -82,13 +71,10 @@ class Sender:
                     if self._closed:
                         return
                     self._arrived.wait()
-                lane, size, work = self._work.popleft()
+                size, work = self._work.popleft()
                 self._bytes -= size
             try:
                 work()
             except Exception as error:  # noqa: BLE001  # the thread has more to do, and whoever owns it is told
                 self._on_error(error)
-            finally:
-                with self._arrived:
-                    self._finish(lane)
             del work  # what it holds is not to wait here for the next

@@ -81,14 +81,14 @@ class RemoteServer:
         self._asked += 1
         attachment = Attachment(self._asked, self._clock.now().nanoseconds, self._gid).encode()
         self._waiting[call] = zenoh.CancellationToken()
-        self._sender.hand(self, partial(self._ask, call, self._waiting[call], payload, attachment))
+        self._sender.hand(partial(self._ask, call, self._waiting[call], payload, attachment))
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Nobody waits for the answer any more."""
         token = self._waiting.pop(call, None)
         if token is not None:
             cancel: Any = token.cancel
-            self._sender.hand(self, cancel)
+            self._sender.hand(cancel)
 
     def close(self) -> None:
         """The server has gone: whoever waits for it is told."""

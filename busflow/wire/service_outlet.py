@@ -77,7 +77,7 @@ class ServiceOutlet:
             self._refuse(query, error)
         else:
             attachment = None if query.attachment is None else query.attachment.to_bytes()
-            self._sender.hand(self, partial(_reply, query, payload, attachment))
+            self._sender.hand(partial(_reply, query, payload, attachment))
 
     async def _in_time(self, request: Message, patience_s: float | None) -> Message:
         """The answer, unless who asks gives up first: then a request that still waits is withdrawn.
@@ -94,7 +94,7 @@ class ServiceOutlet:
             raise ServiceTimeout(f"{self._name} did not answer within {patience_s:g} s") from None
 
     def _refuse(self, query: zenoh.Query, error: BusflowError) -> None:
-        self._sender.hand(self, partial(_reply_error, query, encode_refusal(error)))
+        self._sender.hand(partial(_reply_error, query, encode_refusal(error)))
 
 
 def _patience_s(query: zenoh.Query) -> float | None:

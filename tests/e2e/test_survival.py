@@ -85,6 +85,46 @@ with join(sys.argv[1]) as peer:
             first.get(30)
 """
 
+BURST = """
+import sys
+import numpy as np
+import busflow
+from busflow import Node, publisher, subscription
+from busflow.msgs.sensor_msgs import Image
+from busflow.msgs.std_msgs import Int64
+
+IMAGE = Image(height=256, width=256, encoding="mono8", step=256, data=np.zeros(65_536, np.uint8))
+
+
+class Burst(Node):
+    images = publisher(Image, "images")
+
+    async def run(self) -> None:
+        self.log.info("ready")
+
+    @subscription("go")
+    def go(self, count: Int64) -> None:
+        for _ in range(count.data):
+            self.images.publish(IMAGE)
+
+
+sys.exit(busflow.run(Burst, inspect="burst"))
+"""
+
+COUNT = """
+import sys
+from busflow.wire.peer import join
+
+with join("burst") as peer:
+    topic = peer.graph().topic("/images")
+    with peer.listen(topic) as images:
+        images.get(30)
+        print("listening", flush=True)
+        for _ in range(int(sys.argv[1])):
+            images.get(30)
+        print("lost", images.lost, flush=True)
+"""
+
 BLOCKED = """
 import sys, time
 import busflow
@@ -193,6 +233,23 @@ def test_a_listener_that_is_stopped_slows_nothing_down(start, runtime_folder):
     code, log = flood.end()
     assert (code, is_balanced(log)) == (130, True), log
     assert [path.name for path in runtime_folder.iterdir() if path.is_dir()] == []
+
+
+def test_a_listener_that_pauses_for_a_moment_loses_nothing_of_what_is_large_and_reliable(start):
+    burst = start(BURST)
+    burst.wait_for("ready")
+    listener = start(COUNT, "12")
+    with join("burst") as peer, peer.advertise("/go", peer.type("std_msgs/msg/Int64")) as go:
+        assert go.wait_for_listener(PATIENCE_S)
+        until(lambda: subscribers(peer, "/images"))
+        go.publish({"data": 1})
+        listener.wait_for("listening", "stdout")
+        listener.process.send_signal(signal.SIGSTOP)
+        go.publish({"data": 12})
+        until(lambda: counts(peer, "images") == 13)
+        listener.process.send_signal(signal.SIGCONT)
+        listener.wait_for("lost 0", "stdout")
+    assert burst.end()[0] == 130
 
 
 def test_twenty_peers_at_once_are_all_answered(start):

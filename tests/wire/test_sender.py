@@ -34,7 +34,7 @@ class Gate:
 
 def settle(sender):
     done = threading.Event()
-    sender.hand("settle", done.set)
+    sender.hand(done.set)
     assert done.wait(PATIENCE_S)
 
 
@@ -47,30 +47,20 @@ def test_nothing_runs_until_something_is_to_be_done(sender):
 def test_work_is_done_in_order_away_from_the_caller_s_thread(sender):
     done = []
     for number in range(50):
-        sender.hand("lane", lambda number=number: done.append((number, threading.get_ident())))
+        sender.hand(lambda number=number: done.append((number, threading.get_ident())))
     settle(sender)
     assert [number for number, _ in done] == list(range(50))
     assert threading.get_ident() not in {thread for _, thread in done}
 
 
-def test_a_lane_is_busy_until_its_last_work_is_done(sender):
-    gate = Gate()
-    sender.hand("slow", gate)
-    assert gate.entered.wait(PATIENCE_S)
-    assert (sender.busy("slow"), sender.busy("other")) == (True, False)
-    gate.open.set()
-    settle(sender)
-    assert not sender.busy("slow")
-
-
 def test_of_too_much_that_waits_the_oldest_is_dropped_and_counted(sender):
     gate, done = Gate(), []
-    sender.hand("gate", gate)
+    sender.hand(gate)
     assert gate.entered.wait(PATIENCE_S)
     for number in range(DEPTH + 2):
-        sender.hand("lane", lambda number=number: done.append(number))
+        sender.hand(lambda number=number: done.append(number))
     last = threading.Event()
-    sender.hand("lane", last.set)
+    sender.hand(last.set)
     assert sender.dropped == 3
     gate.open.set()
     assert last.wait(PATIENCE_S)
@@ -79,12 +69,12 @@ def test_of_too_much_that_waits_the_oldest_is_dropped_and_counted(sender):
 
 def test_what_waits_is_bounded_in_bytes_too_and_what_is_larger_still_goes_alone(sender):
     gate, done, last = Gate(), [], threading.Event()
-    sender.hand("gate", gate)
+    sender.hand(gate)
     assert gate.entered.wait(PATIENCE_S)
     for name, size in (("a", MOST_BYTES // 2), ("b", MOST_BYTES // 2), ("c", 1)):
-        sender.hand("lane", lambda name=name: done.append(name), size)
+        sender.hand(lambda name=name: done.append(name), size)
     assert sender.dropped == 1
-    sender.hand("lane", last.set, MOST_BYTES * 2)
+    sender.hand(last.set, MOST_BYTES * 2)
     assert sender.dropped == 3
     gate.open.set()
     assert last.wait(PATIENCE_S)
@@ -92,26 +82,18 @@ def test_what_waits_is_bounded_in_bytes_too_and_what_is_larger_still_goes_alone(
 
 
 def test_work_that_fails_is_told_and_the_next_is_done(sender, errors):
-    sender.hand("lane", lambda: 1 / 0)
+    sender.hand(lambda: 1 / 0)
     settle(sender)
     assert [type(error) for error in errors] == [ZeroDivisionError]
-    assert not sender.busy("lane")
 
 
 def test_closing_drops_what_waits_and_ends_the_thread(sender):
     gate, done = Gate(), []
-    sender.hand("gate", gate)
+    sender.hand(gate)
     assert gate.entered.wait(PATIENCE_S)
-    sender.hand("lane", lambda: done.append("late"))
+    sender.hand(lambda: done.append("late"))
     threading.Timer(0.05, gate.open.set).start()
     sender.close()
-    sender.hand("lane", lambda: done.append("later still"))
+    sender.hand(lambda: done.append("later still"))
     assert (done, sender.dropped) == ([], 2)
     assert "busflow.test" not in [thread.name for thread in threading.enumerate()]
-
-
-def test_lanes_that_come_and_go_leave_nothing_behind(sender):
-    for number in range(DEPTH - 2):
-        sender.hand(f"lane {number}", lambda: None)
-    settle(sender)
-    assert [lane for lane in sender._unfinished if lane != "settle"] == []
