@@ -7,7 +7,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -247,7 +247,10 @@ class LiveRun:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGCONT)
             self.process.send_signal(signal.SIGINT)
-            self.process.wait(timeout=60)
+            try:
+                self.process.wait(timeout=60)
+            finally:
+                self.process.kill()  # or it would be there for the tests that follow
         self._reader.join(timeout=60)
 
 
@@ -289,7 +292,8 @@ def standing(
 def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""
     plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
-    with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, "-v") as (place, run):
+    options = ("-v", "--watchdog", "off")  # which would tell of a busy machine, in a log that is compared
+    with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, *options) as (place, run):
         run.wait_for("works")
         yield place
 
@@ -301,9 +305,9 @@ def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
     return imu_lab
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
-    """Where the run with the odd topics runs, alone, for as long as the tests do."""
+    """Where the run with the odd topics runs, alone; it takes much of a processor, so it ends with the file."""
     with standing(tmp_path_factory.mktemp("odd_lab"), "odd_lab", ODD_LAB, {"odds": ODDS}) as (place, run):
         run.wait_for("ready")
         yield place
@@ -316,9 +320,9 @@ def odds(odd_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
     return odd_lab
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def lab1() -> Iterator[tuple[Place, LiveRun]]:
-    """Where the project's own lab runs, alone, for as long as the tests do."""
+    """Where the project's own lab runs, alone, for as long as the file's tests do."""
     with tempfile.TemporaryDirectory(prefix="busflow-") as path:
         place = Place(Path(path))
         run = place.run(Path(__file__).parents[2], "configs/lab1.yaml")
@@ -341,15 +345,14 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
 @pytest.fixture
 def start_run(place: Place) -> Iterator[Callable[..., LiveRun]]:
     """Starts runs in that place, and stops them when the test is over."""
-    started: list[LiveRun] = []
+    with ExitStack() as started:
 
-    def start(folder: Path, *arguments: str) -> LiveRun:
-        started.append(place.run(folder, *arguments))
-        return started[-1]
+        def start(folder: Path, *arguments: str) -> LiveRun:
+            run = place.run(folder, *arguments)
+            started.callback(run.stop)
+            return run
 
-    yield start
-    for run in started:
-        run.stop()
+        yield start
 
 
 ROS2 = Path(__file__).parents[1] / "cases/ros2cli"

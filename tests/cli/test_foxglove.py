@@ -140,7 +140,12 @@ class Served:
         """End it, and say with which exit code it did, and what it printed."""
         if self.process.poll() is None:
             self.process.send_signal(by)
-        printed, told = self.process.communicate(timeout=PATIENCE_S)
+        try:
+            printed, told = self.process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.communicate()
+            raise
         self.clients.close()
         return self.process.returncode, printed, told
 

@@ -57,7 +57,7 @@ def test_where_a_node_runs_does_not_change_what_it_draws(start):
 
 
 def test_ctrl_c_ends_every_process_and_none_has_to_be_killed(start, have_ended):
-    run = start(THREE, "-v")
+    run = start(THREE, "-v", "--watchdog", "off")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
     assert len(pids) == 2

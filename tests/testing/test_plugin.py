@@ -15,7 +15,7 @@ import asyncio
 
 import anyio
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from busflow import Node, publisher, timer
@@ -61,6 +61,7 @@ def test_explored():
 
 
 @pytest.mark.virtual_time
+@settings(deadline=None)
 @given(st.integers())
 async def test_with_hypothesis(number):
     await asyncio.sleep(abs(number) % 100)
