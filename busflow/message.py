@@ -274,11 +274,10 @@ def find_type(name: str) -> type[Message | ServiceType]:
     if package not in packages:
         raise UnknownType(f"no type {name!r}: no package {package!r}; {did_you_mean(package, packages)}")
     module = importlib.import_module(f"busflow.msgs.{package}")
-    types = {type_name(each): each for each in (getattr(module, word) for word in module.__all__)}
-    short = {full.rpartition("/")[2]: found for full, found in types.items()}
-    found = types.get(name) or short.get(rest)
-    if found is None:
-        raise UnknownType(f"no type {name!r} in {package}; {did_you_mean(rest.rpartition('/')[2], short)}")
+    word = rest.rpartition("/")[2]
+    found = getattr(module, word) if word in module.__all__ else None
+    if found is None or name not in (type_name(found), f"{package}/{word}"):
+        raise UnknownType(f"no type {name!r} in {package}; {did_you_mean(word, module.__all__)}")
     return found
 
 

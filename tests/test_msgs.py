@@ -30,6 +30,7 @@ from busflow.message import (
     is_ros_type,
     type_name,
 )
+from busflow.msgs import sensor_msgs
 from busflow.msgs.sensor_msgs import BatteryState
 
 PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
@@ -183,6 +184,21 @@ def test_finding_a_type_imports_only_its_package_and_what_that_needs():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"
+
+
+def test_naming_a_type_reads_only_its_file_of_a_large_package():
+    code = (
+        "import sys; from busflow.msgs import sensor_msgs; sensor_msgs.LaserScan;"
+        "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.sensor_msgs.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['busflow.msgs.sensor_msgs.ranging']"
+
+
+def test_a_large_package_lists_its_types_and_refuses_others():
+    assert {*sensor_msgs.__all__} <= {*dir(sensor_msgs)}
+    with pytest.raises(AttributeError, match="has no attribute 'Imuu'"):
+        sensor_msgs.Imuu  # noqa: B018 - naming it is what is tested
 
 
 def test_what_a_battery_does_not_measure_is_nan():
