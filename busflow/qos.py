@@ -67,15 +67,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Annotated, Any, Self
 
-from pydantic import (
-    AliasChoices,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    WithJsonSchema,
-)
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 
 from busflow.duration import PATTERN, parse_duration
 from busflow.errors import Fault
@@ -167,15 +159,14 @@ def _limit(value: object) -> float | None:
 _DURATION_SCHEMA = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
 _Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _DURATION_SCHEMA})]
 _Limit = Annotated[
-    float | None,
-    BeforeValidator(_limit),
-    WithJsonSchema({"anyOf": [*_DURATION_SCHEMA, {"type": "null"}]}),
+    float | None, BeforeValidator(_limit), WithJsonSchema({"anyOf": [*_DURATION_SCHEMA, {"type": "null"}]})
 ]
 
 
-def _key(word: str) -> Any:
-    """The word of the YAML form, `deadline`, beside the field's own name, which carries the unit."""
-    return AliasChoices(word, f"{word}_s")
+def _said(default: object, description: str, key: str | None = None) -> Any:
+    """A field and what the JSON Schema says of it; `key` is its word in YAML, where its own name carries the unit."""
+    alias = AliasChoices(key, f"{key}_s") if key else None
+    return Field(default=default, description=description, validation_alias=alias)
 
 
 class QoS(BaseModel):
@@ -187,26 +178,23 @@ class QoS(BaseModel):
     0.05
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    depth: int = Field(default=10, ge=1, strict=True)
-    """How many messages may wait for a subscription, and how many a transient_local topic keeps."""
-    overflow: Overflow = Overflow.DROP_OLDEST
-    """What happens to a message for a full queue."""
-    block_timeout_s: _Seconds = Field(default=5.0, validation_alias=_key("block_timeout"))
-    """How long `send` waits for room, where overflow is block."""
-    reliability: Reliability = Reliability.RELIABLE
-    """Whether what a link between processes loses is sent again."""
-    durability: Durability = Durability.VOLATILE
-    """Whether a newcomer receives what was published before it came."""
-    deadline_s: _Limit = Field(default=None, validation_alias=_key("deadline"))
-    """The longest time between two messages."""
-    lifespan_s: _Limit = Field(default=None, validation_alias=_key("lifespan"))
-    """The age at which a message expires."""
-    liveliness: Liveliness = Liveliness.AUTOMATIC
-    """Who says that a publisher is alive: its process, or every single message."""
-    lease_s: _Limit = Field(default=None, validation_alias=_key("lease"))
-    """How long a publisher that says nothing counts as alive."""
+    depth: Annotated[int, Field(ge=1, strict=True)] = _said(
+        10, "How many messages may wait for a subscription, and how many a transient_local topic keeps."
+    )
+    overflow: Overflow = _said(Overflow.DROP_OLDEST, "What happens to a message for a full queue.")
+    block_timeout_s: _Seconds = _said(5.0, "How long `send` waits for room, where overflow is block.", "block_timeout")
+    reliability: Reliability = _said(Reliability.RELIABLE, "Whether what a link between processes loses is sent again.")
+    durability: Durability = _said(
+        Durability.VOLATILE, "Whether a newcomer receives what was published before it came."
+    )
+    deadline_s: _Limit = _said(None, "The longest time between two messages.", "deadline")
+    lifespan_s: _Limit = _said(None, "The age at which a message expires.", "lifespan")
+    liveliness: Liveliness = _said(
+        Liveliness.AUTOMATIC, "Who says that a publisher is alive: its process, or every single message."
+    )
+    lease_s: _Limit = _said(None, "How long a publisher that says nothing counts as alive.", "lease")
 
     @property
     def history(self) -> History:
