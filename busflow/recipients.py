@@ -49,14 +49,14 @@ class Recipient(Generic[M]):
 
     __slots__ = (
         "_clock", "_dispatcher", "_doorbell", "_handler", "_is_async", "_on_failure", "_open", "_topic", "delivered",
-        "endpoint", "idle", "queue",
+        "endpoint", "idle", "items", "queue",
     )  # fmt: skip
 
     def __init__(self, endpoint: Endpoint, handler: MessageHandler[M] | None) -> None:
         self.endpoint = endpoint
         self.delivered: int = 0
         self.idle = False
-        self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
+        self._have(create_queue(endpoint.qos.overflow, endpoint.qos.depth))
         self._handler = handler
         self._is_async = iscoroutinefunction(handler)
         self._topic: Topic[M] | None = None
@@ -65,6 +65,10 @@ class Recipient(Generic[M]):
         self._on_failure: OnFailure | None = None
         self._doorbell: asyncio.Future[None] | None = None
         self._open = False
+
+    def _have(self, queue: Queue[M | Perishable[M]]) -> None:
+        """Take from this queue; what waits in it is looked at so often that it is at hand here too."""
+        self.queue, self.items = queue, queue.items
 
     def wake(self) -> None:
         """Something waits: a plain handler gets in line, a task is woken."""
@@ -78,7 +82,7 @@ class Recipient(Generic[M]):
         """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
         if not self._open:  # it was paused, or has left, after it had got in line
             return 0
-        items: Any = self.queue.items
+        items: Any = self.items
         handler: Any = self._handler
         topic: Any = self._topic
         before = delivered = self.delivered
@@ -107,7 +111,7 @@ class Recipient(Generic[M]):
     async def _pump(self, handler: Callable[[M], Any]) -> None:
         """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
         dispatcher: Dispatcher = self._dispatcher  # type: ignore[assignment]  # attached before it is opened
-        items: Any = self.queue.items
+        items: Any = self.items
         topic: Any = self._topic
         message: Any = None
         while self._open:

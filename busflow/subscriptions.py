@@ -113,7 +113,7 @@ class Subscription(Recipient[M]):
         """Drop what has outlived its lifespan while it waited."""
         if self._topic is None or not self._topic.perishable:
             return
-        if expired := expire(self.queue.items, self._topic.clock):
+        if expired := expire(self.items, self._topic.clock):
             self.queue.drops["expired"] += expired
 
     # Pulling.
@@ -145,7 +145,7 @@ class Subscription(Recipient[M]):
 
     def _take(self) -> M | None:
         """Hand over the oldest message that has not expired, if one waits."""
-        items: Any = self.queue.items
+        items: Any = self.items
         message: M | None = None
         while items and message is None:
             message = items.popleft()
@@ -250,7 +250,7 @@ class Subscription(Recipient[M]):
             return None
         if self._is_async:
             return self._pump(self._handler)
-        if self.queue.items:
+        if self.items:
             self.wake()
         else:
             self._rest()
@@ -276,8 +276,9 @@ class Subscription(Recipient[M]):
         Its queue, account and topic, the link before it and the deadline that runs go over. Who observed it is told of
         the new one and can observe that; the node, which is new too, will be told anew who publishes.
         """
-        self.queue, self.delivered = predecessor.queue, predecessor.delivered
+        self._have(predecessor.queue)
         self.queue.ignore_drops()
+        self.delivered = predecessor.delivered
         self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
         self._topic, self._dispatcher, self._clock = predecessor._topic, predecessor._dispatcher, predecessor._clock
         self._on_failure = on_failure
@@ -289,7 +290,7 @@ class Subscription(Recipient[M]):
         if self.link is not None:
             self.link.target = self
         predecessor._topic = None
-        predecessor.queue = create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth)
+        predecessor._have(create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth))
         predecessor.close()
         if self._topic is not None:
             self._topic.replace_subscription(predecessor, self)

@@ -149,7 +149,7 @@ class Topic(Generic[M]):
         idle = False
         for each in self.subscriptions:
             if each.idle:
-                if each.queue.items:
+                if each.items:
                     each.wake()
                 else:
                     idle = True
