@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
@@ -10,15 +9,16 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import BagError, MalformedMessage
 from busflow.recording.comparison import Comparison, FieldDifference
+from busflow.recording.pairs import LetGo, Pairs
 
 if TYPE_CHECKING:
     from busflow.recording.bag import Bag
     from busflow.recording.channel import Channel, Entry
+    from busflow.recording.pairs import Side
 
-_MOST_WAITING = 256 << 20
-"""Bytes of messages that wait for their counterpart, where two recordings have them in different orders."""
 _MOST_FIELDS = 8
 """Differences within a message that are kept."""
+_SIDES: tuple[Side, Side] = (0, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,36 +96,35 @@ def diff(
     Raises:
         BagError: They have their messages in so different orders that too many would have to be kept.
     """
-    pairs = _Pairs(left, right, comparison, times=times, most=most)
+    found = _Found(left, right, comparison, times=times, most=most)
     entries = left.entries(topics), right.entries(topics)
     while True:
         ended = True
-        for side in (0, 1):
+        for side in _SIDES:
             for entry in islice(entries[side], 1):
                 ended = False
-                pairs.take(side, entry)
+                found.take(side, entry)
                 on_message()
         if ended:
             break
-    for side, bag in enumerate((left, right)):
-        for channel in bag.channels:
+    for side in _SIDES:
+        for channel in (left, right)[side].channels:
             if topics is None or channel.topic in topics:
-                pairs.declare(side, channel)
-    return BagDiff(tuple(sorted(pairs.topics.values(), key=lambda each: each.topic)))
+                found.declare(side, channel)
+    return BagDiff(tuple(sorted(found.topics.values(), key=lambda each: each.topic)))
 
 
-class _Pairs:
-    """The messages that wait for their counterparts, and what has become of the others."""
+class _Found:
+    """What has become of the messages so far."""
 
     def __init__(self, left: Bag, right: Bag, comparison: Comparison, *, times: bool, most: int) -> None:
         self.topics: dict[str, TopicDifference] = {}
         self._comparison, self._times, self._most = comparison, times, most
         self._starts: list[int | None] = [None, None]
         self._bags = left, right
-        self._waiting: dict[str, tuple[deque[Entry], deque[Entry]]] = {}
-        self._bytes = 0
+        self._pairs = Pairs["Entry"]()
 
-    def declare(self, side: int, channel: Channel) -> TopicDifference:
+    def declare(self, side: Side, channel: Channel) -> TopicDifference:
         """Take note of a topic, and of the type that it has on one side."""
         topic = self.topics.get(channel.topic)
         if topic is None:
@@ -136,7 +135,7 @@ class _Pairs:
             topic.right_type = channel.type_name
         return topic
 
-    def take(self, side: int, entry: Entry) -> None:
+    def take(self, side: Side, entry: Entry) -> None:
         """Compare a message with its counterpart, or let it wait."""
         topic = self.declare(side, entry.channel)
         if self._starts[side] is None:
@@ -145,22 +144,16 @@ class _Pairs:
             topic.left += 1
         else:
             topic.right += 1
-        waiting = self._waiting.setdefault(entry.channel.topic, (deque(), deque()))
-        if not waiting[1 - side]:
-            self._wait(waiting[side], entry)
-            return
-        other = waiting[1 - side].popleft()
-        self._bytes -= len(other.payload)
-        pair = (entry, other) if side == 0 else (other, entry)
-        self._compare(topic, min(topic.left, topic.right), *pair)
-
-    def _wait(self, waiting: deque[Entry], entry: Entry) -> None:
-        waiting.append(entry)
-        self._bytes += len(entry.payload)
-        if self._bytes > _MOST_WAITING:
+        try:
+            other = self._pairs.take(entry.channel.topic, side, entry)
+        except LetGo:
             names = " and ".join(str(bag.path) for bag in self._bags)
             reason = f"{names} have their messages in too different orders"
-            raise BagError(reason, fix=f"compare a few topics at a time, with --topics {entry.channel.topic}")
+            fix = f"compare a few topics at a time, with --topics {entry.channel.topic}"
+            raise BagError(reason, fix=fix) from None
+        if other is not None:
+            pair = (entry, other) if side == 0 else (other, entry)
+            self._compare(topic, min(topic.left, topic.right), *pair)
 
     def _compare(self, topic: TopicDifference, number: int, left: Entry, right: Entry) -> None:
         found = tuple(islice(self._differences(left, right), _MOST_FIELDS))

@@ -166,11 +166,11 @@ async def _replay(
         raise BagError("there is no node to run: name a launch file or node classes")
     if record is not None:
         record_graph(graph, str(record))
-    check = Check(comparison, started_ns=past.started_ns)
+    ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
+    check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
     rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=cast.others_publish, keep=keep)
     await rerun.run()
-    ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
-    check.finish(forgiven_from_ns=ending)
+    check.finish()
     if not any(check.compared.values()) and not check.count:
         published = ", ".join(sorted(check.compared)) or "nothing"
         raise BagError(
