@@ -8,14 +8,16 @@ before does so when it is replayed, and one that does not meets its messages in 
 from __future__ import annotations
 
 import asyncio
-from collections import deque
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from busflow.clock import SimClock
 from busflow.recording.ticks import Tick
 from busflow.testing.loop import VirtualLoop
 from busflow.timers import Timer
+
+if TYPE_CHECKING:
+    from busflow.testing.replay_ticks import ComingTicks
 
 
 class ReplayClock(SimClock):
@@ -32,39 +34,38 @@ class ReplayClock(SimClock):
         """
         super().__init__(epoch_ns=started_ns, loop=loop)
         self._virtual, self._slack_ns = loop, slack_ns
-        self._coming: dict[tuple[str, str], deque[Tick]] = {}
+        self._coming: ComingTicks | None = None
         self._waiting: dict[tuple[str, str], asyncio.TimerHandle] = {}
         self.unmet = 0
         """Recorded ticks for which no timer waited."""
 
-    def expect(self, ticks: Mapping[tuple[str, str], deque[Tick]]) -> None:
-        """Know what will come, by node and timer."""
-        self._coming = dict(ticks)
+    def expect(self, coming: ComingTicks) -> None:
+        """Know what will come."""
+        self._coming = coming
 
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
         """Have the loop call back at the deadline; a timer, at its next recorded tick if that is the one."""
         timer: Any = getattr(callback, "__self__", None)
-        if isinstance(timer, Timer):
-            key = timer.node, timer.name
-            coming = self._coming.get(key)
-            if coming and self._is_due(coming[0], timer, deadline_ns):
-                handle = asyncio.TimerHandle(deadline_ns / 1e9, callback, (), self._virtual)
-                self._waiting[key] = handle
-                return handle
+        if isinstance(timer, Timer) and self._is_recorded(timer, deadline_ns):
+            handle = asyncio.TimerHandle(deadline_ns / 1e9, callback, (), self._virtual)
+            self._waiting[timer.node, timer.name] = handle
+            return handle
         return super().call_at(deadline_ns, callback)
 
     def tick(self, tick: Tick) -> None:
         """Let a timer tick that waits for this; called when all that was recorded before has happened."""
-        key = tick.node, tick.timer
-        coming = self._coming.get(key)
-        if coming and coming[0] == tick:
-            coming.popleft()
-        handle = self._waiting.pop(key, None)
+        if self._coming is not None:
+            self._coming.come(tick)
+        handle = self._waiting.pop((tick.node, tick.timer), None)
         if handle is None or handle.cancelled():
             self.unmet += 1
         else:
             self._virtual.call_soon(handle._run)  # noqa: SLF001 - a handle has no other way to be called
 
-    def _is_due(self, tick: Tick, timer: Timer, deadline_ns: int) -> bool:
+    def _is_recorded(self, timer: Timer, deadline_ns: int) -> bool:
+        """Whether a timer ticked when it is due now."""
+        if self._coming is None:
+            return False
         due_ns = self.now().nanoseconds + deadline_ns - self.monotonic_ns()
-        return tick.period_s == timer.period_s and abs(tick.time_ns - due_ns) <= self._slack_ns
+        tick = self._coming.next((timer.node, timer.name), due_ns + self._slack_ns)
+        return tick is not None and tick.period_s == timer.period_s and abs(tick.time_ns - due_ns) <= self._slack_ns

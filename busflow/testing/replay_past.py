@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Past:
-    """How the recorded run was set up, and the ticks that it will take."""
+    """How the recorded run was set up, and which of its timers ticked."""
 
     started_ns: int
     """When the run's own time was 0, on the recording's clock: as ticks tell, else when the recording began."""
@@ -33,8 +33,10 @@ class Past:
     """Whether busflow has recorded it."""
     parameters: Mapping[str, Mapping[str, object]]
     """By node, its parameters at the start."""
-    ticks: dict[tuple[str, str], deque[Tick]] = field(default_factory=dict[tuple[str, str], "deque[Tick]"])
-    """By node and timer."""
+    ticks: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    """By node and timer, how often it ticked."""
+    ticks_in_order: bool = True
+    """Whether no tick has an earlier time than one before it: no clock was set back."""
     answered: set[str] = field(default_factory=set[str])
     """The services that were answered at all."""
 
@@ -50,23 +52,26 @@ def past_of(bag: Bag) -> Past:
     if started_ns is None:
         raise BagError("there is no message in it, so nothing can be replayed", file=str(bag.path))
     parameters: dict[str, dict[str, object]] = {}
-    ticks: dict[tuple[str, str], deque[Tick]] = {}
+    ticks: Counter[tuple[str, str]] = Counter()
     answered: set[str] = set()
+    began, latest_ns, in_order = None, 0, True
     for entry in bag.entries(lambda channel: channel.topic in {parameter_events.TOPIC, TICKS} or _is_call(channel)):
         if _is_call(entry.channel):
             answered |= _answered(entry)
         elif entry.channel.topic == TICKS:
             tick = tick_of(entry)
             if tick is not None:
-                ticks.setdefault((tick.node, tick.timer), deque()).append(tick)
+                ticks[tick.node, tick.timer] += 1
+                began = began or tick
+                in_order = in_order and tick.time_ns >= latest_ns
+                latest_ns = tick.time_ns
         else:
             _learn(parameters, _event(entry), first_only=facts is not None)
-    began = next((each[0] for each in ticks.values() if each), None)
     if began is not None:
         started_ns = began.time_ns - began.elapsed_ns
     simulated = facts is not None and facts.clock == "sim"
     seed = facts.seed if facts is not None and facts.seed is not None else 0
-    return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, answered)
+    return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, in_order, answered)
 
 
 def change_of(entry: Entry) -> tuple[str, dict[str, object]]:

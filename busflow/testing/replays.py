@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Collection, Mapping
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from busflow.testing.replay_cast import cast_of
 from busflow.testing.replay_check import Check, Difference
 from busflow.testing.replay_clock import ReplayClock
 from busflow.testing.replay_past import past_of
+from busflow.testing.replay_ticks import ComingTicks
 from busflow.testing.rerun import Rerun
 
 TIME_TOLERANCE_S = 0.1
@@ -153,7 +155,6 @@ async def _replay(
 ) -> Replay:
     past = past_of(bag)
     clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
-    clock.expect(past.ticks)
     log: list[LogRecord] = []
     cast = cast_of(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
     graph = Graph(cast.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
@@ -169,7 +170,9 @@ async def _replay(
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
     check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
     rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=cast.others_publish, keep=keep)
-    await rerun.run()
+    with closing(ComingTicks(bag, members, past.ticks, in_order=past.ticks_in_order)) as coming:
+        clock.expect(coming)
+        await rerun.run()
     check.finish()
     if not any(check.compared.values()) and not check.count:
         published = ", ".join(sorted(check.compared)) or "nothing"
