@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from struct import Struct
@@ -107,8 +107,10 @@ class Bag:
         topics: Collection[str] | Callable[[Channel], bool] | None = None,
         start_ns: int | None = None,
         end_ns: int | None = None,
-    ) -> Iterator[Entry]:
+    ) -> Generator[Entry]:
         """Its messages in the order in which they were recorded, up to where it is damaged.
+
+        A file is open from the first of them to the last; who ends sooner closes this.
 
         Args:
             topics: Only those on these topics, or of channels for which this is true.

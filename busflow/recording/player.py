@@ -93,7 +93,8 @@ class Player(Node):
             self.log.warning("a start before the first message is the first message", start_s=asked.start_s)
         if asked.delay_s < 0:
             self.log.warning("a delay below zero is none", delay_s=asked.delay_s)
-        self._tape = Tape(self._bag, self.channels, Span.of_seconds(asked.start_s, asked.until_s, asked.duration_s))
+        span = Span.of_seconds(asked.start_s, asked.until_s, asked.duration_s)
+        self._tape = Tape(self._bag, self.channels, span, threaded=self.clock.kind == "system")
         self.playing = Playing(self._tape, self.clock, self._publish, rate=asked.rate, paused=asked.paused)
 
     async def run(self) -> None:
@@ -102,7 +103,7 @@ class Player(Node):
             return
         if self.parameters.delay_s > 0:
             await self.clock.sleep(self.parameters.delay_s)
-        while await self.playing.play() and self.parameters.loop and self._tape.next is not None:
+        while await self.playing.play() and self.parameters.loop and await self.playing.again():
             continue
         self.damage = self._bag.damage
         if self.parameters.clock_hz:
@@ -113,7 +114,8 @@ class Player(Node):
 
     async def stop(self) -> None:
         """Let go of the file."""
-        self._bag.close()
+        if self.playing is not None:
+            await self._tape.close()
 
     @property
     def incomplete(self) -> tuple[str, ...]:

@@ -56,15 +56,19 @@ class Playing:
         At the end it stands at the beginning again, unless it is paused there: then it waits for what comes.
         """
         self._stopped = False
+        await self._tape.look()  # no time passes before there is something to play
         self.clock.jump(self._from_ns)
         while not self._stopped:
-            entry = self._tape.next
             if self.clock.is_paused:
                 await self.clock.changed()
-            elif entry is None:
+                continue
+            entry = await self._tape.look()
+            if self._stopped or self.clock.is_paused:
+                continue  # since it was looked for
+            if entry is None:
                 self._stand_at(self._tape.start_ns)
                 return True
-            elif await self.clock.sleep_until(entry.log_time_ns) and self._tape.next is entry:
+            if await self.clock.sleep_until(entry.log_time_ns) and self._tape.is_next(entry):
                 await self._hand_over()
         return False
 
@@ -75,13 +79,19 @@ class Playing:
 
     async def play_next(self) -> bool:
         """While paused, hand over one message without waiting; False where there is none, or where it is not paused."""
-        entry = self._tape.next
+        if not self.clock.is_paused:
+            return False
+        entry = await self._tape.look()
         if entry is None or not self.clock.is_paused:
             return False
         self._from_ns = entry.log_time_ns
         self.clock.jump(entry.log_time_ns)
         await self._hand_over()
         return True
+
+    async def again(self) -> bool:
+        """Whether there is something to play from where it stands."""
+        return await self._tape.look() is not None
 
     async def burst(self, count: int) -> int:
         """While paused, hand over so many messages without waiting between them; how many there were."""
@@ -102,8 +112,7 @@ class Playing:
 
     async def _hand_over(self) -> None:
         entry = self._tape.take()
-        if entry is not None:
-            self.played += 1
-            await self._publish(entry)
-            # Who receives has its turn before the next message: what was not lost when it was recorded is not now.
-            await asyncio.sleep(0)
+        self.played += 1
+        await self._publish(entry)
+        # Who receives has its turn before the next message: what was not lost when it was recorded is not now.
+        await asyncio.sleep(0)

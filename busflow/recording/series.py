@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from busflow.errors import BagError
@@ -73,7 +73,7 @@ class Series:
 
     def entries(
         self, wanted: Callable[[Channel], bool] = lambda _: True, since_ns: int = SINCE, until_ns: int = UNTIL
-    ) -> Iterator[Entry]:
+    ) -> Generator[Entry]:
         """The messages in the order in which they were recorded, up to where a file is damaged."""
         served = 0
         for file in self.files:

@@ -3,17 +3,21 @@
 import asyncio
 import json
 import re
+import threading
 from pathlib import Path
 
 import pytest
 
+import busflow
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
+from busflow.recording import player as player_module
 from busflow.recording.bag import Bag
 from busflow.recording.playback import PlaybackClock
+from busflow.recording.player import Player
 from busflow.recording.playing import Playing
 from busflow.recording.tape import Span, Tape, chosen
-from busflow.testing import virtual_time
+from busflow.testing import harness, virtual_time
 
 FILE = Path(__file__).parents[1] / "cases/l_replay_record.json"
 CASES = {case["id"]: case for case in json.loads(FILE.read_text(encoding="utf-8"))["cases"]}
@@ -60,7 +64,7 @@ def play(record):
             value = entry.channel.decode(entry.payload, Int64).data
             got.append((entry.channel.topic, value, clock.monotonic_ns()))
 
-        tape = Tape(bag, chosen(bag.channels, topics or ()), span)
+        tape = Tape(bag, chosen(bag.channels, topics or ()), span, threaded=False)
         return Playing(tape, clock, publish, rate=rate, paused=paused), got
 
     make.of = make_of
@@ -395,3 +399,107 @@ def test_order_is_that_of_the_recording_also_where_its_clock_was_set_back(play):
         return values(got), ms(got)
 
     assert main() == ([1, 2, 3, 4], [0, 200, 200, 300])
+
+
+# Read ahead.
+
+
+class Held(Bag):
+    """A bag whose chunks come when a test says so; it tells in which threads they were read, and how many are open."""
+
+    waits = True
+
+    def __init__(self, path):
+        super().__init__(path)
+        self.go_on = threading.Event()
+        self.threads, self.open = set(), 0
+
+    def entries(self, *arguments, **more):
+        self.open += 1
+        try:
+            self.threads.add(threading.current_thread())
+            assert not self.waits or self.go_on.wait(30)
+            yield from super().entries(*arguments, **more)
+        finally:
+            self.open -= 1
+
+
+@pytest.fixture
+def held(record):
+    return Held(record([("/a", Int64(data=n), n * MS) for n in range(5000)]))
+
+
+def test_a_chunk_that_takes_long_does_not_hold_up_the_loop(held):
+    async def main():
+        tape = Tape(held, held.channels, threaded=True)
+        looking = asyncio.create_task(tape.look())
+        another = asyncio.create_task(tape.look())
+        await asyncio.sleep(0)
+        assert not looking.done()
+        held.go_on.set()  # the loop is here to say so
+        assert await looking is await another
+        got = []
+        while await tape.look() is not None:
+            got.append(tape.take().log_time_ns)
+        assert got == [n * MS for n in range(5000)]
+        await tape.close()
+
+    asyncio.run(asyncio.wait_for(main(), 60))
+    assert threading.main_thread() not in held.threads
+    assert held.open == 0
+
+
+def test_no_more_is_read_ahead_than_is_said(held):
+    held.go_on.set()
+
+    async def main():
+        tape = Tape(held, held.channels, threaded=True)
+        await tape.look()
+        await asyncio.wait([tape._reading])
+        ahead = len(tape._ready) + len(tape._reading.result()[0])
+        await tape.close()
+        return ahead
+
+    assert 1000 < asyncio.run(main()) < 2100
+    assert held.open == 0
+
+
+def test_what_was_read_before_a_seek_is_not_played_after_it(held):
+    async def main():
+        tape = Tape(held, held.channels, threaded=True)
+        looking = asyncio.create_task(tape.look())
+        await asyncio.sleep(0)
+        tape.seek(4000 * MS)
+        held.go_on.set()
+        found = await looking
+        await tape.close()
+        return found.log_time_ns
+
+    assert asyncio.run(asyncio.wait_for(main(), 60)) == 4000 * MS
+    assert held.open == 0
+
+
+@pytest.fixture
+def player(record, monkeypatch):
+    monkeypatch.setattr(player_module, "Bag", Held)
+    monkeypatch.setattr(Held, "waits", False)
+    return Player(file=record([("/a", Int64(data=n), n * MS) for n in range(50)]))
+
+
+def test_simulated_time_has_no_thread(player):
+    @virtual_time
+    async def main():
+        async with harness(player) as lab:
+            await lab.advance(1)
+            assert len(lab.received("a")) == 50
+
+    main()
+    assert player._bag.threads == {threading.main_thread()}
+    assert player._bag.open == 0
+
+
+def test_the_system_s_time_has_one(player):
+    assert busflow.run(busflow.supervised(player, on_exit="shutdown")) == 0
+    assert player.playing.played == 50
+    assert threading.main_thread() not in player._bag.threads
+    assert player._bag.open == 0

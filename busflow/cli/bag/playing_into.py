@@ -74,7 +74,7 @@ class _Into:
             if there is not None and there.subscriptions:
                 way.wait_for_listener(_LOOK_S)
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
-        self._tape = Tape(bag, channels, span)
+        self._tape = Tape(bag, channels, span, threaded=True)
         self._playing: Playing | None = None
 
     @property
@@ -84,6 +84,12 @@ class _Into:
 
     async def go(self) -> None:
         """Play to the end, over and over if asked."""
+        try:
+            await self._play()
+        finally:
+            await self._tape.close()
+
+    async def _play(self) -> None:
         clock, asked = SystemClock(), self._asked
         if asked["delay_s"] > 0:
             await clock.sleep(asked["delay_s"])
@@ -94,7 +100,7 @@ class _Into:
             if self._clock_way is not None:
                 tasks.append(beside.create_task(self._tell_time(self._clock_way, clock, playing)))
             with console.shown():
-                while await playing.play() and asked["loop"] and self._tape.next is not None:
+                while await playing.play() and asked["loop"] and await playing.again():
                     continue
             for task in tasks:
                 task.cancel()
