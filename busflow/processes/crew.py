@@ -38,9 +38,7 @@ START_TIMEOUT_S = 60.0
 """How long the processes may take to get ready, in wall time: some load a gigabyte before they build a node."""
 _WARN_S = 10.0
 _KILL_S = 0.2
-"""What a process gets beyond its nodes' grace, before it is killed."""
-_RECORD_S = 2.0
-"""And this, where it has a recording to end."""
+"""What a process gets beyond its nodes' grace, and the end of a recording, before it is killed."""
 _LEAVE_S = 0.3
 """How long the account of the last ones may take, once they are killed."""
 
@@ -101,7 +99,11 @@ class Crew:
 
     def _take_part(self, graph: Graph) -> None:
         """Begin and end with the graph of the main process."""
-        self._kill_s = _KILL_S + (_RECORD_S if self._recording else 0)
+        self._kill_s = _KILL_S
+        if self._recording is not None:
+            from busflow.recording.spool import LAST_WORDS_S
+
+            self._kill_s += LAST_WORDS_S
         graph.on_start.append(self._begin)
         graph.on_end.append(self._end)
         graph.on_finish = self._look_whether_all_finished

@@ -28,7 +28,7 @@ from busflow.recording.introspection import SUFFIX, event_class, event_message
 from busflow.recording.mcap_writer import McapWriter
 from busflow.recording.parameter_track import ParameterTrack
 from busflow.recording.provenance import facts, launch_files, ledger, library
-from busflow.recording.spool import Spool
+from busflow.recording.spool import LAST_WORDS_S, Spool
 from busflow.recording.ticks import TICKS, tick_message
 from busflow.recording.tracks import Track, Tracks
 from busflow.recording.wanted import spec_of
@@ -76,8 +76,6 @@ if TYPE_CHECKING:
             ...
 
 
-LAST_WORDS_S = 2.0
-"""How long the end of a file may take, beyond the nodes' grace."""
 _SERVICE_QOS = _TICKS_QOS = QoS()
 _LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
 

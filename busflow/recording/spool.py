@@ -31,7 +31,11 @@ _MANY_BYTES = 1024 * 1024
 """It is woken for so many."""
 _EACH_BYTES = 256
 """What a message costs beside its bytes while it waits."""
-_PATIENCE_S = 10.0
+LAST_WORDS_S = 5.0
+"""How long the end of a file may take, when its run has ended: `MOST_BYTES` at 16 MB/s, as on an SD card, take four.
+
+Whoever waits for a run to end, or ends it by force, lets it have this beyond the nodes' grace.
+"""
 
 
 class Spool:
@@ -94,7 +98,7 @@ class Spool:
             self._try(self._file.cut)
         else:
             self._arrived.set()
-            self._thread.join(_PATIENCE_S)
+            self._thread.join(LAST_WORDS_S)
             if self._thread.is_alive():
                 return False
         self._destination.close()

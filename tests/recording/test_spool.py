@@ -5,10 +5,14 @@ import threading
 
 import pytest
 
+from busflow.recording import spool as spool_module
 from busflow.recording.bag import Bag
 from busflow.recording.destination import Destination
 from busflow.recording.mcap_writer import McapWriter
+from busflow.recording.player import Player
+from busflow.recording.recorder import record_graph
 from busflow.recording.spool import Spool
+from busflow.runner import Graph
 
 LONG_S = 30.0
 
@@ -119,3 +123,20 @@ def test_chunks_are_cut_by_the_time_of_the_messages_where_there_is_no_thread(dis
         written.append(disk.path.stat().st_size)
     assert len(set(written)) == 1 + 29 // 4
     finish(spool)
+
+
+def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is_given(disk, monkeypatch):
+    monkeypatch.setattr(spool_module, "LAST_WORDS_S", 0.05)
+    spool = spool_on(disk)
+    disk.free.clear()
+    spool.put(1, 1, 1, b"x")
+    assert not spool.close()
+    monkeypatch.setattr(spool_module, "LAST_WORDS_S", LONG_S)
+    disk.free.set()
+    assert spool.close()
+
+
+def test_a_recorded_run_may_take_that_long_to_end(tmp_path):
+    graph = Graph([Player(file=tmp_path / "none.mcap")])
+    record_graph(graph, str(tmp_path / "run.mcap"))
+    assert graph.around_s == spool_module.LAST_WORDS_S
