@@ -70,6 +70,14 @@ class Destination:
         with suppress(OSError):  # a reader copes with what is left
             os.ftruncate(self._descriptor, size)
 
+    def secure(self) -> None:
+        """See that what was written outlasts the loss of power.
+
+        Raises:
+            OSError: the disk is broken.
+        """
+        os.fsync(self._descriptor)
+
     def close(self) -> None:
         """Write no more."""
         descriptor, self._descriptor = self._descriptor, -1

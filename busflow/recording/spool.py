@@ -92,7 +92,10 @@ class Spool:
         return self.failure is None
 
     def close(self) -> bool:
-        """Write what waits, and end the file as it is now; False where that did not come about in time."""
+        """Write what waits, and end the file as it is now; False where that did not come about in time.
+
+        With a thread, what was recorded is then on the disk; a simulated run can be made anew.
+        """
         self._closed = True
         if self._thread is None:
             self._try(self._file.cut)
@@ -125,6 +128,7 @@ class Spool:
                 return
         self._try(self._take_all)
         self._try(self._file.cut)
+        self._try(self._destination.secure)
 
     def _pause(self) -> float | None:
         """How long to wait for more; without end where nothing waits, in which case anything wakes the thread."""

@@ -25,7 +25,14 @@ class Disk(Destination):
         self.free = threading.Event()
         self.free.set()
         self.reached = threading.Event()
-        self.error = None
+        self.error = self.broken = None
+        self.secured = None
+
+    def secure(self):
+        super().secure()
+        if self.broken is not None:
+            raise self.broken
+        self.secured = self.path.stat().st_size
 
     def write(self, data):
         self.reached.set()
@@ -140,3 +147,19 @@ def test_a_recorded_run_may_take_that_long_to_end(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
     assert graph.around_s == spool_module.LAST_WORDS_S
+
+
+@pytest.mark.parametrize("threaded", [True, False])
+def test_in_the_end_a_recording_of_real_time_is_safe_from_the_loss_of_power(disk, threaded):
+    spool = spool_on(disk, threaded=threaded)
+    spool.put(1, 1, 1, b"x")
+    assert finish(spool)
+    assert disk.secured == (disk.path.stat().st_size if threaded else None)
+
+
+def test_a_disk_that_cannot_promise_that_is_told(disk):
+    heard = []
+    spool = spool_on(disk, on_failure=heard.append)
+    disk.broken = OSError(errno.EIO, "Input/output error")
+    assert not finish(spool)
+    assert heard == [disk.broken]
