@@ -78,10 +78,18 @@ class Calls:
         """What a node answered when it was recorded."""
         self._check.recorded(name, Published(time_ns, TypeSupport(type(response)).encode(response)))
 
-    def close(self) -> None:
-        """Wait for no answers any more."""
-        for task in self._tasks:
+    async def close(self) -> None:
+        """Wait for no answers any more.
+
+        Raises:
+            Exception: One of the requests failed in a way that is no service's.
+        """
+        tasks = tuple(self._tasks)
+        for task in tasks:
             task.cancel()
+        for outcome in await asyncio.gather(*tasks, return_exceptions=True):
+            if isinstance(outcome, Exception):
+                raise outcome
 
     async def _call(self, name: str, request: Message) -> None:
         service = self._graph.bus.services.get(name)

@@ -105,7 +105,7 @@ class Rerun:
                 await self._loop.settle()
         finally:
             self._note_what_was_not_heard()  # before its ends leave
-            self._calls.close()
+            await self._calls.close()
             now_ns = self._clock.now().nanoseconds
             await graph.stop()
             await starting
