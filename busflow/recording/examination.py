@@ -15,10 +15,12 @@ from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag import Bag
 from busflow.recording.channel import Channel
 from busflow.recording.chunk import Chunk
+from busflow.recording.completeness import shortfalls
 from busflow.recording.contents import Contents, Found
 from busflow.recording.facts import Ledger
 from busflow.recording.mcap_file import McapFile
 from busflow.recording.series import Series
+from busflow.text import counted
 
 _MOST_PER_CHANNEL = 3
 """Findings about messages of one channel that are told; what is wrong with one is mostly wrong with all."""
@@ -216,23 +218,21 @@ def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> Non
 
 def _contradictions(series: Series, there: int) -> Iterator[tuple[Kind, str, str]]:
     ledger = series.ledger
-    if ledger is None:
-        if series.facts is not None and not any(each.unfinished for each in series.files):
-            yield Kind.INCOMPLETE, "unfinished", "its recorder did not finish it: there is no ledger"
+    if ledger is None and series.facts is None:
         return
-    if ledger.missed:
-        yield Kind.INCOMPLETE, "missed", f"the recorder could not keep up with {ledger.missed} messages"
-    if ledger.recovered is not None:
-        yield Kind.INCOMPLETE, "unfinished", f"it was recovered: {ledger.recovered}"
-    elif ledger.recorded is not None and ledger.recorded != there:
-        yield Kind.WRONG, "ledger", f"the ledger counts {ledger.recorded} messages, and {there} are there"
-    elif ledger.complete and not (series.facts and series.facts.heard):  # who came later knows only the run's counts
+    unfinished = any(each.unfinished for each in series.files)
+    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was told
+    for code, text in missing:
+        yield Kind.WRONG if code == "ledger" else Kind.INCOMPLETE, code, text
+    if ledger is not None and not missing and not (series.facts and series.facts.heard):
+        # Who came later knows only the run's counts.
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():
             least, most = published.get(name, (count, count))
             if name not in _RECORDERS_OWN and not least <= count <= most:
-                told = f"the ledger says that {most} messages were published on {name}, and {count} are there"
-                yield Kind.WRONG, "ledger", told
+                are = "is" if count == 1 else "are"
+                told = f"the ledger says that {counted(most, 'message was', 'messages were')} published on {name}"
+                yield Kind.WRONG, "ledger", f"{told}, and {count} {are} there"
 
 
 def _published(ledger: Ledger, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from busflow.errors import BagError
 from busflow.recording.bag_file import SINCE, UNTIL, BagFile, Overview
 from busflow.recording.channel import Channel, Entry
+from busflow.recording.completeness import shortfalls
 from busflow.recording.facts import FACTS, LEDGER, Facts, Ledger, facts_of, ledger_of
+from busflow.text import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +26,8 @@ class Damage:
 
     def __str__(self) -> str:
         where = "" if self.offset is None else f" at byte {self.offset}"
-        return f"{self.file}{where}: {self.what}; {self.served} messages come before it"
+        come = counted(self.served, "message comes", "messages come")
+        return f"{self.file}{where}: {self.what}; {come} before it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,25 +120,12 @@ class Series:
             yield self.damage.what
         else:
             yield from (each.unfinished.reason for each in self.files if each.unfinished)
-        if self.facts is not None or self.ledger is not None:
-            yield from self._missing(self.ledger)
-
-    def _missing(self, ledger: Ledger | None) -> Iterator[str]:
-        if ledger is None:
-            if not any(each.unfinished for each in self.files):  # else it has been said
-                yield "its recorder did not finish it"
-            return
-        if ledger.missed:
-            yield f"the recorder could not keep up with {ledger.missed} messages"
-        if ledger.recovered is not None:
-            yield f"it was recovered: {ledger.recovered}"
-        elif not ledger.complete and not ledger.missed:
-            yield "its recorder says so"
-        if self._survey is not None and self._survey.gaps:
-            yield f"{self._survey.gaps} messages are missing between those that are there"
-        there = self.overview().messages
-        if ledger.recorded is not None and ledger.recorded != there:
-            yield f"{ledger.recorded} messages were recorded, and {there} are there"
+        ledger = self.ledger
+        if self.facts is not None or ledger is not None:
+            gaps = 0 if self._survey is None else self._survey.gaps
+            unfinished = any(each.unfinished for each in self.files)
+            for each in shortfalls(ledger, unfinished=unfinished, gaps=gaps, there=self.overview().messages):
+                yield each.text
 
     def _overviews(self) -> list[Overview] | None:
         if self._told is None:

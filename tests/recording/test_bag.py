@@ -3,6 +3,7 @@ import pytest
 from busflow.errors import BagError
 from busflow.msgs.std_msgs import Float64
 from busflow.recording.bag import Bag
+from busflow.recording.series import Damage
 
 
 def test_a_recording_tells_what_it_holds_without_being_read(numbers):
@@ -59,3 +60,8 @@ def test_what_is_no_recording_is_refused_in_a_line(tmp_path, content, said):
         Bag(path)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 messages come"), (1, "1 message comes"), (2, "2 messages come")])
+def test_damage_tells_how_many_come_before_it(count, said):
+    assert str(Damage("a.mcap", 7, "it is cut off", count)) == f"a.mcap at byte 7: it is cut off; {said} before it"

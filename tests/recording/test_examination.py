@@ -56,7 +56,9 @@ def test_what_is_right_is_found_to_be_right(tmp_path, numbers):
         ((1, 3), RIGHT, [("incomplete", "sequence")], "message 2 is missing"),
         ((2, 9), RIGHT, [("incomplete", "sequence")] * 2, "message 1 is missing / messages 3 to 8 are missing"),
         ((1, 2), RIGHT | {"missed": "4"}, [("incomplete", "missed")], "could not keep up with 4 messages"),
-        ((1, 2), RIGHT | {"recorded": "3"}, [("wrong", "ledger")], "counts 3 messages, and 2 are there"),
+        ((1, 2), RIGHT | {"recorded": "3"}, [("wrong", "ledger")], "3 messages were recorded, and 2 are there"),
+        ((1, 2), RIGHT | {"complete": "false"}, [("incomplete", "unfinished")], "its recorder says so"),
+        ((1, 2), RIGHT | {"missed": "1"}, [("incomplete", "missed")], "could not keep up with 1 message"),
         (
             (1, 2),
             RIGHT | {"report": '{"topics": [{"name": "/a", "published": 3}, {"name": "/b", "published": 9}, 5]}'},
@@ -137,3 +139,12 @@ def test_an_index_that_is_another_and_a_chunk_of_other_times(tmp_path):
     content[start + 9 + 8] ^= 1
     path.write_bytes(content)
     assert ("wrong", "chunk") in found_in(path)[0]
+
+
+@pytest.mark.parametrize(
+    "ledger", [None, RIGHT, *(RIGHT | each for each in ({"complete": "false"}, {"missed": "2"}, {"recorded": "7"}))]
+)
+def test_what_is_told_at_a_glance_is_told_after_reading_all(tmp_path, ledger):
+    path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=ledger)
+    with Bag(path) as bag:
+        assert "; ".join(bag.incomplete) == found_in(path)[1]
