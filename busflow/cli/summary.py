@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from busflow.cli.output import colour
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.report import NodeReport, ProcessReport, RecordingReport, Report
@@ -121,7 +121,7 @@ def _services(report: Report) -> Table:
 
 def _recording(recording: RecordingReport) -> str:
     """Whether all is in the recording, in one line."""
-    shown = f"{printable(recording.path)}: {recording.recorded} messages recorded"
+    shown = f"{printable(recording.path)}: {counted(recording.recorded, 'message')} recorded"
     if recording.complete:
         return f"{shown}, complete"
     return f"{shown}, INCOMPLETE, {recording.missed} missed: {printable(recording.why, limit=400)}"

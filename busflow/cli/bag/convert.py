@@ -10,6 +10,7 @@ from busflow.cli.bag.naming import listed, named, reads, stretch, tell_damage, w
 from busflow.cli.bag.progress import progress
 from busflow.cli.joining import line_of, print_answer
 from busflow.cli.output import tell
+from busflow.text import counted
 
 _FORMS = ("ros2bag", "csv", "parquet", "jsonl", "mcap")
 _EXAMPLES = """\b
@@ -51,5 +52,5 @@ def convert(
         print_answer({"output": str(out), "to": to, "messages": done.messages, "left_out": done.left_out})
         return code
     left_out = f", {done.left_out} could not be read" if done.left_out else ""
-    click.echo(f"{out}: {done.messages} messages{left_out}")
+    click.echo(f"{out}: {counted(done.messages, 'message')}{left_out}")
     return code

@@ -10,7 +10,7 @@ from busflow.cli.bag.naming import listed, named, reads, tell_damage
 from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.errors import ExitCode
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +58,7 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
         for topic in found.topics:
             _show(topic, left, right)
         verdict = "the same" if found.same else "different"
-        click.echo(f"{verdict}: {found.messages} messages were compared (topics: {len(found.topics)})")
+        click.echo(f"{verdict}: {_pairs(found.messages)} compared (topics: {len(found.topics)})")
     return ExitCode.DIFFERENT if not found.same else max(damaged)
 
 
@@ -73,16 +73,24 @@ def _show(topic: TopicDifference, left: Bag, right: Bag) -> None:
             f"{name} is {printable(topic.left_type)} in {left.path}, {printable(topic.right_type)} in {right.path}"
         )
     if topic.left != topic.right:
-        click.echo(f"{name} has {topic.left} messages in {left.path}, {topic.right} in {right.path}")
+        click.echo(f"{name} has {counted(topic.left, 'message')} in {left.path}, {topic.right} in {right.path}")
     if not topic.different:
         return
-    click.echo(f"{name}: {topic.different} of {min(topic.left, topic.right)} messages differ")
+    both = min(topic.left, topic.right)
+    if both == 1:
+        click.echo(f"{name}: its message differs")
+    else:
+        click.echo(f"{name}: {topic.different} of {both} messages {'differs' if topic.different == 1 else 'differ'}")
     for each in topic.first:
         click.echo(f"  message {each.number}, at {each.left_ns / 1e9:.3f} s")
         for field in each.fields:
             click.echo(f"    {printable(field)}")
     if topic.different > len(topic.first):
         click.echo(f"  … and {topic.different - len(topic.first)} more")
+
+
+def _pairs(count: int) -> str:
+    return "no messages were" if count == 0 else counted(count, "message was", "messages were")
 
 
 def _told(found: BagDiff, left: Bag, right: Bag) -> dict[str, Any]:

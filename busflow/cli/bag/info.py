@@ -12,7 +12,7 @@ import click
 from busflow.cli.bag.naming import reads
 from busflow.cli.joining import print_answer
 from busflow.cli.output import print_columns, tell
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -159,7 +159,7 @@ def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
         yield "recorder", told["recorder"]
     for each in told["processes"]:
         state = "complete" if each["complete"] else "INCOMPLETE"
-        yield "process", f"{each['process']}: {each['file']}, {each['messages']} messages, {state}"
+        yield "process", f"{each['process']}: {each['file']}, {counted(each['messages'], 'message')}, {state}"
     yield "start", _date(told["start_ns"])
     yield "duration", None if told["duration_s"] is None else f"{told['duration_s']:.3f} s"
     yield "messages", f"{told['messages']}"

@@ -24,7 +24,7 @@ from busflow.recording.player import Player
 from busflow.recording.tape import chosen
 from busflow.runner import Graph
 from busflow.supervision import supervised
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.recording.playing import Playing
@@ -70,7 +70,9 @@ def told(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *
     if as_json:
         print_answer({"file": str(file), "played": played, "complete": not incomplete, "why": list(incomplete)})
     else:
-        click.echo(f"{printable(file)}: {played} messages played{', and it is INCOMPLETE' if incomplete else ''}")
+        click.echo(
+            f"{printable(file)}: {counted(played, 'message')} played{', and it is INCOMPLETE' if incomplete else ''}"
+        )
     return ExitCode.INCOMPLETE if code is ExitCode.OK and incomplete else code
 
 

@@ -12,7 +12,7 @@ from busflow.cli.joining import complete_runs, complete_topics, joined, print_an
 from busflow.cli.launching import duration
 from busflow.cli.output import tell
 from busflow.errors import ExitCode
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -126,6 +126,5 @@ def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
         print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
         return
     state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
-    topics = len(eavesdropper.topics)
-    shown = f"{eavesdropper.recorded} messages of {topics} topic{'' if topics == 1 else 's'}"
+    shown = f"{counted(eavesdropper.recorded, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
     tell(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)

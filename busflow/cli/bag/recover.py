@@ -10,6 +10,7 @@ from busflow.cli.bag.naming import reads
 from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.cli.output import tell
+from busflow.text import counted
 
 _EXAMPLES = """\b
 Examples:
@@ -52,13 +53,14 @@ def recover(file: Path, output: Path | None, as_json: bool) -> int:
         return 0
     for damage in found.damages:
         tell(f"warning: {damage}")
-    click.echo(
-        f"{target}: {found.messages} messages saved (attachments: {found.attachments}, metadata: {found.metadata})"
-    )
+    saved = counted(found.messages, "message")
+    click.echo(f"{target}: {saved} saved (attachments: {found.attachments}, metadata: {found.metadata})")
     if found.strays:
-        click.echo(f"{found.strays} messages were not saved, for nothing is left that says of which topic they are")
+        strays = counted(found.strays, "message was", "messages were")
+        click.echo(f"{strays} not saved, for nothing is left that says of which topic")
     if found.missing:
-        click.echo(f"{found.missing} messages are missing between those that were saved")
+        missing = counted(found.missing, "message is", "messages are")
+        click.echo(f"{missing} missing between those that were saved")
     if not found.damages:
         click.echo("nothing was wrong with it")
     return 0

@@ -12,6 +12,7 @@ from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.cli.output import tell
 from busflow.errors import ExitCode
+from busflow.text import counted
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -57,7 +58,7 @@ def verify(file: Path, as_json: bool) -> int:
         where = f"{each.file} at byte {each.offset}: " if each.offset is not None else ""
         tell(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
     verdict = {ExitCode.OK: "all is right", ExitCode.INCOMPLETE: "INCOMPLETE"}.get(code, "NOT RIGHT")
-    click.echo(f"{file}: {verdict}: {found.messages} messages were read")
+    click.echo(f"{file}: {verdict}: {counted(found.messages, 'message was', 'messages were')} read")
     return code
 
 

@@ -35,6 +35,20 @@ def test_differences_are_shown_with_field_and_values(tmp_path, capsys):
     assert main(["bag", "diff", "c.mcap", "a.mcap", "--topics", "topicc"]) == 4
 
 
+def test_one_message_and_none_are_told_as_such(tmp_path, capsys):
+    for name, count, first in (("one", 1, 0), ("other", 1, 7), ("none", 0, 0), ("two", 2, 0)):
+        write_numbers(tmp_path / f"{name}.mcap", count, first=first)
+    assert main(["bag", "diff", "one.mcap", "other.mcap"]) == 3
+    differing = "  message 1, at 0.000 s\n    data: 0.0 -> 7.0\n"
+    assert capsys.readouterr().out == (
+        f"/number: its message differs\n{differing}different: 1 message was compared (topics: 1)\n"
+    )
+    assert main(["bag", "diff", "one.mcap", "two.mcap"]) == 3
+    assert capsys.readouterr().out.startswith("/number has 1 message in one.mcap, 2 in two.mcap\n")
+    assert main(["bag", "diff", "none.mcap", "none.mcap"]) == 0
+    assert capsys.readouterr().out.startswith("the same: no messages were compared")
+
+
 def test_json_tells_the_same(tmp_path, capsys):
     shutil.copytree(BAGS / "talker", tmp_path / "a")
     assert main(["bag", "diff", "a", str(BAGS / "talker"), "--json"]) == 0
