@@ -14,7 +14,7 @@ import sys
 import sysconfig
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -26,11 +26,19 @@ _ENDED = 0
 """No signal has this number: the run itself says that it has ended."""
 _LIMITED = 255
 """Nor this one: from now on the run has so long, and then its grace."""
-_CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
+CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
+"""The exit codes of what a signal ends."""
 if sys.platform != "win32":
-    _CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
+    CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
 _BUSFLOW = str(Path(__file__).parent) + os.sep
 _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
+
+
+def heeded() -> Iterator[signal.Signals]:
+    """The signals by which somebody ends a command: under `nohup` not the end of the terminal."""
+    for number, code in CODES.items():
+        if code is not ExitCode.HUNG_UP or signal.getsignal(number) is not signal.SIG_IGN:
+            yield number
 
 
 class SignalGuard:
@@ -49,9 +57,7 @@ class SignalGuard:
             return self  # signals are the main thread's: whoever runs us in another one takes care of them
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
-        for number, code in _CODES.items():
-            if code is ExitCode.HUNG_UP and signal.getsignal(number) is signal.SIG_IGN:
-                continue  # who starts a run with nohup wants it to outlive the terminal
+        for number in heeded():
             self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
@@ -111,12 +117,12 @@ class SignalGuard:
                 elif received[0] == _ENDED:
                     limited = False
                     self._reader.settimeout(self._grace_s)
-                elif received[0] in _CODES:  # a signal that is somebody else's wakes us too
+                elif received[0] in CODES:  # a signal that is somebody else's wakes us too
                     limited = False
                     self._reader.settimeout(self._grace_s)
                     if asked:
                         _end_process(self._code, "ended at once, at a second signal")
-                    asked, self._code = True, _CODES[signal.Signals(received[0])]
+                    asked, self._code = True, CODES[signal.Signals(received[0])]
                     self._ask_to_stop(self._code)
 
 

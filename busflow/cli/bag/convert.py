@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
 from busflow.cli.bag.naming import listed, named, reads, stretch, tell_damage, within
 from busflow.cli.bag.progress import progress
+from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.joining import line_of, print_answer
 from busflow.cli.output import tell
 from busflow.text import counted
@@ -18,6 +20,7 @@ Examples:
   busflow bag convert run.mcap run_bag --to ros2bag
   busflow bag convert run.mcap tables --to csv --topics joint_states
   busflow bag convert run.mcap run.jsonl --to jsonl --start 10s --end 20s
+  busflow bag convert run.mcap - --to jsonl | jq .message
   busflow bag convert old_bag new.mcap --to mcap"""
 
 
@@ -35,16 +38,21 @@ def convert(
 
     ros2bag is a directory that ros2 bag reads; csv and parquet are a directory with a table for each topic; jsonl is a
     file with a line for each message; mcap is a file for any reader of MCAP, also of a bag that was split or is a
-    database. The exit code is 5 where IN could not be read to its end.
+    database. The exit code is 5 where IN could not be read to its end. With - for OUT, jsonl goes to standard output.
     """
+    to_stdout = str(out) == "-"
+    if to_stdout and (to != "jsonl" or as_json):
+        raise click.UsageError("only --to jsonl can be written to standard output, without --json")
     from busflow.recording.bag import Bag
     from busflow.recording.conversion.convert import Form
     from busflow.recording.conversion.convert import convert as converted
 
-    with Bag(in_) as bag, progress("converting", lambda: bag.messages) as step:
+    with unwound_by_signals(), Bag(in_) as bag, progress("converting", lambda: bag.messages) as step:
         channels = named(topics, bag) if topics else None
         times = stretch(bag, start_s, end_s)
-        done = converted(bag, out, Form(to), line_of, channels=channels, times=times, on_message=step)
+        done = converted(
+            bag, sys.stdout if to_stdout else out, Form(to), line_of, channels=channels, times=times, on_message=step
+        )
         for fault in done.faults.values():
             tell(f"warning: left out: {fault}")
         code = tell_damage(bag)
@@ -52,5 +60,7 @@ def convert(
         print_answer({"output": str(out), "to": to, "messages": done.messages, "left_out": done.left_out})
         return code
     left_out = f", {done.left_out} could not be read" if done.left_out else ""
-    click.echo(f"{out}: {counted(done.messages, 'message')}{left_out}")
+    click.echo(
+        f"{'standard output' if to_stdout else out}: {counted(done.messages, 'message')}{left_out}", err=to_stdout
+    )
     return code

@@ -55,8 +55,9 @@ def record(
 ) -> int:
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
-    What is lost on the way is counted, and makes the recording incomplete. busflow run --record misses nothing and
-    holds more: parameters, calls, the log, the launch file.
+    What is lost on the way is counted, and makes the recording incomplete. The exit code is 4 where there was no such
+    topic, and 1 where nothing was published. busflow run --record misses nothing and holds more: parameters, calls,
+    the log, the launch file.
     """
     if bool(topics) == everything:
         raise click.UsageError("name the topics to record, or give --all")
@@ -72,21 +73,26 @@ def record(
         finally:
             eavesdropper.close()
     _tell(eavesdropper, as_json=as_json)
-    return ExitCode.INCOMPLETE if on_drop == "fail" and not eavesdropper.complete else code
+    if on_drop == "fail" and not eavesdropper.complete:
+        return ExitCode.INCOMPLETE
+    if code is ExitCode.OK and not eavesdropper.recorded and eavesdropper.complete:
+        return ExitCode.FAILED if eavesdropper.topics else ExitCode.NOT_FOUND
+    return code
 
 
 def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> ExitCode:
     """Follow the run until its end, a signal, or for so long; returns which."""
     from busflow.clock import SystemClock
+    from busflow.signals import CODES, heeded
 
     clock, code, over = SystemClock(), ExitCode.OK, threading.Event()
 
     def end(number: int, _frame: object) -> None:
         nonlocal code
-        code = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
+        code = CODES[signal.Signals(number)]
         over.set()
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, end) for number in heeded()}
     try:
         eavesdropper.follow()
         shown = ", ".join(map(printable, eavesdropper.topics)) or "nothing yet"
@@ -124,6 +130,11 @@ def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
     if as_json:
         told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
         print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
+        return
+    if not eavesdropper.recorded and eavesdropper.complete:
+        heard = counted(len(eavesdropper.topics), "topic")
+        why = f"nobody published anything on {heard}" if eavesdropper.topics else "there was no topic to record"
+        tell(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
         return
     state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
     shown = f"{counted(eavesdropper.recorded, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"

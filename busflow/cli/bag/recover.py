@@ -8,6 +8,7 @@ import click
 
 from busflow.cli.bag.naming import reads
 from busflow.cli.bag.progress import progress
+from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.joining import print_answer
 from busflow.cli.output import tell
 from busflow.text import counted
@@ -36,7 +37,7 @@ def recover(file: Path, output: Path | None, as_json: bool) -> int:
     from busflow.recording.recovery import recover as recovered
 
     target = output or file.with_name(f"{file.stem}.recovered.mcap")
-    with progress("recovering") as step:
+    with unwound_by_signals(), progress("recovering") as step:
         found = recovered(file, target, step)
     if as_json:
         print_answer(

@@ -7,9 +7,10 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import MalformedMessage
+from busflow.recording.conversion.jsonl_file import JsonlFile
 from busflow.recording.merge import renumbered
 from busflow.recording.target import new_directory, new_file
 
@@ -47,7 +48,7 @@ class Converted:
 
 def convert(
     bag: Bag,
-    target: Path,
+    target: Path | TextIO,
     form: Form,
     line_of: Callable[[Mapping[str, Any]], str],
     *,
@@ -59,7 +60,7 @@ def convert(
 
     Args:
         bag: The bag.
-        target: The file or directory to make, which must not exist.
+        target: The file or directory to make, which must not exist; or the stream that gets JSON Lines.
         form: The form.
         line_of: Makes a line of JSON of an object.
         channels: Only the messages of these.
@@ -69,20 +70,27 @@ def convert(
     Raises:
         BagError: The target exists or cannot be written, or messages cannot be written in this form.
     """
+    entries = _entries(bag, None if channels is None else channels.__contains__, *times)
+    if not isinstance(target, Path):
+        return _written(JsonlFile(target, line_of), entries, on_message)
     partly = channels is not None or times != (None, None)
-    done = Converted()
     place = new_directory(target) if form.is_directory else new_file(target)
     with place as path:
         chosen = bag.channels if channels is None else channels
         with closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
-            for entry in _entries(bag, None if channels is None else channels.__contains__, *times):
-                try:
-                    sink.write(entry)
-                    done.messages += 1
-                except MalformedMessage as error:
-                    done.left_out += 1
-                    done.faults.setdefault(entry.channel, f"message {entry.sequence} of {entry.channel.topic}: {error}")
-                on_message()
+            return _written(sink, entries, on_message)
+
+
+def _written(sink: Sink, entries: Iterator[Entry], on_message: Callable[[], None]) -> Converted:
+    done = Converted()
+    for entry in entries:
+        try:
+            sink.write(entry)
+            done.messages += 1
+        except MalformedMessage as error:
+            done.left_out += 1
+            done.faults.setdefault(entry.channel, f"message {entry.sequence} of {entry.channel.topic}: {error}")
+        on_message()
     return done
 
 
@@ -116,8 +124,6 @@ def _sink(
 
             return ParquetFiles(path)
         case Form.JSONL:
-            from busflow.recording.conversion.jsonl_file import JsonlFile
-
             return JsonlFile(path.open("w", encoding="utf-8"), line_of)
         case Form.ROS2BAG:
             from busflow.recording.conversion.rosbag2_directory import Rosbag2Directory

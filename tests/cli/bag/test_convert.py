@@ -1,6 +1,7 @@
 import json
 import os
 import pty
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
+from busflow.recording.conversion.jsonl_file import JsonlFile
 from tests.recording.conftest import write_numbers
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
@@ -24,6 +26,31 @@ def test_every_form_is_made_by_the_command(form, capsys):
     assert capsys.readouterr().out == "out: 20 messages\n"
     assert main(["bag", "convert", str(BAGS / "talker"), "out", "--to", form]) == 2
     assert capsys.readouterr().err.startswith("error: out: it exists already")
+
+
+def test_lines_of_json_go_to_standard_output(capsys):
+    assert (
+        main(["bag", "convert", str(BAGS / "talker"), "-", "--to", "jsonl", "--topics", "topic", "--end", "1.1s"]) == 0
+    )
+    said = capsys.readouterr()
+    assert [json.loads(line)["message"]["data"][-1] for line in said.out.splitlines()] == ["0", "1", "2"]
+    assert said.err == "standard output: 3 messages\n"
+    assert not Path("-").exists()
+    for form in (["csv"], ["jsonl", "--json"]):
+        assert main(["bag", "convert", str(BAGS / "talker"), "-", "--to", *form]) == 2
+        assert "only --to jsonl can be written to standard output" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGTERM, 143)])
+def test_where_the_terminal_is_gone_nothing_half_made_is_left(tmp_path, monkeypatch, number, code):
+    write_numbers(tmp_path / "numbers.mcap", 10)
+    monkeypatch.setattr(JsonlFile, "write", lambda _self, _entry: signal.raise_signal(number))
+    before = signal.getsignal(number)
+    with pytest.raises(SystemExit) as ended:
+        main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"])
+    assert ended.value.code == code
+    assert [each.name for each in tmp_path.iterdir()] == ["numbers.mcap"]
+    assert signal.getsignal(number) is before
 
 
 def test_topics_and_a_stretch_of_time(capsys):

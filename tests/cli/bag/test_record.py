@@ -75,7 +75,7 @@ class TestLab:
         assert "warning: there is no topic /jiont_states so far; did you mean '/joint_states'?" in err
         assert "warning: there was no topic /jiont_states" in err
 
-    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
     def test_a_signal_ends_the_file(self, tmp_path, number, code):
         path = tmp_path / "run.mcap"
         with subprocess.Popen([*COMMAND, "-o", path, "--all"], stderr=subprocess.PIPE, text=True) as it:
@@ -85,10 +85,18 @@ class TestLab:
         with Bag(path) as bag:
             assert bag.complete
 
+    def test_where_nothing_is_recorded_that_is_said(self, tmp_path, capsys):
+        none, silent = tmp_path / "none.mcap", tmp_path / "silent.mcap"
+        assert main(["bag", "record", "-o", str(none), "/nothing", "--for", "300ms"]) == 4
+        assert capsys.readouterr().out == f"{none}: nothing was recorded: there was no topic to record\n"
+        with join() as peer, peer.advertise("/outside", foreign(Bool)):
+            assert main(["bag", "record", "-o", str(silent), "outside", "--for", "300ms"]) == 1
+        assert capsys.readouterr().out == f"{silent}: nothing was recorded: nobody published anything on 1 topic\n"
+
     def test_a_topic_of_a_type_that_no_node_has_is_recorded_if_busflow_brings_the_type(self, tmp_path, capsys):
         bool_, secret = foreign(Bool), foreign(Secret)
         with join() as peer, peer.advertise("/outside", bool_), peer.advertise("/secret", secret):
-            assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 0
+            assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 1
         warnings = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
         with Bag(tmp_path / "a.mcap") as bag:
             assert {(each.topic, each.type_name) for each in bag.channels} == {("/outside", "std_msgs/msg/Bool")}

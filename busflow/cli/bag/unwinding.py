@@ -1,0 +1,31 @@
+"""How a command that makes a file ends when somebody ends it: what is half made is taken away first."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from busflow.signals import CODES, heeded
+
+
+@contextmanager
+def unwound_by_signals() -> Generator[None]:
+    """Let SIGTERM, and a terminal that is gone, unwind the block as Ctrl-C does; the exit code tells which it was."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+    numbers = [number for number in heeded() if number is not signal.SIGINT]
+
+    def end(number: int, _frame: object) -> None:
+        for each in numbers:
+            signal.signal(each, signal.SIG_IGN)  # once is enough
+        raise SystemExit(int(CODES[signal.Signals(number)]))
+
+    before = {number: signal.signal(number, end) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
