@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.clock import NS_PER_S
-from busflow.errors import BagError
+from busflow.errors import NoSuchTarget
 from busflow.patterns import Selection
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.recording.bag import Bag
@@ -158,13 +158,13 @@ def chosen(
     """The channels that are to be played, by patterns of topics as for recording; hidden ones have to be named.
 
     Raises:
-        BagError: One of the patterns matches nothing.
+        NoSuchTarget: One of the patterns matches nothing.
         InvalidName: One cannot match any name.
     """
     names = {each.topic for each in channels}
     for pattern in (*topics, *exclude):
         if not any(map(Selection([pattern]).includes, names)):
-            raise BagError(f"there is nothing on {pattern}", fix=did_you_mean(pattern, names))
+            raise NoSuchTarget(f"there is nothing on {printable(pattern)}; {did_you_mean(pattern, names)}")
     selection = Selection(topics, exclude)
     return tuple(each for each in channels if selection.includes(each.topic))
 

@@ -40,11 +40,30 @@ def within(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def stretch(bag: Bag, start_s: float | None, end_s: float | None) -> tuple[int | None, int | None]:
-    """The log times between which messages are wanted."""
+    """The log times between which messages are wanted.
+
+    Raises:
+        click.UsageError: The recording ends before.
+    """
     if start_s is None and end_s is None:
         return None, None
+    refuse_beyond_end(bag, start_s)
     begin = bag.start_ns or 0
     return begin + round((start_s or 0) * 1e9), None if end_s is None else begin + round(end_s * 1e9)
+
+
+def refuse_beyond_end(bag: Bag, start_s: float | None) -> None:
+    """Say that there is nothing from so long after the first message on.
+
+    Raises:
+        click.UsageError: The recording ends before.
+    """
+    if not start_s or bag.start_ns is None or bag.end_ns is None:
+        return
+    length_s = (bag.end_ns - bag.start_ns) / 1e9
+    if start_s > length_s:
+        whole = f"{printable(bag.path)} ends {length_s:g} s after its first message"
+        raise click.UsageError(f"--start {start_s:g}s is beyond the end: {whole}")
 
 
 def named(names: Iterable[str], *bags: Bag) -> list[Channel]:

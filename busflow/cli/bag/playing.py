@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.bag.console import Console
+from busflow.cli.bag.naming import refuse_beyond_end
 from busflow.cli.joining import print_answer
 from busflow.cli.output import colour, tell
 from busflow.errors import BusflowError, ExitCode, NodeFailed
@@ -37,11 +38,15 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
     """Play in a run of its own, named after the file; the exit code.
 
     Raises:
-        BagError: The recording cannot be read, or has nothing of what is asked for.
+        BagError: The recording cannot be read.
+        NoSuchTarget: It has nothing of what is asked for.
+        click.UsageError: It ends before what is asked for begins.
         LaunchError: It cannot be played.
     """
     with Bag(asked["file"]) as bag:
-        chosen(bag.channels, asked["topics"], asked["exclude"])  # what is wrong is said of the file, and of no node
+        # What is wrong is said of the file, and of no node.
+        chosen(bag.channels, asked["topics"], asked["exclude"])
+        refuse_beyond_end(bag, asked["start_s"])
     player = Player(**asked)
     stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
     coloured = stream.isatty() if (wanted := colour()) is None else wanted

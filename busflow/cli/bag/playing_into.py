@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.cli.bag.console import Console
+from busflow.cli.bag.naming import refuse_beyond_end
 from busflow.cli.bag.playing import Standing, told
 from busflow.cli.joining import joined
 from busflow.cli.output import tell
@@ -46,6 +47,7 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
         InspectionUnavailable: It ended meanwhile.
     """
     with Bag(asked["file"]) as bag, joined(run) as peer, ExitStack() as ends:
+        refuse_beyond_end(bag, asked["start_s"])
         into = _Into(bag, peer, asked, ends)
         asyncio.run(into.go())
         incomplete = bag.incomplete

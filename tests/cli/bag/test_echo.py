@@ -51,6 +51,11 @@ def test_a_stretch_of_time_is_picked(capsys):
     assert lines(capsys) == ["data: Hello, world! 9", "---"]
 
 
+def test_a_stretch_that_begins_beyond_the_end_is_refused(capsys):
+    assert main(["bag", "echo", "talker", "topic", "--start", "100s"]) == 2
+    assert "--start 100s is beyond the end: talker ends 4.5" in capsys.readouterr().err
+
+
 def test_a_topic_that_is_not_there_is_answered_with_the_nearest(capsys):
     assert main(["bag", "echo", "talker", "topicc"]) == 4
     assert capsys.readouterr().err == "error: talker: there is no topic topicc in it; did you mean '/topic'?\n"

@@ -157,20 +157,32 @@ def wait_for_run(place, name):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (["--topics", "nmbers"], "there is nothing on nmbers; did you mean '/numbers'"),
-        (["--exclude", "/x"], "error: there is nothing on /x"),
         (["--start", "5s", "--end", "2s"], "--end 2s is not after --start 5s: there is nothing between"),
+        (["--start", "5s"], "--start 5s is beyond the end: "),
         (["--remap", "numbers"], "'numbers' is not of the form /old:=/new"),
         (["--remap", "/numbers:=/a b"], "a b"),
         (["--rate", "0"], "0.0 is not in the range"),
         (["--clock", "x"], "'x' is no number of Hz"),
         (["--clock=0"], "0 Hz is not above 0"),
         (["--duration", "x"], "a duration is"),
-        (["--run", "nobody"], "nothing is running"),
     ],
 )
 def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments, why):
-    assert main(["bag", "play", bag, *arguments]) in {2, 4}
+    assert main(["bag", "play", bag, *arguments]) == 2
+    assert why in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("place")
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["--topics", "nmbers"], "error: there is nothing on nmbers; did you mean '/numbers'"),
+        (["--exclude", "/x"], "error: there is nothing on /x"),
+        (["--run", "nobody"], "nothing is running"),
+    ],
+)
+def test_what_is_not_there_is_told_before_anything_is_played(capsys, bag, arguments, why):
+    assert main(["bag", "play", bag, *arguments]) == 4
     assert why in capsys.readouterr().err
 
 
