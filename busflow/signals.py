@@ -14,7 +14,7 @@ import sys
 import sysconfig
 import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -34,11 +34,11 @@ _BUSFLOW = str(Path(__file__).parent) + os.sep
 _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 
 
-def heeded() -> Iterator[signal.Signals]:
-    """The signals by which somebody ends a command: under `nohup` not the end of the terminal."""
-    for number, code in CODES.items():
-        if code is not ExitCode.HUNG_UP or signal.getsignal(number) is not signal.SIG_IGN:
-            yield number
+def heeded() -> tuple[signal.Signals, ...]:
+    """The signals by which somebody ends a command; not the end of the terminal where `nohup` says so."""
+    return tuple(
+        n for n, code in CODES.items() if code is not ExitCode.HUNG_UP or signal.getsignal(n) is not signal.SIG_IGN
+    )
 
 
 class SignalGuard:

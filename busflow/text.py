@@ -69,14 +69,5 @@ def did_you_mean(word: str, words: Iterable[str], *, show: int = 8) -> str:
     return "known: " + ", ".join(printable(name) for name in known[:show]) + more
 
 
-def counted(count: int, one: str, several: str = "") -> str:
-    """So many of something, as people say it; `several` is `one` with an s unless told.
-
-    >>> counted(1, "message"), counted(0, "message"), counted(2, "entry", "entries")
-    ('1 message', '0 messages', '2 entries')
-    """
-    return f"{count} {one if count == 1 else several or f'{one}s'}"
-
-
 def _escape(match: re.Match[str]) -> str:
     return match.group().encode("unicode_escape").decode("ascii")

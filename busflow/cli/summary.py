@@ -13,7 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from busflow.cli.output import colour
-from busflow.text import counted, printable
+from busflow.recording.count import counted
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.report import NodeReport, ProcessReport, RecordingReport, Report

@@ -17,10 +17,10 @@ from busflow.recording.channel import Channel
 from busflow.recording.chunk import Chunk
 from busflow.recording.completeness import shortfalls
 from busflow.recording.contents import Contents, Found
+from busflow.recording.count import counted
 from busflow.recording.facts import Ledger
 from busflow.recording.mcap_file import McapFile
 from busflow.recording.series import Series
-from busflow.text import counted
 
 _MOST_PER_CHANNEL = 3
 """Findings about messages of one channel that are told; what is wrong with one is mostly wrong with all."""

@@ -10,7 +10,8 @@ from busflow.cli.bag.naming import listed, named, reads, tell_damage
 from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.errors import ExitCode
-from busflow.text import counted, printable
+from busflow.recording.count import counted
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,8 @@ import click
 from busflow.cli.bag.naming import reads
 from busflow.cli.joining import print_answer
 from busflow.cli.output import print_columns, tell
-from busflow.text import counted, printable
+from busflow.recording.count import counted
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from pathlib import Path
