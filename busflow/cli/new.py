@@ -41,7 +41,7 @@ def new(directory: Path) -> int:
         _write(directory, name)
     except OSError as error:
         shutil.rmtree(directory, ignore_errors=True)  # half a project would stand in the way of the next attempt
-        raise click.ClickException(f"cannot write {error.filename}: {error.strerror}") from None
+        raise click.ClickException(f"cannot write {error.filename or directory}: {error.strerror}") from None
     click.echo(f"Made {printable(directory)}: plugins/driver.py, configs/{name}.yaml, tests/test_driver.py. Next:")
     click.echo(f"  cd {printable(directory)}\n  busflow run configs/{name}.yaml --for 5s\n  pytest")
     return 0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Generator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ import click
 
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
-from busflow.errors import IncompleteRecording, LaunchError, NodeFailed
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed
 from busflow.event_loop import LoopFactory, new_event_loop
 from busflow.ingredients import is_simulated
 from busflow.launchfile.description import RecordSpec
@@ -29,6 +29,7 @@ from busflow.watch import Watch
 if TYPE_CHECKING:
     from busflow.cli.launching import Given
     from busflow.processes.crew import Crew
+    from busflow.report import Report
 
 
 class Run:
@@ -90,7 +91,7 @@ class Run:
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run look into each other")
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
-            with self._graph() as (graph, loop_factory), _traced(graph, trace):
+            with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
                 if self._crew is None:  # which has each process record itself
                     recorded(graph, self._record)
                 graph.tells_at_end = self._for_people
@@ -100,10 +101,9 @@ class Run:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
         outcome = self._crew.report() if self._crew else graph.report()
-        if report:
-            report.write_text(json_text(outcome.as_json()) + "\n", encoding="utf-8")
         print_summary(outcome)
-        return code
+        told = [_told(traced and traced.error, trace), _told(_written(outcome, report), report)]
+        return code or (ExitCode.FAILED if any(told) else ExitCode.OK)
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
         # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
@@ -168,16 +168,57 @@ def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[s
     return replace(stated, topics=tuple(topics)) if stated is not None and topics else stated
 
 
+class _Lines:
+    """A file that is written line by line while the graph runs, until it takes no more."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("w", encoding="utf-8", newline="\n")
+        self.error: OSError | None = None
+        """Why it took no more: a full disk must not be a fault of the graph."""
+
+    def write(self, line: str) -> None:
+        """Write a line."""
+        if self.error is None:
+            self._attempt(lambda: self._file.write(line))
+
+    def close(self) -> None:
+        """Write what is left."""
+        self._attempt(self._file.close)
+
+    def _attempt(self, act: Callable[[], object]) -> None:
+        try:
+            act()
+        except OSError as error:
+            self.error = self.error or error
+
+
 @contextmanager
-def _traced(graph: Graph, path: Path | None) -> Generator[None]:
+def _traced(graph: Graph, path: Path | None) -> Generator[_Lines | None]:
     if path is None:
-        yield
+        yield None
         return
     from busflow.testing.trace import Trace
 
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        Trace(graph, file.write)
-        yield
+    with closing(_Lines(path)) as lines:
+        Trace(graph, lines.write)
+        yield lines
+
+
+def _written(outcome: Report, path: Path | None) -> OSError | None:
+    """Write the report, and return why it could not be."""
+    try:
+        if path is not None:
+            path.write_text(json_text(outcome.as_json()) + "\n", encoding="utf-8")
+    except OSError as error:
+        return error
+    return None
+
+
+def _told(error: OSError | None, path: Path | None) -> bool:
+    """Whether something went wrong, which is told."""
+    if error is not None:
+        tell(f"error: cannot write the whole of {path}: {error.strerror}")
+    return error is not None
 
 
 def _made(path: Path, option: str) -> bool:

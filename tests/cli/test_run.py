@@ -116,6 +116,15 @@ def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
     assert not Path("run.json").exists()
 
 
+@pytest.mark.parametrize("option", ["--report", "--trace"])
+def test_a_disk_that_is_full_at_the_end_is_told_and_the_table_is_there(capsys: Captured, option: str):
+    assert main(["run", "talk.yaml", "--sim", "--for", "2s", option, "/dev/full"]) == 1
+    out, err = capsys.readouterr()
+    assert "published" in out
+    assert err.splitlines()[-1] == "error: cannot write the whole of /dev/full: No space left on device"
+    assert "Traceback" not in err
+
+
 @pytest.mark.parametrize("path", ["/proc/run.json", "missing/run.json", "plugins"])
 def test_a_report_that_cannot_be_written_is_told_before_the_run(capsys: Captured, path: str):
     assert main(["run", "talk.yaml", "--report", path]) == 2
