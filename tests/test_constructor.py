@@ -108,7 +108,7 @@ def test_values_without_names_are_refused_in_python_s_words_by_the_first_message
 
     for _ in range(2):
         with pytest.raises(TypeError, match=r"^Pair.__init__\(\) takes 1 positional argument but 3 were given$"):
-            Pair(1.0, 2.0)  # type: ignore[call-arg]
+            Pair(1.0, 2.0)  # type: ignore[call-arg]  # the mistake that is meant
         Pair(left=1.0)
 
 

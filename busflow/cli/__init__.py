@@ -147,6 +147,8 @@ def _usage(error: click.ClickException) -> str:
 def _option_meant(name: str, context: click.Context) -> str:
     """Which option was meant; one that belongs to the verbs of a group, as `--run` does, is given after the verb."""
     group = context.command
+    if name.startswith("--qos-") and group.name == "echo":
+        return "it receives what is published, whatever its QoS; leave it out"
     verbs = group.list_commands(context) if isinstance(group, click.Group) else []
     for verb in verbs if context.parent else []:
         command = group.get_command(context, verb) if isinstance(group, click.Group) else None

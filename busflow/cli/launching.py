@@ -14,11 +14,18 @@ import click
 
 from busflow.duration import parse_duration
 from busflow.errors import LaunchError, Problem
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
     from busflow.launchfile.preflight import Plan
 
+_OTHER_KINDS = {
+    ".mcap": "is a recording: busflow bag play FILE plays it, busflow replay FILE LAUNCH_FILE runs nodes on it",
+    ".py": "is Python: a launch file is YAML, and names it as plugin; busflow new my_robot makes an example",
+    ".xml": "is XML: a launch file is YAML; busflow new my_robot makes an example",
+}
+"""What people take for a launch file, by its ending, and what to do with it."""
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
 
 
@@ -106,6 +113,8 @@ def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Call
             if file is None and any(stated):
                 context = click.get_current_context()
                 raise click.MissingParameter("what is given changes a file", context, context.command.params[0])
+            if file is not None and (kind := _OTHER_KINDS.get(file.suffix)):
+                raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
             return command(Given(file, *stated) if file is not None else None, **how)
 
         for parameter in (

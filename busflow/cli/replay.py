@@ -64,7 +64,8 @@ def replay(
         right = f"busflow replay {printable(given.file)} {printable(recording)}"
         raise click.UsageError(f"the recording comes first, then the launch file: {right}", context)
     if (given is None) == (plugin is None):
-        raise click.UsageError("name a launch file, or a plugin with --plugin", context)
+        both = " instead of it: not both" if plugin is not None else ""
+        raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
     what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
     outcome = run_anew(
         recording,

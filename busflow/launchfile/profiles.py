@@ -14,7 +14,6 @@ from busflow.launchfile.problems import Problems
 from busflow.launchfile.resolver import Resolver
 from busflow.launchfile.value import Origin, Source, Value
 from busflow.text import did_you_mean
-from busflow.validation import shown
 
 
 def from_command_line(names: Iterable[str]) -> list[Value]:
@@ -37,7 +36,7 @@ def chosen(root: Value, asked: Sequence[Value], scope: Scope, problems: Problems
         profile = known.get(str(each.content))
         if profile is None:
             fix = did_you_mean(str(each.content), known) if known else "add it below `profiles:`"
-            problems.add(problem_at("unknown-profile", f"there is no profile {shown(each.content)}", fix, each.origin))
+            problems.add(problem_at("unknown-profile", f"there is no profile {each.content!r}", fix, each.origin))
         elif isinstance(profile.content, dict):  # or else it is told with the other keys
             under = replace(under.merged(profile), origin=root.origin)
     return under

@@ -62,6 +62,9 @@ def _without_colon(mark: yaml.Mark, place_at: PlaceAt) -> str:
     before = place_at(mark.line - 1, 0, None).excerpt if mark.line > 0 else ""
     if before.strip() and ":" not in before:
         return f"end line {mark.line} with a ':', or quote the text"
+    here = place_at(mark.line, 0, None).excerpt
+    if len(before) - len(before.lstrip()) < len(here) - len(here.lstrip()):
+        return f"indent it like line {mark.line}, whose value is on that line, or quote the text"
     return "quote the text, or put a nested mapping on lines of its own, indented"
 
 

@@ -62,7 +62,7 @@ def test_an_include_chooses_the_profile_of_its_file(folder):
 
 def test_a_profile_that_is_not_there_is_told_where_it_is_asked_for(folder):
     assert folder.report(LAB, profiles=["sci"]) == (
-        "command line:1:11: error: there is no profile text 'sci'\n"
+        "command line:1:11: error: there is no profile 'sci'\n"
         "  --profile sci\n"
         "            ^^^\n"
         "  fix: did you mean 'ci'?"
