@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow import parameter_events, rosout
-from busflow.errors import BagError, RecordingRefused
+from busflow.errors import BagError
 from busflow.launchfile.description import OnDrop
 from busflow.patterns import Selection
 from busflow.recording.bag import Bag
-from busflow.recording.destination import named
+from busflow.recording.destination import as_directory, named, refusal
 from busflow.recording.introspection import SUFFIX
 from busflow.recording.rosbag2 import LACKING, REPORT
 from busflow.recording.rosbag2_metadata import FileCounts, write_metadata
@@ -55,8 +55,7 @@ class JointRecording:
         Raises:
             RecordingRefused: its name has a placeholder that stands for nothing.
         """
-        path = named(spec.to, run=run)
-        self.path = path.with_suffix("") if path.suffix == _SUFFIX else path
+        self.path = as_directory(named(spec.to, run=run))
         """The directory, as people know it."""
         self.directory = self.path.absolute()
         self._spec, self._log = spec, log
@@ -78,19 +77,10 @@ class JointRecording:
         Raises:
             RecordingRefused: it is there already, or cannot be made.
         """
-        shown = printable(self.path)
         try:
             self.directory.mkdir()
-        except FileExistsError:
-            raise RecordingRefused(
-                f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name, or "
-                f"let the time be part of it: {shown}-{{start}}"
-            ) from None
-        except FileNotFoundError:
-            folder = printable(self.path.parent)
-            raise RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}") from None
         except OSError as error:
-            raise RecordingRefused(f"cannot record to {shown}: {error.strerror}") from None
+            raise refusal(self.path, error) from None
         self._begun = True
 
     def give_back(self) -> None:

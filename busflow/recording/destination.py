@@ -28,26 +28,12 @@ class Destination:
         Raises:
             RecordingRefused: it is there already, or cannot be made.
         """
-        shown = printable(path)
         self.path = path
-        if not path.name:
-            raise RecordingRefused("a recording needs the name of a file: run.mcap")
-        if path.suffix != _SUFFIX:
-            raise RecordingRefused(f"a recording is an MCAP file: write {shown}{_SUFFIX} instead of {shown}")
+        _check_name(path)
         try:
             self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
-        except FileExistsError:
-            dated = printable(path.with_stem(f"{path.stem}-{{start}}"))
-            raise RecordingRefused(
-                f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name, or "
-                f"let the time be part of it: {dated}"
-            ) from None
-        except FileNotFoundError:
-            # Quoted, so that a shell makes of `~/runs` the folder that was looked for, and not the one in the home.
-            folder = printable(shlex.quote(str(path.parent)))
-            raise RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}") from None
         except OSError as error:
-            raise _refusal(path, error) from None
+            raise refusal(path, error) from None
         self._inode = _inode(os.fstat(self._descriptor))
 
     def write(self, data: memoryview) -> int:
@@ -99,7 +85,7 @@ def new_recording(path: Path) -> Generator[Destination]:
         destination.close()
         path.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise _refusal(path, error) from None
+            raise refusal(path, error) from None
         raise
 
 
@@ -126,9 +112,62 @@ def named(pattern: str, *, run: str) -> Path:
     return Path(_PLACEHOLDER.sub(fill, pattern))
 
 
-def _refusal(path: Path, error: OSError) -> RecordingRefused:
-    """Why nothing can be recorded there."""
-    return RecordingRefused(f"cannot record to {printable(path)}: {error.strerror}")
+def refusal(path: Path, error: OSError) -> RecordingRefused:
+    """Why nothing can be recorded there, and what to do."""
+    shown = printable(path)
+    match error:
+        case FileExistsError():
+            dated = printable(path.with_stem(f"{path.stem}-{{start}}"))
+            text = f"{shown} is there already, and a recording overwrites nothing: move it away, choose another name,"
+            return RecordingRefused(f"{text} or let the time be part of it: {dated}")
+        case FileNotFoundError():
+            # Quoted, so that a shell makes of `~/runs` the folder that was looked for, and not the one in the home.
+            folder = printable(shlex.quote(str(path.parent)))
+            return RecordingRefused(f"cannot record to {shown}: make its folder first: mkdir -p {folder}")
+        case _:
+            return RecordingRefused(f"cannot record to {shown}: {error.strerror}")
+
+
+def foresee(pattern: str, *, run: str, apart: bool) -> None:
+    """Find out whether a recording can begin where a pattern says, as things are now, without beginning it.
+
+    Args:
+        pattern: as `named` takes it.
+        run: the run's name.
+        apart: it is that of several processes, which is a directory.
+
+    Raises:
+        RecordingRefused: it cannot.
+    """
+    path = named(pattern, run=run)
+    if apart:
+        path = as_directory(path)
+    else:
+        _check_name(path)
+    number = 0
+    if os.path.lexists(path):
+        number = errno.EEXIST
+    elif not path.parent.exists():
+        number = errno.ENOENT
+    elif not path.parent.is_dir():
+        number = errno.ENOTDIR
+    elif not os.access(path.parent, os.W_OK | os.X_OK):
+        number = errno.EACCES
+    if number:
+        raise refusal(path, OSError(number, os.strerror(number)))
+
+
+def as_directory(path: Path) -> Path:
+    """The directory that a recording of several processes is, whose name needs no suffix."""
+    return path.with_suffix("") if path.suffix == _SUFFIX else path
+
+
+def _check_name(path: Path) -> None:
+    shown = printable(path)
+    if not path.name:
+        raise RecordingRefused("a recording needs the name of a file: run.mcap")
+    if path.suffix != _SUFFIX:
+        raise RecordingRefused(f"a recording is an MCAP file: write {shown}{_SUFFIX} instead of {shown}")
 
 
 def _start() -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from busflow.certificates import Authority
 from busflow.cli import main
 
 pytestmark = pytest.mark.usefixtures("project")
@@ -266,3 +267,87 @@ def test_a_misspelt_argument_does_not_make_the_others_useless(capsys: Captured):
     out = capsys.readouterr().out
     assert "unknown argument rate_hzz" in out
     assert "nothing uses" not in out
+
+
+@pytest.mark.parametrize(
+    ("stated", "made", "column", "told"),
+    [
+        ("runs/{name}.mcap", "", 9, "cannot record to runs/talk.mcap: make its folder first: mkdir -p runs"),
+        ("{to: run.mcap}", "run.mcap", 14, "run.mcap is there already, and a recording overwrites nothing"),
+        ("{to: file/run.mcap}", "file", 14, "cannot record to file/run.mcap: Not a directory"),
+        ("'{day}.mcap'", "", 9, "{day}.mcap: {day} stands for nothing"),
+        ("run.bag", "", 9, "a recording is an MCAP file: write run.bag.mcap"),
+    ],
+)
+def test_a_recording_that_could_not_begin_is_an_error(stated, made, column, told, capsys: Captured):
+    text = Path("talk.yaml").read_text()
+    Path("talk.yaml").write_text(f"{text}record: {stated}\n")
+    line = len(text.splitlines()) + 1
+    if made:
+        Path(made).touch()
+    assert main(["check", "talk.yaml"]) == 3
+    assert f"talk.yaml:{line}:{column}: error: {told}" in capsys.readouterr().out
+
+
+def test_a_recording_that_can_begin_is_no_problem_and_leaves_nothing_behind(capsys: Captured):
+    before = sorted(Path().iterdir())
+    Path("talk.yaml").write_text(f"{Path('talk.yaml').read_text()}record: run.mcap\n")
+    assert main(["check", "talk.yaml"]) == 0
+    assert capsys.readouterr().out == "no problems\n"
+    assert sorted(Path().iterdir()) == before
+
+
+MACHINES = """
+machines: {arm: {connect: 'tls/127.0.0.1:7447'}}
+network: {ca: certs/ca.pem}
+"""
+
+
+@pytest.fixture
+def certs(project: object) -> None:  # noqa: ARG001  # its folder is where we are
+    """A file of two machines, and the certificates of both."""
+    replace("plugin: listener", "plugin: listener\n    machine: arm")
+    Path("talk.yaml").write_text(f"{Path('talk.yaml').read_text()}{MACHINES}")
+    authority = Authority.new(Path("certs"))
+    authority.add("main", addresses=[])
+    authority.add("arm", addresses=["127.0.0.1"])
+
+
+@pytest.mark.usefixtures("certs")
+def test_certificates_that_are_good_are_no_problem_on_whichever_machine(capsys: Captured):
+    for asked in ([], ["--machine", "main"], ["--machine", "arm"]):
+        assert main(["check", "talk.yaml", *asked]) == 0
+        assert capsys.readouterr().out == "no problems\n"
+
+
+@pytest.mark.usefixtures("certs")
+def test_what_is_wrong_with_the_certificate_of_a_machine_is_an_error_at_its_line(capsys: Captured):
+    Path("certs/arm.key").write_bytes(Path("certs/main.key").read_bytes())
+    line = len(Path("talk.yaml").read_text().splitlines())
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert f"talk.yaml:{line}:15: error: the key " in out
+    assert "is not that of the certificate" in out
+    assert "fix: busflow certs add arm" in out
+    assert out.endswith("1 error\n")
+    assert main(["check", "talk.yaml", "--machine", "main"]) == 0
+
+
+@pytest.mark.usefixtures("certs")
+def test_a_certificate_that_is_not_here_is_an_error_only_where_it_would_be_needed(capsys: Captured):
+    Path("certs/arm.pem").unlink()
+    assert main(["check", "talk.yaml"]) == 0, "it is where it belongs"
+    assert main(["check", "talk.yaml", "--machine", "arm"]) == 3
+    Path("certs/main.pem").unlink()
+    capsys.readouterr()
+    assert main(["check", "talk.yaml"]) == 0
+    out = capsys.readouterr().out
+    assert "warning: there is no file" in out
+    assert "certs/main.pem" in out
+    assert out.endswith("1 warning\n")
+
+
+@pytest.mark.usefixtures("certs")
+def test_a_machine_that_is_not_there_is_an_error(capsys: Captured):
+    assert main(["check", "talk.yaml", "--machine", "amr"]) == 3
+    assert "talk has no machine amr" in capsys.readouterr().out
