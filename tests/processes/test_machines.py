@@ -241,14 +241,33 @@ def test_nothing_but_tls_with_a_certificate_gets_in(start: Callable, two: str, c
     for settings in ({}, {"transport/link/tls/root_ca_certificate": f"{certificates}/ca.pem"}):
         protocol = "tls" if settings else "tcp"
         assert not opened(f"{protocol}/127.0.0.1:{port}", settings)
-    own = {
-        "transport/link/tls/root_ca_certificate": f"{certificates}/ca.pem",
-        "transport/link/tls/enable_mtls": True,
-        "transport/link/tls/connect_certificate": f"{certificates}/main.pem",
-        "transport/link/tls/connect_private_key": f"{certificates}/main.key",
-    }
-    assert opened(f"tls/127.0.0.1:{port}", own), "with one it is let in, or the rest shows nothing"
+    assert opened(f"tls/127.0.0.1:{port}", shown(certificates)), "with one it is let in, or the rest shows nothing"
     assert arm.end() == 130
+
+
+def test_whose_certificate_has_expired_is_not_let_in_by_a_machine_that_runs(
+    start: Callable, two: str, certificates: Path, port: int, tmp_path: Path, expired: Callable
+):
+    late = tmp_path / "late"
+    late.mkdir()
+    for name in ("ca.pem", "ca.key", "main.pem", "main.key"):
+        (late / name).write_bytes((certificates / name).read_bytes())
+    arm = start(two, machine="arm")
+    arm.wait_for("the machine main is not linked")
+    assert opened(f"tls/127.0.0.1:{port}", shown(late)), "as long as it is good"
+    expired(late, "main")
+    assert not opened(f"tls/127.0.0.1:{port}", shown(late))
+    assert arm.end() == 130
+
+
+def shown(folder: Path) -> dict:
+    """The settings of Zenoh's of who shows the certificate of the main machine."""
+    return {
+        "transport/link/tls/root_ca_certificate": f"{folder}/ca.pem",
+        "transport/link/tls/enable_mtls": True,
+        "transport/link/tls/connect_certificate": f"{folder}/main.pem",
+        "transport/link/tls/connect_private_key": f"{folder}/main.key",
+    }
 
 
 def opened(endpoint: str, settings: dict) -> bool:
