@@ -4,10 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from collections import defaultdict
 
 import pytest
 
 from busflow.cli import main
+from busflow.recording.bag import Bag
 from busflow.surroundings import Rng
 
 PATIENCE_NS = 60 * 10**9
@@ -260,7 +262,7 @@ import asyncio
 from pydantic import Field
 
 from busflow import *
-from busflow.msgs.std_msgs import Float64, Int64
+from busflow.msgs.std_msgs import Float64, Int64, String
 from busflow.msgs.std_srvs import SetBool, Trigger
 
 """
@@ -392,3 +394,60 @@ def test_clock_seed_and_statistics_are_the_same_for_who_looks(start, apart):
     (line,) = topic["subscriptions"]
     assert (line["node"], line["published"], line["delivered"], line["dropped"]) == ("/second", 100, 100, 0)
     run.end()
+
+
+KEPT = """
+class First(Node):
+    numbers, words = publisher(Int64, "numbers"), publisher(String, "words", qos=QoS(durability="transient_local"))
+
+    async def start(self) -> None:
+        self.words.publish(String(data="begun"))
+
+    async def run(self) -> None:
+        for number in range(100):
+            self.numbers.publish(Int64(data=number))
+
+    @service(SetBool, "switch")
+    async def switch(self, request: SetBool.Request) -> SetBool.Response:
+        return SetBool.Response(success=request.data, message="on")
+
+
+class Second(Node):
+    sums = publisher(Int64, "sums")
+    switch = client(SetBool, "switch")
+    sum = 0
+
+    async def start(self) -> None:
+        await self.switch.call(SetBool.Request(data=True))
+
+    @subscription("numbers", qos=QoS(depth=1000))
+    def hear(self, number: Int64) -> None:
+        self.sum += number.data
+        self.sums.publish(Int64(data=self.sum))
+        if number.data == 99:
+            self.log.info("has all")
+"""
+
+
+def recorded(start, apart):
+    """By topic, what a run of the two has recorded, in order."""
+    name = "apart" if apart else "together.mcap"
+    run = start(launch_file(apart), "--record", name, files={"plugins/pair.py": f"{IMPORTS}{KEPT}"})
+    run.wait_for("has all")
+    assert run.end() == 130
+    found = defaultdict(list)
+    with Bag(run.folder / name) as bag:
+        assert bag.complete, bag.incomplete
+        for entry in bag.entries():
+            found[entry.channel.topic].append(entry.payload)
+    return found
+
+
+def test_a_recording_holds_the_same(start):
+    together, apart = recorded(start, apart=False), recorded(start, apart=True)
+    assert together.keys() == apart.keys()
+    for topic, count in (("/numbers", 100), ("/sums", 100), ("/words", 1)):
+        assert len(together[topic]) == count
+        assert together[topic] == apart[topic]
+    calls = "/switch/_service_event"
+    assert len(together[calls]) == len(apart[calls]) > 0
