@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def merged(
-    main: Report, members: Sequence[Member], order: Sequence[str], *, name: str = MAIN, alone: bool = True
-) -> Report:
+def merged(main: Report, members: Sequence[Member], order: Sequence[str], *, name: str = MAIN) -> Report:
     """The report of the main process with those of the others in it.
 
     Args:
@@ -32,7 +30,6 @@ def merged(
         members: the others.
         order: that of the nodes.
         name: of the main process.
-        alone: no machine publishes but this one.
     """
     told = [_Told(main.nodes, main.topics, main.services, main.timers)]
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
@@ -55,7 +52,7 @@ def merged(
     return replace(
         main,
         nodes=tuple(nodes[name] for name in [*order, *(name for name in nodes if name not in order)] if name in nodes),
-        topics=tuple(_topics(told, alone=alone)),
+        topics=tuple(_topics(told)),
         services=tuple(_services(told)),
         timers=tuple(_timers(told, order)),
         inbox_dropped=inbox["dropped"],
@@ -117,10 +114,11 @@ def _of(cls: type[T], told: Mapping[str, Any]) -> T:
     return cls(**{name: value for name, value in told.items() if name in known})
 
 
-def _topics(told: Iterable[_Told], *, alone: bool) -> Iterable[TopicReport]:
+def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
     """A message is counted as published where its publisher is, and as received where a subscription is.
 
-    Of another machine's it is known how many came: as many as the process that heard most of them has seen.
+    What a process published just before it was killed, what another machine did, and somebody outside, is known from
+    who heard it: there are as many as the process that heard most has seen, if not more.
     """
     found: dict[str, TopicReport] = {}
     heard = Counter[str]()
@@ -137,9 +135,7 @@ def _topics(told: Iterable[_Told], *, alone: bool) -> Iterable[TopicReport]:
                     losses=dict(Counter(known.losses) + Counter(own.losses)),
                 )
             found[topic.name] = own
-    if not alone:
-        found = {name: replace(each, published=max(each.published, heard[name])) for name, each in found.items()}
-    return [found[name] for name in sorted(found)]
+    return [replace(found[name], published=max(found[name].published, heard[name])) for name in sorted(found)]
 
 
 def _lines(

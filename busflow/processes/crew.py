@@ -141,9 +141,7 @@ class Crew:
 
     def report(self) -> Report:
         """What the whole run has come to so far, or in the end."""
-        alone = self._machines is None
-        main = self._graph.report()
-        report = merged(main, self.members, self._order, name=self._main, alone=alone)
+        report = merged(self._graph.report(), self.members, self._order, name=self._main)
         return (
             report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
         )

@@ -45,6 +45,14 @@ def test_a_message_is_counted_where_it_is_published():
     assert report.inbox_dropped == 2
 
 
+def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_heard_it():
+    life = Life(6, told("/source", published=9), "it was ended")
+    source = Member("a", ("/source",), report=told("/source", published=4), lives=[life])
+    sink = told("/sink", published=17, arrived=17, lines=[line("/sink", 17, 17)])
+    (topic,) = merged(MAIN, [source, Member("b", ("/sink",), report=sink)], ["/sink", "/source"]).topics
+    assert topic.published == topic.subscriptions[0].delivered == 17
+
+
 def test_what_waited_in_a_process_that_ended_is_lost_with_it():
     life = Life(6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 47, 1, 2)]), "it was ended")
     now = told("/sink", published=20, arrived=20, lines=[line("/sink", 20, 19, 0, 1)])
