@@ -70,14 +70,16 @@ def written_back(text: str, file: Path, found: Iterable[Drift]) -> str:
 
 def _key(text: str, file: Path, spec: NodeSpec) -> str:
     """The key under which the file states a node."""
-    place = spec.origin.place
-    if place is not None and Path(place.file).resolve() == file.resolve():
-        for key, value in parse(text.encode(), str(file)).section("nodes").items():
-            if value.key is None or (value.key.line, value.key.column) != (place.line, place.column):
-                continue
-            if "for_each" in value.members:
-                message, fix = f"{spec.full_name} is one of several nodes of a for_each", "write the values by hand"
-                raise LaunchError([Problem("not-editable", message, fix, place)])
+    place, root = spec.origin.place, parse(text.encode(), str(file))
+    here = place is not None and Path(place.file).resolve() == file.resolve()
+    for key, value in root.section("nodes").items() if here else ():
+        if value.key is None or place is None or (value.key.line, value.key.column) != (place.line, place.column):
+            continue
+        if "for_each" not in value.members:
             return key
-    fix = f"save into {place.file}" if place is not None else "write the values by hand"
+        # One of several is changed by an entry of its own, with its name as this file would say it.
+        around = f"/{str(own.content).strip('/')}/" if (own := root.members.get("namespace")) and own.content else "/"
+        if spec.full_name.startswith(around):  # or the namespace is an expression
+            return spec.full_name.removeprefix(around)
+    fix = "write the values by hand" if place is None or here else f"save into {place.file}"
     raise LaunchError([Problem("not-editable", f"{spec.full_name} is not stated in {file}", fix)])

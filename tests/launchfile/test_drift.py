@@ -121,6 +121,33 @@ def test_nodes_on_one_line_are_told_apart(file):
     assert written_back(text, file, [drift]) == expected
 
 
+@pytest.mark.parametrize("namespace", ["", "namespace: robot\n"])
+def test_one_of_several_nodes_of_a_for_each_gets_an_entry_of_its_own(file, namespace):
+    text = namespace + (
+        "plugins: [.]\nnodes:\n  sensor:\n    for_each: {side: [left, right]}\n"
+        "    namespace: ${each.side}\n    plugin: sensor\n    parameters: {rate_hz: 5}\n"
+    )
+    file.write_text(text)
+    name = "/robot/left/sensor" if namespace else "/left/sensor"
+    for rate_hz in (20.0, 30.0):
+        found = drifts(nodes(file)[name], {"rate_hz": rate_hz})
+        file.write_text(written_back(file.read_text(), file, found))
+        assert drifts(nodes(file)[name], {"rate_hz": rate_hz}) == ()
+    assert drifts(nodes(file)[name.replace("left", "right")], {"rate_hz": 5.0}) == ()
+    assert file.read_text() == text + "  left/sensor:\n    parameters:\n      rate_hz: 30.0\n"
+
+
+def test_where_a_for_each_is_in_a_namespace_that_is_computed_nothing_is_written(file):
+    text = (
+        "plugins: [.]\nargs: {name: {type: str, default: robot}}\nnamespace: ${args.name}\nnodes:\n"
+        "  sensor_${each.side}:\n    for_each: {side: [left, right]}\n    plugin: sensor\n"
+    )
+    file.write_text(text)
+    found = drifts(nodes(file)["/robot/sensor_left"], {"rate_hz": 20.0})
+    with pytest.raises(LaunchError, match=r"(?s)is not stated in .*write the values by hand"):
+        written_back(text, file, found)
+
+
 @virtual_time
 async def test_what_was_set_while_it_ran_is_saved(file):
     async with harness(file) as lab:
