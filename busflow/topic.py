@@ -62,7 +62,7 @@ class Topic(Generic[M]):
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
         """What others published here from another process, and became no message: `lost` on the way, `malformed`,
-        `refused` by a full blocking queue, `incompatible`, or `unsigned`, from nobody who is there."""
+        `refused` by a full blocking queue, `incompatible`, `expired`, or `unsigned`, from nobody who is there."""
         self._retired = 0
         self._arrived = 0
         self._on_leave = on_leave

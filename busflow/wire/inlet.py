@@ -27,7 +27,7 @@ from busflow.publishers import Publisher
 from busflow.qos import Durability
 from busflow.text import printable
 from busflow.wire.keys import Attachment, Token, topic_key
-from busflow.wire.latecomers import Latecomers
+from busflow.wire.latecomers import Latecomers, has_expired
 from busflow.wire.qos_form import as_qos, from_text
 
 if TYPE_CHECKING:
@@ -293,8 +293,12 @@ class Inlet:
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
-        elif told is not None and told.gid in self._sequences:  # else there are more strangers than are kept in mind
-            self._latecomers.hear(told.gid, told.sequence)
+        elif told is not None:
+            if has_expired(found, told, self._bus.clock):
+                self.losses["expired"] += 1
+                return None
+            if told.gid in self._sequences:  # else there are more strangers than are kept in mind
+                self._latecomers.hear(told.gid, told.sequence)
         return found
 
     def _count_lost(self, told: Attachment) -> None:

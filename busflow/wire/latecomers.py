@@ -16,11 +16,13 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from busflow.errors import MalformedMessage
+from busflow.limits import NS_PER_S
 from busflow.publishers import Publisher
 from busflow.qos import Durability
 from busflow.wire.keys import Attachment
 
 if TYPE_CHECKING:
+    from busflow.clock import Clock
     from busflow.subscriptions import Subscription
     from busflow.topic import Topic
     from busflow.wire.typesupport import TypeSupport
@@ -137,7 +139,7 @@ class Latecomers:
             try:
                 told = Attachment.decode(attachment)
                 publisher = self._publishers.get(told.gid)
-                if publisher is not None and told.gid in asked:
+                if publisher is not None and told.gid in asked and not has_expired(publisher, told, self._topic.clock):
                     item = publisher.as_kept(self._support.decode(payload))
                     gate.kept.setdefault(told.gid, {})[told.sequence] = item
             except MalformedMessage:
@@ -221,3 +223,9 @@ class Gate:
         self.target.receive_earlier(earlier[max(0, len(earlier) - room) :])
         while self._waiting:
             self.target.receive(self._waiting.popleft())
+
+
+def has_expired(publisher: Publisher[Any], told: Attachment, clock: Clock) -> bool:
+    """Whether a message has outlived its lifespan on its way, or where it was kept, by the time of day."""
+    lifespan_s = publisher.endpoint.qos.lifespan_s
+    return lifespan_s is not None and clock.now().nanoseconds - told.stamp_ns > lifespan_s * NS_PER_S

@@ -386,6 +386,22 @@ async def test_gaps_are_counted_as_lost(looked_at, strangers):
         assert told["losses"] == {"lost": 5}
 
 
+async def test_what_has_expired_on_its_way_is_no_message_any_more(looked_at, strangers):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        stranger.endpoint("MP", "/numbers", support, to_text(QoS(lifespan=600.0)))
+        await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 2)
+        for sequence, age_ns in ((1, 3600 * 10**9), (2, 0)):
+            told = Attachment(sequence, time.time_ns() - age_ns, b"s" * 16).encode()
+            stranger.session.put(
+                stranger.key("/numbers", support), support.encode(Int64(data=sequence)), attachment=told
+            )
+        await published(looked, "/numbers", 1)
+        await looked.until(lambda: looked.graph.node(Ear).heard)
+        assert looked.graph.node(Ear).heard == [2]
+        assert (await looked.ask(details, looked, "/numbers"))["losses"] == {"expired": 1}
+
+
 async def test_a_node_of_ros_2_is_a_peer_seen_heard_and_spoken_to(looked_at, strangers):
     async with looked_at(Talker, Ear) as looked:
         stranger, support = strangers(looked, name="turtle"), TypeSupport(Int64)
