@@ -14,7 +14,8 @@ hit when, by what. What has to hold, whatever happens:
 - no process starts anew more often than its limit allows, and one that ran calmly for long pauses as at first (I9);
 - a seed stands for one sequence of faults (I12; `schedule` is a function of it alone).
 
-I10 does not apply: a recording follows one process.
+That recordings can be read up to where a process was killed, and agree with what was received (I10), is seen to by
+`tests/processes/test_joint_recording.py`; that simulated runs of a seed are the same (I12) by the tests of simulations.
 """
 
 from __future__ import annotations
