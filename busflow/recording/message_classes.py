@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -14,31 +15,38 @@ if TYPE_CHECKING:
     from busflow.recording.channel import Channel
 
 
-def message_class(channel: Channel) -> type[Message]:
-    """What the messages of a channel are made into.
+class MessageClasses:
+    """The message classes that are loaded when a bag is opened, by the names of their types."""
 
-    That is the standard class of the name, else the one that was loaded last, if its type is the recorded one in every
-    field; else a class of their own, whose messages leave as the bytes that were recorded.
+    def __init__(self) -> None:
+        self._loaded: defaultdict[str, list[type[Message]]] = defaultdict(list)
+        for cls in _below(Message):
+            self._loaded[_name(cls)].append(cls)
 
-    Raises:
-        BagError: Messages of this channel cannot be read.
-    """
-    foreign = channel.type
-    for cls in _of_name(foreign.name):
-        support = TypeSupport(cls)
-        if support.encoding == channel.encoding and support.type_hash == foreign.type_hash:
-            return cls
-    return opaque(foreign)
+    def find(self, channel: Channel) -> type[Message]:
+        """What the messages of a channel are made into.
 
+        That is the standard class of the name, else the one that was loaded last, if its type is the recorded one in
+        every field; else a class of their own, whose messages leave as the bytes that were recorded.
 
-def _of_name(name: str) -> Iterator[type[Message]]:
-    try:
-        found = find_type(name)
-    except UnknownType:
-        found = None
-    if found is not None and issubclass(found, Message):
-        yield found
-    yield from (cls for cls in reversed(list(_below(Message))) if _named(cls) == name)
+        Raises:
+            BagError: Messages of this channel cannot be read.
+        """
+        foreign = channel.type
+        for cls in self._of_name(foreign.name):
+            support = TypeSupport(cls)
+            if support.encoding == channel.encoding and support.type_hash == foreign.type_hash:
+                return cls
+        return opaque(foreign)
+
+    def _of_name(self, name: str) -> Iterator[type[Message]]:
+        try:
+            found = find_type(name)
+        except UnknownType:
+            found = None
+        if found is not None and issubclass(found, Message):
+            yield found
+        yield from reversed(self._loaded.get(name, ()))
 
 
 def _below(cls: type[Message]) -> Iterator[type[Message]]:
@@ -48,7 +56,7 @@ def _below(cls: type[Message]) -> Iterator[type[Message]]:
             yield from _below(each)
 
 
-def _named(cls: type[Message]) -> str:
+def _name(cls: type[Message]) -> str:
     try:
         return type_name(cls)
     except InvalidDeclaration:  # a class that is not complete yet is nobody's

@@ -19,7 +19,7 @@ from busflow.parameters import Parameters, ReadOnly
 from busflow.publishers import Publisher
 from busflow.recording.bag import Bag
 from busflow.recording.channel import Channel, Entry
-from busflow.recording.message_classes import message_class
+from busflow.recording.message_classes import MessageClasses
 from busflow.recording.offered_qos import offered
 from busflow.recording.playing import Playing
 from busflow.recording.series import Damage
@@ -58,6 +58,7 @@ class Player(Node):
         self.refused: dict[str, int] = {}
         """By topic, how many messages could not be read."""
         self._bag = Bag(asked.file)
+        self._classes = MessageClasses()
         self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
         self.channels = chosen(self._bag.channels, asked.topics, [*asked.exclude])
         if asked.clock_hz:
@@ -76,7 +77,7 @@ class Player(Node):
             raise BagError(
                 f"{channel.topic} has two types in {self.parameters.file}", fix="leave the topic out: exclude"
             )
-        cls = message_class(channel)
+        cls = self._classes.find(channel)
         topic = self.parameters.rename.get(channel.topic, channel.topic)
         publisher = self.create_publisher(cls, topic, qos=offered(channel.qos))
         self._ways[channel] = publisher, lambda payload: channel.decode(payload, cls)

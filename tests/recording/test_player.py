@@ -9,10 +9,11 @@ from mcap.writer import Writer
 
 from busflow import Node, subscription
 from busflow.errors import LaunchError
-from busflow.message import find_type
+from busflow.message import Message, find_type
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.msgs.std_msgs import Float64, Int64, String
 from busflow.msgs.std_srvs import Trigger
+from busflow.recording import message_classes
 from busflow.recording.player import Player
 from busflow.testing import harness, virtual_time
 from busflow.wire.foreign import ForeignType
@@ -183,6 +184,14 @@ def test_a_class_of_the_users_is_found_when_it_has_the_recorded_type(record):
             return lab.node(Reader).got
 
     assert main() == [2.5]
+
+
+def test_classes_are_looked_through_once_however_many_topics_there_are(record, monkeypatch):
+    looked = []
+    below = message_classes._below
+    monkeypatch.setattr(message_classes, "_below", lambda cls: looked.append(cls) or below(cls))
+    played(record([(f"/number{n}", Int64(data=n), n * MS) for n in range(5)]))
+    assert looked.count(Message) == 1
 
 
 def test_what_cannot_be_read_is_told_once_and_left_out(tmp_path):
