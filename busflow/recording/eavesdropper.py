@@ -11,9 +11,15 @@ from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
+from busflow import parameter_events
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.parameter_messages import event_message
+from busflow.parameter_store import ParameterChange
+from busflow.parameters import ParameterInfo
 from busflow.patterns import Selection
+from busflow.qos import QoS
 from busflow.recording.announcer import Announcer
 from busflow.recording.destination import named, new_recording
 from busflow.recording.mcap_writer import McapWriter
@@ -22,6 +28,7 @@ from busflow.recording.spool import Spool
 from busflow.wire.known_type import known_type
 from busflow.wire.listener import Listener, Received
 from busflow.wire.qos_form import as_qos
+from busflow.wire.typesupport import TypeSupport
 from busflow.wire.view import view
 
 if TYPE_CHECKING:
@@ -33,6 +40,7 @@ if TYPE_CHECKING:
     from busflow.wire.view import TopicView
 
 _MOST_DEPTH = 10_000
+_PARAMETERS_QOS = QoS(depth=1000)
 
 
 class Eavesdropper:
@@ -63,6 +71,8 @@ class Eavesdropper:
             name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
             file.add_metadata(name, {**words, "heard": "from outside"})
         self._spool = Spool(file, destination, threaded=True, on_failure=lambda _error: None)
+        self.nodes = self._write_parameters()
+        """How many nodes' parameters, as they were in the beginning, have been recorded."""
 
     @property
     def failure(self) -> Exception | None:
@@ -90,6 +100,11 @@ class Eavesdropper:
         return self._sequence - self._missed
 
     @property
+    def heard(self) -> int:
+        """Those of them that were published: all but the parameters of the beginning."""
+        return self.recorded - self.nodes
+
+    @property
     def missed(self) -> int:
         """Those that were lost on the way, or could not be written."""
         return self._missed
@@ -98,6 +113,24 @@ class Eavesdropper:
     def complete(self) -> bool:
         """Whether the file has come to its end and nothing is missing."""
         return self._complete and not self._missed
+
+    def _write_parameters(self) -> int:
+        """Write the parameters of all nodes, as a recorder in the run does; of how many, as far as they answer."""
+        answers: list[Any] = []
+        with suppress(BusflowError):  # as above
+            answers = self._peer.ask("parameters")
+        found: dict[str, list[dict[str, Any]]] = {node: rows for each in answers for node, rows in each.items()}
+        support, now = TypeSupport(ParameterEvent), self._clock.now()
+        number = 0
+        for node, rows in sorted(found.items()):
+            number = number or self._announcer.announce(self._spool, parameter_events.TOPIC, support, [_PARAMETERS_QOS])
+            changes = [ParameterChange(row["name"], None, row["value"]) for row in rows]
+            infos = {row["name"]: ParameterInfo(row["name"], row["type"]) for row in rows}
+            self._sequence += 1
+            payload = support.encode(event_message(now, node, changes, infos))
+            if not number or not self._spool.put(number, self._sequence, now.nanoseconds, payload):
+                self._missed += 1
+        return self._sequence - self._missed
 
     def _asked(self, question: str) -> Mapping[str, Any]:
         """What the run answers; nothing where it is of several processes, each with an answer of its own."""

@@ -57,8 +57,8 @@ def record(
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
     What is lost on the way is counted, and makes the recording incomplete. The exit code is 4 where there was no such
-    topic, and 1 where nothing was published. busflow run --record misses nothing and holds more: parameters, calls,
-    the log, the launch file.
+    topic, and 1 where nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
+    change of a parameter, the launch file.
     """
     if bool(topics) == everything:
         raise click.UsageError("name the topics to record, or give --all")
@@ -76,7 +76,7 @@ def record(
     _tell(eavesdropper, as_json=as_json)
     if on_drop == "fail" and not eavesdropper.complete:
         return ExitCode.INCOMPLETE
-    if code is ExitCode.OK and not eavesdropper.recorded and eavesdropper.complete:
+    if code is ExitCode.OK and not eavesdropper.heard and eavesdropper.complete:
         return ExitCode.FAILED if eavesdropper.topics else ExitCode.NOT_FOUND
     return code
 
@@ -130,13 +130,15 @@ def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
         tell(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
     if as_json:
         told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
+        told |= {"heard": eavesdropper.heard, "nodes": eavesdropper.nodes}
         print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
         return
-    if not eavesdropper.recorded and eavesdropper.complete:
+    if not eavesdropper.heard and eavesdropper.complete:
         heard = counted(len(eavesdropper.topics), "topic")
         why = f"nobody published anything on {heard}" if eavesdropper.topics else "there was no topic to record"
         tell(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
         return
     state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
-    shown = f"{counted(eavesdropper.recorded, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
+    shown = f"{counted(eavesdropper.heard, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
+    shown += f" and the parameters of {counted(eavesdropper.nodes, 'node')}" if eavesdropper.nodes else ""
     tell(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)

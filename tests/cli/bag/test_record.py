@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -11,8 +12,10 @@ import pytest
 
 from busflow import Message
 from busflow.cli import main
+from busflow.cli.param import parameters_of
 from busflow.msgs.std_msgs import Bool
 from busflow.recording.bag import Bag
+from busflow.testing.replay_past import past_of
 from busflow.wire.foreign import ForeignType
 from busflow.wire.peer import join
 from busflow.wire.typesupport import TypeSupport
@@ -59,10 +62,11 @@ class TestLab:
     def test_between_messages_are_one_gap_fewer_than_messages(self, tmp_path, capsys):
         path = tmp_path / "run.mcap"
         assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "700ms"]) == 0
-        assert "messages of 1 topic recorded" in capsys.readouterr().out
+        assert re.search(r"messages of 1 topic and the parameters of \d nodes? recorded", capsys.readouterr().out)
         assert main(["bag", "info", str(path), "--json"]) == 0
         told = json.loads(capsys.readouterr().out)
-        (imu,) = told["topics"]
+        imu, parameters = told["topics"]
+        assert parameters["name"] == "/parameter_events"
         assert imu["rate_hz"] == pytest.approx((imu["messages"] - 1) / told["duration_s"])
 
     def test_only_what_is_named_is_recorded(self, tmp_path, capsys):
@@ -85,6 +89,15 @@ class TestLab:
         with Bag(path) as bag:
             assert bag.complete
 
+    def test_the_parameters_of_the_beginning_are_recorded(self, tmp_path):
+        path = tmp_path / "run.mcap"
+        assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "500ms"]) == 0
+        with join() as peer:
+            rows = parameters_of(peer, "imu_publisher")
+        with Bag(path) as bag:
+            assert bag.complete
+            assert past_of(bag).parameters["/imu_publisher"] == {row["name"]: row["value"] for row in rows}
+
     def test_where_nothing_is_recorded_that_is_said(self, tmp_path, capsys):
         none, silent = tmp_path / "none.mcap", tmp_path / "silent.mcap"
         assert main(["bag", "record", "-o", str(none), "/nothing", "--for", "300ms"]) == 4
@@ -99,7 +112,8 @@ class TestLab:
             assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 1
         warnings = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning")]
         with Bag(tmp_path / "a.mcap") as bag:
-            assert {(each.topic, each.type_name) for each in bag.channels} == {("/outside", "std_msgs/msg/Bool")}
+            found = {each.topic: each.type_name for each in bag.channels}
+        assert found == {"/outside": "std_msgs/msg/Bool", "/parameter_events": "rcl_interfaces/msg/ParameterEvent"}
         (warning,) = warnings
         assert warning.startswith("warning: nothing of /secret was recorded: ")
         assert "Secret" in warning
