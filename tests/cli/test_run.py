@@ -116,6 +116,12 @@ def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
     assert not Path("run.json").exists()
 
 
+def test_a_machine_that_a_file_without_machines_cannot_have_is_left_out(capsys: Captured):
+    assert main(["run", "talk.yaml", "--machine", "arm"]) == 2
+    told = "error: talk has no machine arm\n  fix: leave --machine out: the file names no machines\n"
+    assert capsys.readouterr() == ("", told)
+
+
 @pytest.mark.parametrize("option", ["--report", "--trace"])
 def test_a_disk_that_is_full_at_the_end_is_told_and_the_table_is_there(capsys: Captured, option: str):
     assert main(["run", "talk.yaml", "--sim", "--for", "2s", option, "/dev/full"]) == 1

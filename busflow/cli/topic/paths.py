@@ -9,6 +9,7 @@ from typing import Any, cast
 from busflow.cli.topic.shape import Shape
 from busflow.errors import InvalidInput, KeyPath, Place, Problem
 from busflow.text import did_you_mean, printable
+from busflow.wire.description import Count
 
 STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[\s*(?P<index>-?[0-9]{1,9})\s*\]", re.ASCII)
 
@@ -62,7 +63,7 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
             if not shape.is_sequence:
                 raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
             if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
-                told = f"there is no item {step} in {shape.size} at most"
+                told = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
                 raise _invalid(told, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
             shape = shape.item
         elif shape.is_sequence:

@@ -52,9 +52,9 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
         ("points..x", 8, "a path is"),
         ("points[0]x", 10, "a path is"),
         ("points[99999999999]", 7, "a path is"),
-        ("spread[9]", 7, "there is no item 9 in 9 at most\n  spread[9]\n        ^^^\n  fix: the last one is [8]"),
-        ("spread[-10]", 7, "there is no item -10 in 9"),
-        ("few[3]", 4, "there is no item 3 in 3 at most"),
+        ("spread[9]", 7, "there is no item 9, there are 9\n  spread[9]\n        ^^^\n  fix: the last one is [8]"),
+        ("spread[-10]", 7, "there is no item -10, there are 9"),
+        ("few[3]", 4, "there is no item 3, there are at most 3"),
     ],
 )
 def test_what_is_none_is_shown(text: str, column: int, told: str):
