@@ -191,15 +191,22 @@ def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
     kind = field.base if isinstance(field.base, type) else str
     least, most = field.size if field.array is ArrayKind.FIXED else 0, field.size
 
+    known: Any = object()
+
     def check(value: Any) -> tuple[Any, ...]:
+        nonlocal known
+        if value is known:  # a tuple that was found right before, as of the names of joints
+            return value
         if type(value) not in (list, tuple):
             raise ValueError
         count = len(value)
         if countOf(map(type, value), kind) < count or count < least or (most and count > most):
             raise ValueError
-        if text is not None:
-            text("".join(value)) if field.string_bound is None else [*map(text, value)]
-        return tuple(value)
+        if text is None:
+            return tuple(value)
+        text("".join(value)) if field.string_bound is None else [*map(text, value)]
+        known = made = tuple(value)
+        return made
 
     return check
 

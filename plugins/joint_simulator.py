@@ -54,7 +54,7 @@ class JointSimulator(Node):
     joint_states = publisher(JointState, "joint_states")
 
     async def start(self) -> None:
-        self.names = [self.parameters.prefix + joint.name for joint in self.parameters.joints]
+        self.names = tuple(self.parameters.prefix + joint.name for joint in self.parameters.joints)
 
     @timer(hz="rate_hz")
     def publish_joints(self) -> None:

@@ -24,7 +24,7 @@ SWINGS = {
 }
 """A joint swings as amplitude · sin(t + phase): its amplitude and phase, in rad. Left and right swing alike."""
 
-JOINT_NAMES = [f"{side}_{joint}_joint" for joint in SWINGS for side in ("left", "right")]
+JOINT_NAMES = tuple(f"{side}_{joint}_joint" for joint in SWINGS for side in ("left", "right"))
 
 AT_REST = take(np.zeros(len(JOINT_NAMES)))  # nobody writes to it, so that all messages can share it
 

@@ -123,6 +123,18 @@ def test_a_field_without_a_default_is_required():
         Required(value=1, place=Vector3())
 
 
+def test_texts_that_were_right_before_are_looked_at_by_each_field_for_itself():
+    class Texts(Message, package="tests"):
+        any_number: Sequence[str] = ()
+        two: Annotated[Sequence[str], Length(2)] = ("a", "b")
+
+    one = ("a",)
+    assert Texts(any_number=one).any_number is Texts(any_number=one).any_number is one
+    for _ in range(2):
+        with pytest.raises(InvalidMessage, match="two"):
+            Texts(any_number=one, two=one)
+
+
 def test_a_subclass_has_a_constructor_of_its_own_whichever_is_made_first():
     class Parent(Message, package="tests"):
         value: float64 = 1.0

@@ -222,7 +222,7 @@ class _Decoder:
         source, name = self._source, self._source.new("texts")
         self._unpack()
         size = Struct(f"{_ORDERS[self._order]}I").unpack_from
-        source.add(f"{name}, offset = {source.give(_texts)}(data, {self._offset}, {count}, {source.give(size)})")
+        source.add(f"{name}, offset = {source.give(_texts_decoder(size))}(data, {self._offset}, {count})")
         self._at = None
         return name
 
@@ -276,6 +276,28 @@ def _least(field: FieldType) -> int:
     fields = fields_of(cast("type[Message]", field.base))
     counts = {ArrayKind.NONE: 1, ArrayKind.BOUNDED: 0, ArrayKind.UNBOUNDED: 0}
     return sum(_least(each) * counts.get(each.array, each.size) or 4 for each in fields) or 1
+
+
+def _texts_decoder(
+    unpack: Callable[[bytes, int], tuple[int]],
+) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
+    """What decodes so many texts of a field, and says where they end.
+
+    It knows those of the message before, for the names of joints stay the same: equal bytes are equal texts.
+    """
+    known: tuple[int, bytes, tuple[str, ...]] = (0, b"", ())  # in one, for other threads decode too
+
+    def decode(data: bytes, offset: int, count: int) -> tuple[tuple[str, ...], int]:
+        nonlocal known
+        former_count, encoded, former = known
+        begin = offset + (-offset & 3) if count else offset
+        if count == former_count and data.startswith(encoded, begin):
+            return former, begin + len(encoded)
+        texts, end = _texts(data, begin, count, unpack)
+        known = (count, data[begin:end], texts)
+        return texts, end
+
+    return decode
 
 
 def _texts(

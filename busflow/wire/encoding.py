@@ -137,7 +137,7 @@ class _Encoder:
         self._pack()
         if fixed:  # else the length before it has brought it into line
             self._align(4, name)
-        source.add(f"{texts} = {source.give(_texts)}({name})")
+        source.add(f"{texts} = {source.give(_texts_encoder())}({name})")
         self._parts.append(texts)
         self._added.append(f"{source.give(len)}({texts})")
 
@@ -227,6 +227,21 @@ class _Encoder:
         if self._added != ["offset"] or self._known:
             self._source.add(f"offset = {' + '.join([str(self._known), *self._added])}")
         self._known, self._added = 0, ["offset"]
+
+
+def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
+    """What encodes the texts of a field, and knows those of the message before: the names of joints stay the same."""
+    known: tuple[Sequence[str], bytes] = ((), b"")  # in one, for other threads encode too
+
+    def encode(texts: Sequence[str]) -> bytes:
+        nonlocal known
+        former, encoded = known
+        if texts != former:
+            encoded = _texts(texts)
+            known = (texts, encoded)
+        return encoded
+
+    return encode
 
 
 def _texts(texts: Sequence[str]) -> bytes:

@@ -1,6 +1,7 @@
 """A codec writes what ROS 2 writes, reads what others write, refuses what is no message, and copies no image."""
 
 import contextlib
+import itertools
 import json
 import math
 import pkgutil
@@ -632,6 +633,44 @@ def test_the_middle_of_the_message_is_aligned_after_text_of_any_length():
         assert codec(Imu).decode(codec(Imu).encode(imu)) == imu
         cloud = PointCloud2(header=message, width=7, data=bytes(range(100)))
         assert codec(PointCloud2).decode(codec(PointCloud2).encode(cloud)) == cloud
+
+
+class Labels(Message, package="test"):
+    """Texts at any alignment: those of a fixed number begin wherever the text before them has ended."""
+
+    before: str = ""
+    pair: Annotated[Sequence[str], Length(2)] = ("", "")
+    names: Sequence[str] = ()
+
+
+NAMES = [
+    (),
+    ("a",),
+    ("a", "b"),
+    ("a", "b", "c"),
+    ("b", "a"),
+    ("ab",),
+    ("a", ""),
+    ("", "a"),
+    ("\N{LATIN SMALL LETTER AE}",),
+]
+
+
+def test_texts_are_told_apart_from_those_of_the_message_before():
+    messages = [
+        Labels(before="x" * length, pair=(*names, "", "")[:2], names=names) for names in NAMES for length in range(4)
+    ]
+    data = [TypeSupport(Labels).encode(message) for message in messages]
+    used = TypeSupport(Labels)
+    for first, second in itertools.product(range(len(messages)), repeat=2):
+        for each in (first, second):
+            assert used.encode(messages[each]) == data[each]
+            assert used.decode(data[each]) == messages[each]
+    # Some write an empty text as a length of 0: only zeros, and where they end the alignment alone tells.
+    for length in (1, 0, 3, 2, 0, 1):
+        text = struct.pack("<I", length + 1) + b"x" * length + b"\0"
+        zeros = bytes(-len(text) % 4 + 12)
+        assert used.decode(b"\0\1\0\0" + text + zeros) == Labels(before="x" * length)
 
 
 def test_a_definition_alone_reads_what_the_class_wrote():
