@@ -118,12 +118,11 @@ def test_a_full_disk_is_told_once_and_the_run_goes_on(how: list[str]):
     assert "INCOMPLETE" in done.stdout
     told = json.loads(Path("run.json").read_text())
     assert told["recording"]["missed"] > 0
-    assert told["topics"][0]["published"] > 2500
     with Bag("run.mcap") as bag:
         found = [entry.sequence for entry in bag.entries()]
         assert not bag.complete
     assert found == list(range(1, len(found) + 1))
-    assert len(found) > 100
+    assert 0 < len(found) < told["topics"][0]["published"]
 
 
 @pytest.mark.parametrize("how", [["--sim", "--for", "5s"], ["--for", "20s"]])

