@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.cli.importing import importing
 from busflow.cli.launching import Given, launch_file
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
 
@@ -44,10 +45,11 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
 
 def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:
     """What is wrong with the file, with the nodes of what is right in it, and with what a run of it needs beside."""
-    from busflow.ingredients import is_simulated
-    from busflow.launchfile.placement import placed
-    from busflow.runner import Graph
-    from busflow.testing.expectations import expectation_problems
+    with importing():
+        from busflow.ingredients import is_simulated
+        from busflow.launchfile.placement import placed
+        from busflow.runner import Graph
+        from busflow.testing.expectations import expectation_problems
 
     description, problems = given.examine()
     found = list(problems)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.importing import importing
 from busflow.cli.launching import Given, duration, duration_or_off, launch_file
 from busflow.text import printable
 
@@ -80,10 +81,12 @@ def run(
     if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
     if process is not None or voice is not None:
-        from busflow.processes.worker import work
+        with importing():
+            from busflow.processes.worker import work
 
         return work(given.description, voice)
-    from busflow.cli.running import Run
+    with importing():
+        from busflow.cli.running import Run
 
     run = Run(given, spread="one" if one_process else processes, inspect=not no_inspect, **options)
     return run.go(for_s, report, trace)
