@@ -138,7 +138,7 @@ class Outlet:
             if self.unsent == 1:
                 self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
             return
-        attachment = attachment_bytes(self._publisher.published, self._clock.now().nanoseconds, self._gid)
+        attachment = attachment_bytes(self._publisher.published, self._clock.now_ns(), self._gid)
         self.sent += 1
         if len(payload) < self._limit:
             self._put(payload, attachment)

@@ -46,7 +46,7 @@ class Speaker:
     def publish_bytes(self, payload: bytes) -> None:
         """Publish one message that is encoded already."""
         self.published += 1
-        self._way.put(payload, attachment=Attachment(self.published, self._clock.now().nanoseconds, self._gid).encode())
+        self._way.put(payload, attachment=Attachment(self.published, self._clock.now_ns(), self._gid).encode())
 
     def _on_match(self, status: Any) -> None:
         if status.matching:
