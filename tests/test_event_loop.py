@@ -2,6 +2,7 @@
 
 import asyncio
 import selectors
+import signal
 import socket
 import threading
 
@@ -56,6 +57,41 @@ def test_another_thread_ends_a_wait_that_has_a_deadline():
         return heard
 
     assert run(main) == "heard"
+
+
+def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
+    async def main():
+        loop = asyncio.get_running_loop()
+        heard: list[int] = []
+
+        def call(numbers, done):
+            for number in numbers:
+                loop.call_soon_threadsafe(heard.append, number)
+            loop.call_soon_threadsafe(done.set_result, None)
+
+        for numbers in (range(10_000), range(10_000, 10_001)):
+            done = loop.create_future()
+            thread = threading.Thread(target=call, args=[numbers, done])
+            thread.start()
+            thread.join(60)  # the loop does nothing meanwhile
+            async with asyncio.timeout(60):
+                await done
+        return heard
+
+    assert run(main) == list(range(10_001))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="needs POSIX signals")
+def test_a_signal_ends_a_wait():
+    async def main():
+        loop = asyncio.get_running_loop()
+        came = loop.create_future()
+        loop.add_signal_handler(signal.SIGUSR1, came.set_result, "came")
+        loop.call_later(0.001, signal.raise_signal, signal.SIGUSR1)
+        async with asyncio.timeout(60):
+            return await came
+
+    assert run(main) == "came"
 
 
 def test_where_there_is_no_epoll_the_loop_is_asyncio_s_own(monkeypatch: pytest.MonkeyPatch):
