@@ -63,7 +63,8 @@ def test_ctrl_c_ends_every_process_and_none_has_to_be_killed(start, have_ended):
     assert len(pids) == 2
     assert run.end() == 130
     assert have_ended(pids, 0)
-    assert {each["level"] for each in run.log()} == {"debug", "info"}, run.log()
+    told = [each for each in run.log() if each["event"] != "the nodes wait"]  # on a busy machine
+    assert {each["level"] for each in told} == {"debug", "info"}, told
 
 
 STEADY = """
