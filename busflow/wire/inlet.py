@@ -26,7 +26,7 @@ from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Durability
 from busflow.text import printable
-from busflow.wire.keys import Attachment, Token, topic_key
+from busflow.wire.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
 from busflow.wire.latecomers import Latecomers, has_expired
 from busflow.wire.qos_form import as_qos, from_text
 
@@ -210,10 +210,7 @@ class Inlet:
         started, handled = dispatcher.now(), 0
         try:
             while sample is not None:
-                together: list[zenoh.Sample] = []
-                while sample is not None and len(together) < room:
-                    together.append(sample)
-                    sample = self._next()
+                together, sample = self._together(sample, room)
                 handled += len(together)
                 dispatcher.run_now(partial(self._publish, together))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
@@ -235,6 +232,18 @@ class Inlet:
         finally:
             self._feeder = None
             self._let_watch()
+
+    def _together(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
+        """As many as there is room for, and the one after them."""
+        found: list[zenoh.Sample] = []
+        receive = self._arrivals.try_recv
+        try:
+            while sample is not None and len(found) < room:
+                found.append(sample)
+                sample = receive()
+        except zenoh.ZError:  # the session is closed
+            sample = None
+        return found, sample
 
     def _next(self) -> zenoh.Sample | None:
         try:
@@ -281,6 +290,16 @@ class Inlet:
         return None
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
+        """Who sent it; that of the next message of one that is let in takes 0.5 µs, any other's 1.5."""
+        if attachment and (known := self._publishers.get(gid := attachment[GID_AT:])) and not known.perishable:
+            (sequence,) = SEQUENCE.unpack_from(attachment)  # there are 33 bytes, or it would be nobody's gid
+            if self._sequences.get(gid) == sequence - 1:
+                self._sequences[gid] = sequence
+                self._latecomers.hear(gid, sequence)
+                return known
+        return self._publisher_found(attachment)
+
+    def _publisher_found(self, attachment: bytes | None) -> Publisher[Any] | None:
         """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
         known = told = None
         if attachment:

@@ -21,6 +21,10 @@ PATIENCE = "timeout"
 """The parameter of a query that says for how many seconds the answer of a service is waited for."""
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
+SEQUENCE = struct.Struct("<q")
+"""What an attachment begins with."""
+GID_AT = 17
+"""Where the gid begins in an attachment, and goes on to its end."""
 _NO_HASH = "RIHS01_" + "0" * 64
 
 
