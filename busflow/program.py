@@ -118,8 +118,6 @@ def run_graph(
         await graph.start()
         settle()
         if for_s is not None:
-            if graph.clock.kind == "system":
-                guard.end_after(for_s)
             with anyio.move_on_after(for_s):
                 await graph.wait()
             await graph.clock.settle()
@@ -128,6 +126,8 @@ def run_graph(
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + graph.around_s + 0.1)
     graph.on_restart.append(look_at_everything)
+    if for_s is not None and graph.clock.kind == "system":
+        graph.on_ready = partial(guard.end_after, for_s)
     with guard, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
         try:
             runner.run(main())

@@ -60,6 +60,8 @@ class Graph:
     _host_called = False
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
+    on_ready: Callable[[], None] = staticmethod(lambda: None)
+    """What follows when every node has started, before any can go on to block the event loop."""
     tells_at_end = False
     """Whether whoever runs it tells its failures in full at the end: then its console is not to tell them too."""
     around_s = 0.0
@@ -146,12 +148,11 @@ class Graph:
         self.units += units_of(plan.members, self._overseer())
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         try:
-            for hear in self.on_start:
-                hear()
+            self._tell(self.on_start)
             for unit in self.units:
                 unit.runtime.connect(self.bus)
         except BaseException:
-            self._tell_end()
+            self._tell(self.on_end)
             raise
         self._loop = asyncio.get_running_loop()
         if self._asked_early is not None:
@@ -212,8 +213,7 @@ class Graph:
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
         """Let the graph end, without waiting; `code` says why unless a node has failed."""
         if not self.ending.is_set():
-            if self.exit_code is ExitCode.OK:
-                self.exit_code = code
+            self.exit_code = self.exit_code or code
             self.ending.set()
 
     def give_up(self, error: BusflowError) -> None:
@@ -262,7 +262,7 @@ class Graph:
             if self.watchdog is not None:
                 self.watchdog.close()
             self._outside.close()
-            self._tell_end()
+            self._tell(self.on_end)
             self.bus.close()
             self._ready.set()
 
@@ -279,14 +279,15 @@ class Graph:
         finally:
             self._duration_s = self.clock.seconds()
 
-    def _tell_end(self) -> None:
-        for hear in self.on_end:
+    def _tell(self, hearers: Sequence[Callable[[], None]]) -> None:
+        for hear in hearers:
             hear()
 
     async def _await_starts(self) -> None:
         for unit in self.units:
             await unit.started.wait()
         self._ready.set()
+        self.on_ready()
         if self.watchdog is not None and not self.ending.is_set():  # opening a device may block, once
             self.watchdog.begin()
 

@@ -32,6 +32,12 @@ NODES = {
             while True:
                 pass
     """,
+    "busy_at_once": """
+        async def run(self) -> None:
+            self.log.info("ticking")
+            while True:
+                pass
+    """,
     "asleep": """
         @timer(0.01)
         def tick(self) -> None:
@@ -180,9 +186,9 @@ def test_ctrl_c_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told:
 
 @pytest.mark.parametrize(
     ("terminal", "told"),
-    [(("busy", "--for", "0.2"), "plugins/busy.py:"), (("asleep", "--for", "0.2"), "plugins/asleep.py:")],
+    [((name, "--for", "0.2"), f"plugins/{name}.py:") for name in ("busy", "busy_at_once", "asleep")],
     indirect=["terminal"],
-    ids=["busy", "asleep"],
+    ids=["busy", "busy_at_once", "asleep"],
 )
 def test_a_time_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told: str):
     assert terminal.end() == 1
