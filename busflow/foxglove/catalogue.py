@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
 from busflow.names import full_topic_name_fault
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+Kind: TypeAlias = tuple[str, str | None]
+"""A type by its name and its hash, if that is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class Seen:
     """A run as it was at one moment, and what is needed to read its messages."""
 
     graph: GraphView
-    types: Mapping[str, ForeignType]
+    types: Mapping[Kind, ForeignType]
     services: Mapping[str, ServiceKind]
 
 
@@ -84,7 +86,7 @@ class Catalogue:
         self.services: dict[int, Offer] = {}
         self._peer, self._wanted, self._tell = peer, wanted, tell
         self._ids = 0
-        self._types: dict[str, ForeignType] = {}
+        self._types: dict[Kind, ForeignType] = {}
         self._kinds: dict[tuple[str, str], ServiceKind] = {}
         self._told: set[str] = set()
 
@@ -104,9 +106,9 @@ class Catalogue:
         """Ask the run what there is. It takes as long as the run's answer, and is for one thread at a time."""
         graph = self._peer.graph()
         for topic in self._topics(graph):
-            for name in topic.types:
-                if name not in self._types:
-                    self._learn(topic.name, name)
+            for kind in topic.kinds:
+                if kind not in self._types:
+                    self._learn(topic.name, kind)
         unknown = [each.name for each in _answered(graph) if (each.name, each.types[0]) not in self._kinds]
         if unknown:
             try:
@@ -125,28 +127,28 @@ class Catalogue:
     def update(self, seen: Seen) -> Change:
         """Offer what was seen, and say what that changes."""
         topics = {
-            (topic.name, name): (topic, seen.types[name])
+            (topic.name, seen.types[kind]): topic
             for topic in self._topics(seen.graph)
-            for name in topic.types
-            if name in seen.types
+            for kind in topic.kinds
+            if kind in seen.types
         }
-        gone = [id_ for id_, each in self.channels.items() if topics.get(_key(each), (None, None))[1] is not each.type]
+        gone = [id_ for id_, each in self.channels.items() if _key(each) not in topics]
         for id_ in gone:
             del self.channels[id_]
         offered = {_key(each): id_ for id_, each in self.channels.items()}
         new: list[Channel] = []
-        for key, (topic, type_) in topics.items():
+        for key, topic in topics.items():
             if key in offered:  # who is on its ends decides how it is listened to
                 self.channels[offered[key]] = replace(self.channels[offered[key]], topic=topic)
             else:
-                new.append(Channel(self._next(), topic, type_))
+                new.append(Channel(self._next(), topic, key[1]))
         self.channels |= {each.id: each for each in new}
         services, gone_services = self._update_services(seen)
         return Change(tuple(new), tuple(gone), services, gone_services)
 
     def clock(self) -> Channel | None:
         """The channel by which somebody tells the nodes the time, if anybody does."""
-        clocks = (each for each in self.channels.values() if _key(each) == (CLOCK, CLOCK_TYPE))
+        clocks = (each for each in self.channels.values() if (each.topic.name, each.type.name) == (CLOCK, CLOCK_TYPE))
         return next((each for each in clocks if each.topic.publishers), None)
 
     def _update_services(self, seen: Seen) -> tuple[tuple[Offer, ...], tuple[int, ...]]:
@@ -163,10 +165,10 @@ class Catalogue:
         wanted = (topic for topic in graph.topics.values() if self._wanted.includes(topic.name))
         return (topic for topic in wanted if full_topic_name_fault(topic.name) is None)
 
-    def _learn(self, topic: str, name: str) -> None:
+    def _learn(self, topic: str, kind: Kind) -> None:
         """Find out what a type is; a topic of an unknown one cannot be shown, and that is told once."""
         try:
-            self._types[name] = known_type(self._peer, name)
+            self._types[kind] = known_type(self._peer, *kind)
         except InspectionUnavailable:
             raise
         except BusflowError as error:
@@ -182,8 +184,8 @@ class Catalogue:
         return self._ids
 
 
-def _key(channel: Channel) -> tuple[str, str]:
-    return channel.topic.name, channel.type.name
+def _key(channel: Channel) -> tuple[str, ForeignType]:
+    return channel.topic.name, channel.type
 
 
 def _answered(graph: GraphView) -> list[TopicView]:

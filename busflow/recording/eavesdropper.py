@@ -58,8 +58,8 @@ class Eavesdropper:
         self._clock = SystemClock()
         self._lock = threading.Lock()
         self._listening = ExitStack()
-        self._ears: dict[tuple[str, str], _Ear] = {}
-        self._unheard: dict[tuple[str, str], str] = {}
+        self._ears: dict[tuple[str, str, str | None], _Ear] = {}
+        self._unheard: dict[tuple[str, str, str | None], str] = {}
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
@@ -82,7 +82,7 @@ class Eavesdropper:
     @property
     def topics(self) -> tuple[str, ...]:
         """What is listened to."""
-        return tuple(topic for topic, _ in self._ears)
+        return tuple(dict.fromkeys(topic for topic, *_ in self._ears))
 
     @property
     def unmatched(self) -> tuple[str, ...]:
@@ -92,7 +92,7 @@ class Eavesdropper:
     @property
     def unheard(self) -> Mapping[str, str]:
         """Topics that are wanted and could not be listened to so far, each with the reason."""
-        return {topic: why for (topic, _), why in self._unheard.items()}
+        return {topic: why for (topic, *_), why in self._unheard.items()}
 
     @property
     def recorded(self) -> int:
@@ -144,16 +144,16 @@ class Eavesdropper:
     def follow(self) -> None:
         """Begin to listen to those topics that are wanted and new."""
         for topic in view(self._peer.tokens(), []).topics.values():
-            for type_name in topic.types:
-                if topic.publishers and (topic.name, type_name) not in self._ears:
-                    self._listen(topic, type_name)
+            for kind in topic.kinds:
+                if topic.publishers and (topic.name, *kind) not in self._ears:
+                    self._listen(topic, *kind)
 
-    def _listen(self, topic: TopicView, type_name: str) -> None:
+    def _listen(self, topic: TopicView, type_name: str, type_hash: str | None) -> None:
         if not self._selection.includes(topic.name):
             return
-        key = topic.name, type_name
+        key = topic.name, type_name, type_hash
         try:
-            type_ = known_type(self._peer, type_name)
+            type_ = known_type(self._peer, type_name, type_hash)
             ear = _Ear(self, topic, type_)
             self._listening.enter_context(self._peer.listen(topic, type_, listener=ear))
         except BusflowError as error:  # a process that is busy, or has just gone, is asked again the next time

@@ -64,6 +64,11 @@ class Token:
         """The node's full name."""
         return f"{self.namespace.rstrip('/')}/{self.node}"
 
+    @property
+    def told_hash(self) -> str | None:
+        """The hash of its type; None where it tells none."""
+        return None if self.hash in ("", _NO_HASH) else self.hash
+
     def __str__(self) -> str:
         fields = [str(self.domain), self.session, str(self.node_id), str(self.entity_id), self.kind.value]
         fields += [_mangled(self.enclave), _mangled(self.namespace), _mangled(self.node)]

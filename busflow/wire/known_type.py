@@ -13,19 +13,23 @@ if TYPE_CHECKING:
     from busflow.wire.peer import Peer
 
 
-def known_type(peer: Peer, name: str) -> ForeignType:
-    """The type of this full name, such as `sensor_msgs/msg/Imu`.
+def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignType:
+    """The type of this full name, such as `sensor_msgs/msg/Imu`, and of this hash where it is known.
 
     Raises:
         UnknownType: The run does not use it and busflow does not bring it.
     """
     try:
-        return peer.type(name)
+        return peer.type(name, type_hash)
     except NoSuchTarget:
         if "/" not in name:
             known = shipped_types().messages
             raise UnknownType(f"no type {printable(name)!r}; {did_you_mean(name, known)}") from None
-        return _own(name)
+        found = _own(name)
+        if type_hash not in (None, found.type_hash):
+            text = f"{printable(name)} is another version than busflow's, and the run does not say what it is"
+            raise UnknownType(text) from None
+        return found
 
 
 def _own(name: str) -> ForeignType:

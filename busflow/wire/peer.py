@@ -85,7 +85,7 @@ class Peer:
         self._name = f"_busflow_cli_{os.getpid()}"
         self._ids = count(1)  # whose next is one step, so that ends may begin in several threads
         self._tokens: list[zenoh.LivelinessToken] = []
-        self._types: dict[str, ForeignType] = {}
+        self._types: dict[tuple[str, str | None], ForeignType] = {}
 
     def close(self) -> None:
         """Leave the run. Without it the interpreter would wait for ever for Zenoh's threads."""
@@ -191,8 +191,8 @@ class Peer:
                 tokens[text] = token
         return list(tokens.values()), answers
 
-    def type(self, name: str) -> ForeignType:
-        """A message type that the run uses, ready to read and write its messages.
+    def type(self, name: str, type_hash: str | None = None) -> ForeignType:
+        """A message type that the run uses, ready to read and write its messages; of several of a name, that hash's.
 
         Raises:
             NoSuchTarget: no topic of the run has this type.
@@ -200,13 +200,16 @@ class Peer:
         """
         from busflow.wire.foreign import ForeignType  # whoever reads no message does not pay for the codec
 
-        if name not in self._types:
-            for answer in self.ask("types", names=[name]):
+        key = name, type_hash
+        if key not in self._types:
+            which = {} if type_hash is None else {"hash": type_hash}
+            for answer in self.ask("types", names=[name], **which):
                 for told in answer.values():
-                    self._types[name] = ForeignType(name, told["hash"], told["description"])
-        if name not in self._types:
+                    if type_hash in (None, told["hash"]):
+                        self._types[key] = ForeignType(name, told["hash"], told["description"])
+        if key not in self._types:
             raise NoSuchTarget(f"the run does not say what {name} is")
-        return self._types[name]
+        return self._types[key]
 
     # Listening and publishing.
 

@@ -150,12 +150,13 @@ class Questions:
         }
 
     def types(self, arguments: Mapping[str, Any]) -> object:
-        """By type name, what a peer needs to read messages: `{hash, encoding, description}`; `names` limits them."""
-        wanted = arguments.get("names")
+        """By type name, what reads its messages: `{hash, encoding, description}`; `names` or a `hash` limit them."""
+        wanted, type_hash = arguments.get("names"), arguments.get("hash")
         if not (wanted is None or isinstance(wanted, list)):
             raise ValueError("names is a list of type names")
         supports = [self._supports(topic.type) for topic in self._graph.bus.topics.values()]
-        return {each.name: _described(each) for each in supports if wanted is None or each.name in wanted}
+        chosen = (each for each in supports if type_hash is None or each.type_hash == type_hash)
+        return {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
 
     def services(self, arguments: Mapping[str, Any]) -> object:
         """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""

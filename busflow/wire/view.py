@@ -52,6 +52,13 @@ class TopicView:
         return ", ".join(self.types)
 
     @property
+    def kinds(self) -> tuple[tuple[str, str | None], ...]:
+        """Its types, each with the hash that somebody on its ends tells; None where nobody does."""
+        ends = (*self.publishers, *self.subscriptions)
+        told = dict.fromkeys((each.token.type, each.token.told_hash) for each in ends)
+        return tuple(told) or tuple((name, None) for name in self.types)
+
+    @property
     def hidden(self) -> bool:
         """Whether it is shown only on request."""
         return is_hidden(self.name)

@@ -102,3 +102,15 @@ def test_a_name_that_is_not_there_names_the_nearest_that_is_not_hidden():
 )
 def test_what_ros_2_hides_is_hidden(name, hidden):
     assert is_hidden(name) is hidden
+
+
+def test_a_topic_tells_the_versions_of_its_types():
+    def of(kind, entity, type_hash):
+        return Token("a", 1, entity, kind, "/", "n", "/a", "lab/msg/Thing", type_hash)
+
+    tokens = [of(Kind.PUBLISHER, 2, "RIHS01_1"), of(Kind.SUBSCRIPTION, 3, "RIHS01_2"), of(Kind.SUBSCRIPTION, 4, "")]
+    assert view(tokens, []).topics["/a"].kinds == (
+        ("lab/msg/Thing", "RIHS01_1"),
+        ("lab/msg/Thing", "RIHS01_2"),
+        ("lab/msg/Thing", None),
+    )

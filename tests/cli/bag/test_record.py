@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import sys
+from copy import deepcopy
 
 import pytest
 
@@ -16,6 +17,7 @@ from busflow.cli.param import parameters_of
 from busflow.msgs.std_msgs import Bool
 from busflow.recording.bag import Bag
 from busflow.testing.replay_past import past_of
+from busflow.wire.description import rihs01
 from busflow.wire.foreign import ForeignType
 from busflow.wire.peer import join
 from busflow.wire.typesupport import TypeSupport
@@ -117,6 +119,19 @@ class TestLab:
         (warning,) = warnings
         assert warning.startswith("warning: nothing of /secret was recorded: ")
         assert "Secret" in warning
+
+    def test_two_types_of_one_name_are_not_mixed_up(self, tmp_path, capsys):
+        description = deepcopy(foreign(Secret).description)
+        description["type_description"]["type_name"] = "std_msgs/msg/Bool"
+        another = ForeignType("std_msgs/msg/Bool", rihs01(description), description)
+        with join() as peer, peer.advertise("/one", foreign(Bool)), peer.advertise("/two", another):
+            assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "one", "two", "--for", "300ms"]) == 1
+        assert (
+            "warning: nothing of /two was recorded: std_msgs/msg/Bool is another version than busflow"
+            in capsys.readouterr().err
+        )
+        with Bag(tmp_path / "a.mcap") as bag:
+            assert {each.topic for each in bag.channels} == {"/one", "/parameter_events"}
 
     def test_a_disk_that_is_full_from_the_start_is_told_and_no_file_is_left(self, tmp_path):
         def limit() -> None:
