@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.launching import Given, duration, launch_file
-from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.ingredients import What
@@ -21,7 +20,6 @@ Examples:
   busflow replay run.mcap --plugin sensor_processor --folder plugins"""
 
 _SHOWN = 10
-_OF_LAUNCH_FILES = {".yaml", ".yml"}
 
 
 @click.command(epilog=_EXAMPLES)
@@ -60,9 +58,6 @@ def replay(
     """
     from busflow.testing.replays import replay as run_anew
 
-    if recording.suffix in _OF_LAUNCH_FILES and given is not None:
-        right = f"busflow replay {printable(given.file)} {printable(recording)}"
-        raise click.UsageError(f"the recording comes first, then the launch file: {right}", context)
     if (given is None) == (plugin is None):
         both = " instead of it: not both" if plugin is not None else ""
         raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)

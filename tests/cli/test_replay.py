@@ -107,9 +107,3 @@ def test_wrong_usage(capsys, bag, arguments, why):
 def test_a_recording_that_is_not_there(capsys):
     assert main(["replay", "nothing.mcap", LAB]) == 2
     assert "nothing.mcap: it cannot be opened" in capsys.readouterr().err
-
-
-def test_arguments_the_wrong_way_round_are_told_the_right_way(capsys, bag):
-    assert main(["replay", LAB, bag]) == 2
-    right = f"the recording comes first, then the launch file: busflow replay {bag} {LAB}"
-    assert right in capsys.readouterr().err

@@ -115,9 +115,7 @@ def test_a_reader_of_ros_2_opens_the_directory(lab1):
 
 def test_a_replay_of_a_node_gives_what_it_gave(lab1, tmp_path, capsys):
     recording = lab1
-    for attempt in range(
-        3
-    ):  # a busy machine may lose an Imu, which is best effort, on its way: recorded, and not heard
+    for attempt in range(3):  # on a busy machine an Imu, best effort, may be recorded where it is sent and not arrive
         code = main(["replay", str(recording), str(LAB1), "--node", "sensor_processor"])
         said = capsys.readouterr()
         assert "error" not in said.err
