@@ -14,6 +14,7 @@ import sys
 import sysconfig
 import threading
 import traceback
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -61,6 +62,8 @@ class SignalGuard:
             self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
+        guard = weakref.ref(self)
+        os.register_at_fork(after_in_child=lambda: (found := guard()) and found.leave_child())
         return self
 
     def __exit__(
@@ -68,6 +71,18 @@ class SignalGuard:
     ) -> None:
         if not self._before:
             return
+        self._give_back()
+
+    def leave_child(self) -> None:
+        """In a process that a node has forked: its signals are its own, and not told to the run's guard.
+
+        Ctrl-C, which a terminal sends to all, stays with the run, which ends its nodes and they what they forked.
+        """
+        if self._before:
+            self._before[signal.SIGINT] = _heed_nothing
+            self._give_back()
+
+    def _give_back(self) -> None:
         signal.set_wakeup_fd(self._before_fd)
         for number, before in self._before.items():
             signal.signal(number, before)
@@ -126,6 +141,10 @@ class SignalGuard:
                     self._ask_to_stop(self._code)
 
 
+def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
+    """A handler, since a signal that is ignored would be so in every program that the process executes."""
+
+
 def _end_process(code: ExitCode, why: str) -> None:
     """End the process now, and say what the main thread was doing."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
@@ -140,5 +159,7 @@ def _end_process(code: ExitCode, why: str) -> None:
     try:
         os.set_blocking(2, False)  # whoever reads our standard error may be gone, or stand still
         os.write(2, f"busflow: {why}{where}\n".encode())
+        if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
+            [child.kill() for child in multiprocessing.active_children()]
     finally:
         os._exit(code)

@@ -496,6 +496,20 @@ if __name__ == "__main__":
 """
 
 
+BUSY = "[pool.apply_async(any, (iter(int, 1),)), any(() for _ in iter(int, 1))]"
+"""One of the other processes has work for ever, and the node has, too."""
+
+
+def test_a_node_s_other_processes_end_with_a_run_that_has_to_be_ended(start, tmp_path):
+    (tmp_path / "forks.py").write_text(FORKS.replace("await asyncio.Event().wait()", BUSY))
+    execute = "import os, sys; os.execv(sys.executable, [sys.executable, sys.argv[2], sys.argv[1]])"
+    program = start(execute, "fork", str(tmp_path / "forks.py"))
+    program.wait_for("ready [0, 2, 4]")
+    code, said = program.end()  # it is at its end when nobody holds the standard error any more
+    assert code == 130
+    assert "did not end within" in said
+
+
 @pytest.mark.parametrize("method", ["fork", "forkserver"])
 def test_a_node_may_use_other_processes(start, tmp_path, method):
     (tmp_path / "forks.py").write_text(FORKS)
@@ -504,5 +518,6 @@ def test_a_node_may_use_other_processes(start, tmp_path, method):
     program.wait_for("ready [0, 2, 4]")
     with join("forks") as peer:
         assert json.dumps(peer.ask("run")[0]["nodes"]) == "1"
-    assert program.end()[0] == 130
+    code, said = program.end()
+    assert (code, said.count("busflow: ")) == (130, 0), said  # it was ended by nobody else
     assert runs() == []

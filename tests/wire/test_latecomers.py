@@ -42,6 +42,7 @@ class Outside:
         async def publish(*numbers):
             for number in numbers:
                 await self._looked.ask(speaker.publish, {"data": number})
+            await self._looked.ask(peer.ask, "run")  # which takes the same way: all before it have arrived
 
         return publish
 
