@@ -69,9 +69,8 @@ class SignalGuard:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if not self._before:
-            return
-        self._give_back()
+        if self._before:
+            self._give_back()
 
     def leave_child(self) -> None:
         """In a process that a node has forked: its signals are its own, and not told to the run's guard.

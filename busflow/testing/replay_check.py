@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from busflow.clock import NS_PER_S
 from busflow.recording.comparison import Comparison, FieldDifference
-from busflow.recording.pairs import LetGo, Lonely, Pairs
+from busflow.recording.pairs import LetGo, Lonely, Pairs, Side
 
 _MOST_FIELDS = 20
 _NS_PER_MS = 1_000_000
@@ -104,24 +104,22 @@ class Check:
 
     def recorded(self, topic: str, published: Published) -> None:
         """A message of the recording."""
-        try:
-            other = self._pairs.take(topic, 0, published)
-        except LetGo:
-            self._pass_over(topic, published)
-        else:
-            if other is not None:
-                self._compare(topic, published, other)
+        if (replayed := self._counterpart(topic, 0, published)) is not None:
+            self._compare(topic, published, replayed)
 
     def replayed(self, topic: str, published: Published) -> None:
         """A message of the replay."""
         self._topics[topic].late += self._is_forgiven(published)
+        if (recorded := self._counterpart(topic, 1, published)) is not None:
+            self._compare(topic, recorded, published)
+
+    def _counterpart(self, topic: str, side: Side, published: Published) -> Published | None:
+        """What the other side has for a message; None where it is yet to come, or was let go."""
         try:
-            other = self._pairs.take(topic, 1, published)
+            return self._pairs.take(topic, side, published)
         except LetGo:
             self._pass_over(topic, published)
-        else:
-            if other is not None:
-                self._compare(topic, other, published)
+            return None
 
     def failed(self, node: str, time_ns: int, text: str) -> None:
         """A node failed in the replay."""
