@@ -13,6 +13,7 @@ from pathlib import Path
 from benchmarks.crossing.board import cpu_s
 from benchmarks.question import Case, Contender, Effort, Question, Quoted, Sample
 from benchmarks.rounds import ROOT
+from busflow.wire.run_directory import runs
 
 PATIENCE_S = 30.0
 SETTLED_S = 1.5
@@ -45,7 +46,7 @@ def measure(contender: Contender, _case: str, effort: Effort) -> Sample:
 def _await_start(run: subprocess.Popen[bytes], folder: Path) -> None:
     """Wait until it can be looked into, and a little longer."""
     until = time.perf_counter() + PATIENCE_S
-    while not any(folder.rglob("*.sock")):
+    while not runs({"BUSFLOW_RUNTIME_DIR": str(folder)}):
         if run.poll() is not None or time.perf_counter() > until:
             raise RuntimeError(f"it has not started: {run.args}")
         time.sleep(0.05)
