@@ -1,45 +1,40 @@
-"""The event loop that `busflow run` uses: asyncio's own, waiting to the microsecond instead of to the millisecond."""
+"""The event loop that `busflow run` uses: asyncio's own, which waits to the microsecond and is woken cheaply.
+
+Other threads wake it for every message that comes from another process. asyncio's way to do so takes four system calls
+and a callback: two so, and none where the loop is about to wake anyhow.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import io
+import os
 import select
 import selectors
-import socket
 import sys
 from collections.abc import Callable
-from typing import TypeAlias, cast
+from contextlib import suppress
+from typing import TypeAlias
 
 LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 _SELECT_LIMIT = 1024
 """The highest file descriptor that `select()` takes on Linux is one less."""
+_ONE = (1).to_bytes(8, sys.byteorder)
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
-    """An asyncio loop; where it waits with epoll, its timers are not rounded up to whole milliseconds.
-
-    CPython's epoll selector rounds every timeout up to a millisecond, which makes each tick of a timer that late. The
-    epoll object is itself a file that `select()` can wait for, to the microsecond.
-    """
-    return _Loop(PreciseSelector() if sys.platform == "linux" else selectors.DefaultSelector())
+    """An asyncio loop; where it waits with epoll, its timers are not rounded up to whole milliseconds."""
+    if sys.platform == "linux":
+        selector = PreciseSelector()
+        if max(selector.watched) < _SELECT_LIMIT:
+            return _WokenLoop(selector)
+        selector.close()
+    return _Loop(selectors.DefaultSelector())
 
 
 class _Loop(asyncio.SelectorEventLoop):
-    """Is woken by other threads cheaply, and ends without waiting for calls that a node left in `asyncio.to_thread`."""
-
-    def _read_from_self(self) -> None:
-        """Take out what other threads and signals have woken the loop with.
-
-        asyncio looks once more, finds nothing, and catches the error: a fifth of what it costs to be woken (58 µs of
-        CPU time, 45 so). Should there be more than this takes, the loop wakes again.
-        """
-        waker = cast("socket.socket", self._ssock)  # type: ignore[attr-defined]  # asyncio's own
-        try:
-            woken_by = waker.recv(4096)
-        except (BlockingIOError, InterruptedError):
-            return
-        self._process_self_data(woken_by)  # type: ignore[attr-defined]  # zeros, and the numbers of signals
+    """Ends without waiting for calls that a node left in `asyncio.to_thread`."""
 
     async def shutdown_default_executor(self, *_args: float | None) -> None:
         executor = getattr(self, "_default_executor", None)
@@ -50,14 +45,51 @@ class _Loop(asyncio.SelectorEventLoop):
 if sys.platform == "linux":  # no other system has epoll, and the selectors of others are precise enough
 
     class PreciseSelector(selectors.EpollSelector):
-        """Waits with `select()` on the epoll object, then asks epoll what there is."""
+        """Waits with `select()`, to the microsecond, on the epoll object, which is a file itself, and on a bell.
+
+        CPython's epoll selector rounds every timeout up to a millisecond, which makes each tick of a timer that late.
+        """
+
+        def __init__(self) -> None:
+            super().__init__()
+            self._bell = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
+            self._rung = False
+            self.watched = self.fileno(), self._bell.fileno()
+            """The numbers of the files that it waits for: of epoll, and the bell."""
+
+        def ring(self) -> None:
+            """End a wait, or keep the next one from beginning; from any thread."""
+            if not self._rung:
+                self._rung = True
+                with suppress(ValueError):  # it was closed meanwhile: nobody waits
+                    self._bell.write(_ONE)
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
             """What is ready by then."""
             if timeout is not None and timeout <= 0:  # a busy loop asks so each turn, of which this saves a sixth
                 waits: list[tuple[int, int]] = self._selector.poll(0, 1)  # type: ignore[attr-defined]  # its epoll object
                 return super().select(0) if waits else []
-            if timeout is None or self.fileno() >= _SELECT_LIMIT:
-                return super().select(timeout)
-            ready, _, _ = select.select([self.fileno()], [], [], timeout)
-            return super().select(0) if ready else []
+            ready, _, _ = select.select(self.watched, (), (), timeout)
+            epoll, bell = self.watched
+            if bell in ready:
+                try:
+                    self._bell.read(8)
+                finally:  # not before, or whoever rings in between would find an empty bell that says it was rung
+                    self._rung = False
+            return super().select(0) if epoll in ready else []
+
+        def close(self) -> None:
+            """Wait no more."""
+            self._bell.close()
+            super().close()
+
+    class _WokenLoop(_Loop):
+        """Is woken by its selector's bell; signals alone come through asyncio's pair of sockets."""
+
+        def __init__(self, selector: PreciseSelector) -> None:
+            super().__init__(selector)
+            self._ring = selector.ring
+
+        def _write_to_self(self) -> None:
+            """How asyncio wakes the loop from another thread, once what is to be done stands in its line."""
+            self._ring()

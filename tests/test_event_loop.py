@@ -1,10 +1,13 @@
 """The loop of `busflow run` waits as asyncio's does: for deadlines, for sockets and for other threads."""
 
 import asyncio
+import os
 import selectors
 import signal
 import socket
+import sys
 import threading
+import time
 
 import pytest
 
@@ -59,6 +62,24 @@ def test_another_thread_ends_a_wait_that_has_a_deadline():
     assert run(main) == "heard"
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no epoll")
+def test_each_ring_ends_one_wait():
+    from busflow.event_loop import PreciseSelector
+
+    with PreciseSelector() as selector:
+        for _ in range(3):
+            selector.ring()
+            selector.ring()
+            assert waits_s(selector, 5) < 5
+            assert waits_s(selector, 0.01) >= 0.01
+
+
+def waits_s(selector, timeout_s):
+    began = time.monotonic()
+    assert selector.select(timeout_s) == []
+    return time.monotonic() - began
+
+
 def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
     async def main():
         loop = asyncio.get_running_loop()
@@ -79,6 +100,33 @@ def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
         return heard
 
     assert run(main) == list(range(10_001))
+
+
+def test_whoever_wakes_a_loop_that_was_closed_is_told_so():
+    loop = new_event_loop()
+    loop.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        loop.call_soon_threadsafe(print)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no epoll")
+def test_a_process_with_more_files_open_than_select_takes_is_woken_too():
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard < 2048:
+        pytest.skip("this user may not have so many files open")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 2048), hard))
+    opened = [os.open(os.devnull, os.O_RDONLY)]
+    try:
+        while opened[-1] < 1024:
+            opened.append(os.dup(opened[0]))
+        test_another_thread_ends_a_wait_that_has_a_deadline()
+        test_deadlines_come_in_order_and_none_too_early()
+    finally:
+        for each in opened:
+            os.close(each)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="needs POSIX signals")
