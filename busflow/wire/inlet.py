@@ -83,6 +83,8 @@ class Inlet:
         self.losses = topic.losses
         self._topic, self._support, self._bus, self._log = topic, support, bus, log
         self._publishers: dict[bytes, Publisher[Any]] = {}
+        self._plain: dict[bytes, Publisher[Any]] = {}
+        """Those of them that keep nothing for latecomers, and whose messages do not expire."""
         self._ignored: set[bytes] = set()
         self._sequences: dict[bytes, int] = {}
         self._gone = gone
@@ -117,6 +119,8 @@ class Inlet:
             publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
             self._bus.attach_publisher(publisher)
             self._publishers[token.gid] = publisher
+            if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
+                self._plain[token.gid] = publisher
             if token.gid in self._gone:
                 self._sequences[token.gid] = self._gone.pop(token.gid)
             self._latecomers.welcome(token.gid)
@@ -157,6 +161,7 @@ class Inlet:
 
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
+        self._plain.pop(gid, None)
         self._sequences.pop(gid, None)
         self._latecomers.forget(gid)
         if publisher is not None:
@@ -252,16 +257,42 @@ class Inlet:
             return None  # the session is closed
 
     def _publish(self, together: list[zenoh.Sample]) -> None:
-        """Publish as many as every queue has room for; the handlers get them when this returns."""
+        """Publish as many as every queue has room for; the handlers get them when this returns.
+
+        The next message of a plain publisher is dealt with here, and takes 1 µs less than any other.
+        """
+        plain, sequences, decode = self._plain, self._sequences, self._support.decode
         for sample in together:
-            if not self._closed and (arrival := self._read(sample)) is not None:
-                publisher, message = arrival
-                try:
-                    publisher.publish(message)
-                except (WouldBlock, NotRunning) as error:  # who published is far away: the count is how it is told
-                    self._refuse(error)
-                finally:
-                    self._latecomers.present = None
+            if self._closed:
+                return
+            attachment = sample.attachment
+            told = b"" if attachment is None else attachment.to_bytes()
+            publisher = plain.get(gid := told[GID_AT:])
+            if publisher is None:
+                self._publish_carefully(sample)
+                continue
+            (sequence,) = SEQUENCE.unpack_from(told)  # there are 33 bytes, or it would be nobody's gid
+            if sequences.get(gid) != sequence - 1:
+                self._publish_carefully(sample)
+                continue
+            sequences[gid] = sequence
+            self.received += 1
+            try:
+                publisher.publish(decode(sample.payload.to_bytes()))
+            except MalformedMessage as error:
+                self._skip(error)
+            except (WouldBlock, NotRunning) as error:  # who published is far away: the count is how it is told
+                self._refuse(error)
+
+    def _publish_carefully(self, sample: zenoh.Sample) -> None:
+        if (arrival := self._read(sample)) is not None:
+            publisher, message = arrival
+            try:
+                publisher.publish(message)
+            except (WouldBlock, NotRunning) as error:
+                self._refuse(error)
+            finally:
+                self._latecomers.present = None
 
     async def _send(self, publisher: Publisher[Any], message: Message) -> None:
         try:
@@ -284,22 +315,15 @@ class Inlet:
             publisher = self._publisher_of(None if attachment is None else attachment.to_bytes())
             return None if publisher is None else (publisher, self._support.decode(sample.payload.to_bytes()))
         except MalformedMessage as error:
-            self.losses["malformed"] += 1
-            if self.losses["malformed"] == 1:
-                self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
+            self._skip(error)
         return None
 
-    def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
-        """Who sent it; that of the next message of one that is let in takes 0.5 µs, any other's 1.5."""
-        if attachment and (known := self._publishers.get(gid := attachment[GID_AT:])) and not known.perishable:
-            (sequence,) = SEQUENCE.unpack_from(attachment)  # there are 33 bytes, or it would be nobody's gid
-            if self._sequences.get(gid) == sequence - 1:
-                self._sequences[gid] = sequence
-                self._latecomers.hear(gid, sequence)
-                return known
-        return self._publisher_found(attachment)
+    def _skip(self, error: MalformedMessage) -> None:
+        self.losses["malformed"] += 1
+        if self.losses["malformed"] == 1:
+            self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
 
-    def _publisher_found(self, attachment: bytes | None) -> Publisher[Any] | None:
+    def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
         """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
         known = told = None
         if attachment:
