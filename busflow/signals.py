@@ -14,13 +14,13 @@ import sys
 import sysconfig
 import threading
 import traceback
-import weakref
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
 
 from busflow.errors import ExitCode
+from busflow.forks import call_in_children
 from busflow.text import printable
 
 _ENDED = 0
@@ -62,8 +62,7 @@ class SignalGuard:
             self._before[number] = signal.signal(number, self._pass_on)
         self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
-        guard = weakref.ref(self)
-        os.register_at_fork(after_in_child=lambda: (found := guard()) and found.leave_child())
+        call_in_children(self._leave_child)
         return self
 
     def __exit__(
@@ -72,7 +71,7 @@ class SignalGuard:
         if self._before:
             self._give_back()
 
-    def leave_child(self) -> None:
+    def _leave_child(self) -> None:
         """In a process that a node has forked: its signals are its own, and not told to the run's guard.
 
         Ctrl-C, which a terminal sends to all, stays with the run, which ends its nodes and they what they forked.

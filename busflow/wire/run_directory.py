@@ -15,14 +15,14 @@ import os
 import re
 import shutil
 import stat
-import weakref
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
+from busflow.forks import call_in_children
 from busflow.text import did_you_mean, printable
 
 SOCKET = "main.sock"
@@ -73,7 +73,7 @@ class RunDirectory:
         self.path = path
         self._lock = lock
         # A child that a node forks has our lock too, and would let a dead run pass for a living one.
-        os.register_at_fork(after_in_child=_call_if_alive(self._let_go))
+        call_in_children(self._let_go)
 
     @classmethod
     def claim(cls, name: str, environment: Mapping[str, str] = os.environ) -> Self:
@@ -328,15 +328,3 @@ def _card(path: Path) -> RunCard | None:
     fits = all(type(word) is str for word in words.values())
     fits = fits and all(type(number) is int and 0 <= number < _LATEST_NS for number in numbers.values())
     return RunCard(**words, **numbers) if fits else None
-
-
-def _call_if_alive(method: Callable[[], None]) -> Callable[[], None]:
-    """The method, held so that its object can go."""
-    reference = weakref.WeakMethod(method)
-
-    def call() -> None:
-        found = reference()
-        if found is not None:
-            found()
-
-    return call
