@@ -76,6 +76,26 @@ class DirectZenoh(Zenoh):
     indirect = False
 
 
+class LoopZenoh(Zenoh):
+    """The same into a callback of an event loop, as a program of one's own would have it: bytes, one by one."""
+
+    def receive(self, take: Take, board: Board) -> None:
+        import zenoh
+
+        async def listen() -> None:
+            loop = asyncio.get_running_loop()
+
+            def hear(sample: Any) -> None:
+                loop.call_soon_threadsafe(take, sample.payload.to_bytes()[0])
+
+            session.declare_subscriber("t", zenoh.handlers.Callback(hear, indirect=self.indirect))
+            while not board.done:  # noqa: ASYNC110  # it is another process that ends it
+                await asyncio.sleep(POLL_S)
+
+        with self._open(listen=False) as session:
+            asyncio.run(listen())
+
+
 class ZeroMq:
     """pyzmq, PUB and SUB over ipc, in blocking style."""
 
@@ -219,6 +239,7 @@ class Memory:
 LINKS: dict[str, Any] = {
     "Zenoh": Zenoh,
     "Zenoh, direct": DirectZenoh,
+    "Zenoh, asyncio": LoopZenoh,
     "pyzmq": ZeroMq,
     "ezmsg": Ezmsg,
     "asyncio unix socket": UnixSocket,

@@ -118,6 +118,7 @@ QUESTION = Question(
         Contender("busflow, Imu", {"320 B": "imu"}, cases=frozenset({"320 B"})),
         Contender("Zenoh", needs=("zenoh",), note="raw, into a callback"),
         Contender("Zenoh, direct", needs=("zenoh",), note="called by the link's thread"),
+        Contender("Zenoh, asyncio", needs=("zenoh",), note="onto an event loop, bytes"),
         Contender("pyzmq", needs=("zmq",), note="PUB/SUB, ipc, blocking"),
         Contender("ezmsg", "awaits", needs=("ezmsg",)),
         Contender("asyncio unix socket", "awaits", note="streams"),
