@@ -24,7 +24,7 @@ from busflow.launchfile.description import (
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.merge import Part
 from busflow.launchfile.model import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
-from busflow.launchfile.network import network_of, unknown_machine
+from busflow.launchfile.network_builder import network_of, unknown_machine
 from busflow.launchfile.placement import MAIN
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.value import Value

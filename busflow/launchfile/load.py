@@ -24,7 +24,7 @@ from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.groups import Flat, Included
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.model import LaunchKeys, key_faults
-from busflow.launchfile.network import anchored
+from busflow.launchfile.network_builder import anchored
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.profiles import chosen, from_command_line, readable
 from busflow.launchfile.resolver import Resolver

@@ -6,13 +6,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 from busflow.errors import Problem, Severity
+from busflow.launchfile.description import LaunchDescription, NodeSpec, ProcessSpec
 from busflow.launchfile.faults import problem_at
-
-if TYPE_CHECKING:
-    from busflow.launchfile.description import LaunchDescription, NodeSpec, ProcessSpec
 
 MAIN = "main"
 """The process that `busflow run` itself is, and the machine that it is on without `--machine`."""
@@ -98,8 +95,6 @@ def placed(description: LaunchDescription, spread: Spread = Spread.FILE) -> Plac
 
 def _own_process(name: str, node: NodeSpec) -> ProcessSpec:
     """The process of one node, of which the launch file says nothing."""
-    from busflow.launchfile.description import ProcessSpec
-
     return ProcessSpec(name, node.origin, node.machine)
 
 
