@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from busflow.bus import Bus
     from busflow.clients import ClientStatistics
     from busflow.errors import ExitCode
-    from busflow.runner import Graph
     from busflow.servers import ServerStatistics
     from busflow.supervisor import Unit
     from busflow.timers import TimerStatistics
@@ -137,26 +136,6 @@ class Report:
             **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
             **({"recording": asdict(self.recording)} if self.recording else {}),
         }
-
-
-def report_of(graph: Graph, duration_s: float) -> Report:
-    """What a graph has come to."""
-    return Report(
-        name=graph.name,
-        seed=graph.seed,
-        clock=graph.clock.kind,
-        duration_s=duration_s,
-        exit_code=graph.exit_code,
-        nodes=node_reports(graph.units),
-        topics=topic_reports(graph.bus),
-        services=service_reports(graph.bus),
-        timers=tuple(timer.statistics() for unit in graph.units for timer in unit.runtime.timers),
-        inbox_dropped=graph.bus.inbox.dropped,
-        inbox_refused=graph.bus.inbox.refused,
-        blocks=graph.watchdog.blocks if graph.watchdog else (),
-        log_lines_lost=graph.log.lost,
-        recording=graph.recording() if graph.recording else None,
-    )
 
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:

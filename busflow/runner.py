@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar, cast, overload
+from typing import Any, Self, TypeVar, overload
 
 from busflow.bus import Bus
 from busflow.calls import Pair, Req, Res
@@ -27,13 +27,12 @@ from busflow.node import Node, runtime_of
 from busflow.outside import Outside
 from busflow.publishers import Publisher
 from busflow.qos import QoS
-from busflow.report import RecordingReport, Report, report_of
+from busflow.report import RecordingReport, Report, node_reports, service_reports, topic_reports
 from busflow.rosout import Rosout
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
-from busflow.text import did_you_mean
-from busflow.units import stop_units, units_of
+from busflow.units import node_among, stop_units, units_of
 from busflow.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -51,7 +50,6 @@ class Graph:
     """
 
     _tasks: asyncio.TaskGroup | None = None  # while it lives
-
     exit_code = ExitCode.OK
     recording: Callable[[], RecordingReport] | None = None
     """What there is of its recording, if it is recorded."""
@@ -81,11 +79,10 @@ class Graph:
         embedded: bool = False,
         watchdog_s: float | None = None,
     ) -> None:
-        descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
-        self.descriptions = descriptions
-        self.name = next((each.name for each in descriptions), "graph")
-        self.seed = seed if seed is not None else next((s.seed for s in descriptions if s.seed is not None), 0)
-        self.grace_s = next((s.shutdown_grace_s for s in descriptions if s.shutdown_grace_s is not None), GRACE_S)
+        self.descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
+        self.name = next((each.name for each in self.descriptions), "graph")
+        self.seed = seed if seed is not None else next((s.seed for s in self.descriptions if s.seed is not None), 0)
+        self.grace_s = next((s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
         self._set_clock()
         self.log = Log(self.clock, level=log_level, sinks=sinks)
@@ -148,11 +145,13 @@ class Graph:
         self.units += units_of(plan.members, self._overseer())
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         try:
-            self._tell(self.on_start)
+            for hear in self.on_start:
+                hear()
             for unit in self.units:
                 unit.runtime.connect(self.bus)
         except BaseException:
-            self._tell(self.on_end)
+            for hear in self.on_end:
+                hear()
             raise
         self._loop = asyncio.get_running_loop()
         if self._asked_early is not None:
@@ -262,7 +261,8 @@ class Graph:
             if self.watchdog is not None:
                 self.watchdog.close()
             self._outside.close()
-            self._tell(self.on_end)
+            for hear in self.on_end:
+                hear()
             self.bus.close()
             self._ready.set()
 
@@ -278,10 +278,6 @@ class Graph:
                 await stop_units(self.units, self.clock, self.grace_s)
         finally:
             self._duration_s = self.clock.seconds()
-
-    def _tell(self, hearers: Sequence[Callable[[], None]]) -> None:
-        for hear in hearers:
-            hear()
 
     async def _await_starts(self) -> None:
         for unit in self.units:
@@ -357,7 +353,7 @@ class Graph:
         """
         if self._duration_s is not None:
             raise NotRunning(f"the graph {self.name} has ended; launch another one")
-        node = which if isinstance(which, Node) else self.node(cast("Any", which))
+        node = which if isinstance(which, Node) else node_among(self.units, which)
         result = self.bus.call(lambda: runtime_of(node).parameters.set({**(changes or {}), **values}))
         if result.faults:
             raise InvalidParameter(result.faults)
@@ -369,22 +365,26 @@ class Graph:
     def node(self, which: str) -> Node: ...
     def node(self, which: type[N] | str) -> N | Node:
         """The node of a class, or of a name; relative names are below `/`."""
-        if isinstance(which, str):
-            full = f"/{which.removeprefix('/')}"
-            found: list[Node] = [unit.node for unit in self.units if unit.name == full]
-        else:
-            found = [unit.node for unit in self.units if isinstance(unit.node, which)]
-        shown = which if isinstance(which, str) else which.__name__
-        names = [unit.name for unit in self.units]
-        if not found:
-            raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names)}")
-        if len(found) > 1:
-            raise NotRunning(f"{len(found)} nodes are a {shown}; ask for one by name: {', '.join(names)}")
-        return found[0]
+        return node_among(self.units, which)
 
     def report(self) -> Report:
         """What the run has come to so far, or in the end."""
-        return report_of(self, self.clock.seconds() if self._duration_s is None else self._duration_s)
+        return Report(
+            name=self.name,
+            seed=self.seed,
+            clock=self.clock.kind,
+            duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
+            exit_code=self.exit_code,
+            nodes=node_reports(self.units),
+            topics=topic_reports(self.bus),
+            services=service_reports(self.bus),
+            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
+            inbox_dropped=self.bus.inbox.dropped,
+            inbox_refused=self.bus.inbox.refused,
+            blocks=self.watchdog.blocks if self.watchdog else (),
+            log_lines_lost=self.log.lost,
+            recording=self.recording() if self.recording else None,
+        )
 
     def _around(self) -> Outside:
         if self._main is None:

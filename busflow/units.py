@@ -1,4 +1,4 @@
-"""Units side by side: made of the members of a plan, each with those that it waits for, and stopped in order."""
+"""Units side by side: made of the members of a plan, each with those that it waits for, found, and stopped in order."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import Clock, perf_counter
 from busflow.dependencies import stop_order
+from busflow.errors import NotRunning
+from busflow.node import Node
 from busflow.supervisor import Overseer, Unit
+from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.launchfile.member import Member
@@ -22,6 +25,26 @@ def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Uni
         for other, condition in unit.needs:
             other.comes_about(condition)  # which it has to know before its first message
     return units
+
+
+def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
+    """The node of a class, or of a name; relative names are below `/`.
+
+    Raises:
+        NotRunning: there is none, or more than one of the class.
+    """
+    if isinstance(which, str):
+        full = f"/{which.removeprefix('/')}"
+        found = [unit.node for unit in units if unit.name == full]
+    else:
+        found = [unit.node for unit in units if isinstance(unit.node, which)]
+    shown = which if isinstance(which, str) else which.__name__
+    names = [unit.name for unit in units]
+    if not found:
+        raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names)}")
+    if len(found) > 1:
+        raise NotRunning(f"{len(found)} nodes are a {shown}; ask for one by name: {', '.join(names)}")
+    return found[0]
 
 
 async def stop_units(units: Sequence[Unit], clock: Clock, grace_s: float) -> None:
