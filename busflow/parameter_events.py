@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
+from structlog.typing import FilteringBoundLogger
+
+from busflow.clock import Clock
 from busflow.errors import BusflowError
-from busflow.parameter_store import ParameterChange
+from busflow.parameter_store import ParameterChange, ParameterStore
+from busflow.publishers import Publisher
 from busflow.qos import PARAMETER_EVENTS
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
     from busflow.msgs.rcl_interfaces import ParameterEvent
-    from busflow.publishers import Publisher
-    from busflow.runtime import NodeRuntime
 
 TOPIC = "/parameter_events"
 
@@ -21,15 +23,24 @@ TOPIC = "/parameter_events"
 class ParameterEvents:
     """One node's end of the topic. It costs nothing until a parameter is set, and next to nothing if nobody listens."""
 
-    __slots__ = ("_publisher", "_runtime")
+    __slots__ = ("_clock", "_create", "_log", "_parameters", "_publisher")
 
-    def __init__(self, runtime: NodeRuntime) -> None:
-        self._runtime = runtime
+    def __init__(
+        self,
+        parameters: ParameterStore,
+        create_publisher: Callable[..., Publisher[Any]],
+        clock: Clock,
+        log: FilteringBoundLogger,
+    ) -> None:
+        self._parameters = parameters
+        self._create = create_publisher
+        self._clock = clock
+        self._log = log
         self._publisher: Publisher[ParameterEvent] | None = None
 
     def declare(self) -> None:
         """Publish from now on: a node of the graph listens, and both ends are checked before anything runs."""
-        if self._publisher is None and self._runtime.parameters.infos:
+        if self._publisher is None and self._parameters.infos:
             self._publisher = self._created()
 
     def take_over(self, former: ParameterEvents) -> None:
@@ -40,7 +51,7 @@ class ParameterEvents:
     def tell_all(self) -> None:
         """Tell of every parameter as a new one, to those who have listened from the start."""
         if self._publisher is not None:
-            rows = self._runtime.parameters.describe()
+            rows = self._parameters.describe()
             self._publish(self._publisher, [ParameterChange(row.name, None, row.value) for row in rows])
 
     def tell(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
@@ -52,16 +63,15 @@ class ParameterEvents:
             self._publisher = self._publisher or self._created()
             self._publish(self._publisher, changes)
         except BusflowError as error:
-            self._runtime.log.warning("a change of parameters is not announced", topic=TOPIC, reason=str(error))
+            self._log.warning("a change of parameters is not announced", topic=TOPIC, reason=str(error))
 
     def _created(self) -> Publisher[ParameterEvent]:
         from busflow.msgs.rcl_interfaces import ParameterEvent
 
-        return self._runtime.create_publisher(ParameterEvent, TOPIC, PARAMETER_EVENTS, origin="parameter events")
+        return self._create(ParameterEvent, TOPIC, PARAMETER_EVENTS, origin="parameter events")
 
     def _publish(self, publisher: Publisher[ParameterEvent], changes: Iterable[ParameterChange]) -> None:
         from busflow.parameter_messages import event_message
 
-        runtime = self._runtime
-        stamp = runtime.surroundings.clock.now()
-        publisher.publish(event_message(stamp, runtime.full_name, changes, runtime.parameters.infos))
+        told = self._parameters
+        publisher.publish(event_message(self._clock.now(), told.node, changes, told.infos))

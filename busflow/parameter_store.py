@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from pydantic import BaseModel
 
@@ -15,9 +15,6 @@ from busflow.parameter_changes import with_changes
 from busflow.parameters import ParameterInfo, Parameters, describe, unknown, value_of
 from busflow.timers import Timer, checked_period
 from busflow.validation import same, shown
-
-if TYPE_CHECKING:
-    from busflow.runtime import NodeRuntime
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +83,12 @@ class _Pace:
     timer: Timer
 
 
+class Holder(Protocol):
+    """Who has parameters: a node."""
+
+    parameters: Any
+
+
 class ParameterStore:
     """What `node.parameters` holds, parameter by parameter, and the one who may replace it.
 
@@ -93,9 +96,11 @@ class ParameterStore:
     to the thread of the graph's event loop.
     """
 
-    def __init__(self, runtime: NodeRuntime) -> None:
-        self._runtime = runtime
-        self._first: Parameters = runtime.node.parameters  # a set states every field, this one only what was given
+    def __init__(self, holder: Holder, node: str) -> None:
+        self.node = node
+        """The node's full name."""
+        self._holder = holder
+        self._first: Parameters = holder.parameters  # a set states every field, this one only what was given
         self.stated: Callable[[str], ValueSource | None] = lambda _name: None
         """Who stated a parameter for the run, by its dotted name; the node's surroundings tell."""
         self.on_change: list[Callable[[Parameters, SetResult], None]] = []
@@ -106,14 +111,9 @@ class ParameterStore:
         self._set_at_run_time: set[str] = set()
 
     @property
-    def node(self) -> str:
-        """The node's full name."""
-        return self._runtime.full_name
-
-    @property
     def current(self) -> Parameters:
         """The parameters as the node sees them."""
-        return self._runtime.node.parameters
+        return self._holder.parameters
 
     @cached_property
     def infos(self) -> dict[str, ParameterInfo]:
@@ -152,7 +152,7 @@ class ParameterStore:
         faults = (*self._read_only_faults(changed), *_pace_faults(paces, new))
         if faults or not changed:
             return SetResult(faults=faults)
-        self._runtime.node.parameters = new
+        self._holder.parameters = new
         self.times_set += 1
         self._set_at_run_time |= names
         for pace in paces:

@@ -54,12 +54,14 @@ class NodeRuntime:
     """One node's endpoints and tasks, from declaration to the end."""
 
     def __init__(self, node: Node, name: str) -> None:
-        names.check_node_name(name)
         self.node = node
         self.name = name
+        self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
+        """With its namespace, from `declare` on."""
         self.ends = Ends(self)
-        self.parameters = ParameterStore(self)
-        self.parameter_events = ParameterEvents(self)
+        self.parameters = ParameterStore(node, self.full_name)
+        self.parameter_events: ParameterEvents
+        """There from `declare` on."""
         self.starting = Activity(f"start() of {name}")
         """Its `start`, which holds up who calls its services before it has returned."""
         self.used_remaps: set[str] = set()
@@ -100,12 +102,6 @@ class NodeRuntime:
         return self.ends.timers
 
     @property
-    def full_name(self) -> str:
-        """The node's name with its namespace."""
-        namespace = self._surroundings.namespace if self._surroundings else "/"
-        return names.fully_qualified(self.name, namespace)
-
-    @property
     def surroundings(self) -> Surroundings:
         """What the node was given, once it is part of a graph."""
         if self._surroundings is None:
@@ -132,8 +128,10 @@ class NodeRuntime:
         if self._surroundings is not None:
             raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
         self._surroundings = surroundings
+        self.full_name = self.parameters.node = names.fully_qualified(self.name, surroundings.namespace)
         self.starting.name = f"start() of {self.full_name}"
         self.parameters.stated = surroundings.parameter_source
+        self.parameter_events = ParameterEvents(self.parameters, self.create_publisher, surroundings.clock, self.log)
         for attribute, declaration in declarations_of(type(self.node)).items():
             try:
                 endpoint = self._create(declaration)
