@@ -23,8 +23,6 @@ ENCODINGS = ("cdr", "json")
 """What viewers may publish in, the one that is meant first where they have a choice."""
 _MOST = 100
 """How many topics one viewer may publish."""
-_HEARD_S = 1.0
-"""How long the run may take to listen before the first message goes."""
 _LATCHED = "transient_local"
 _QOS, _LATCHED_QOS = "::,10:,:,:,,", ":1:,10:,:,:,,"
 
@@ -47,7 +45,7 @@ class Publications:
         self._closed = False
 
     def begin(self, channel: ClientChannel, graph: GraphView) -> None:
-        """Get ready to publish a topic. It asks the run and waits.
+        """Get ready to publish a topic, which is heard once the peer has settled. It asks the run and waits.
 
         Raises:
             InvalidName: The topic's name is none.
@@ -70,9 +68,7 @@ class Publications:
         asked = there.subscriptions if there is not None else ()
         qos = _LATCHED_QOS if any(each.qos.durability == _LATCHED for each in asked) else _QOS
         with ExitStack() as ending:
-            speaker = ending.enter_context(self._peer.advertise(channel.topic, type_, qos=qos))
-            if asked:
-                speaker.wait_for_listener(_HEARD_S)
+            speaker = ending.enter_context(self._peer.advertise(channel.topic, type_, qos=qos, settle=False))
             is_json = channel.encoding == "json"
             self._open[channel.id] = _Publication(channel.topic, type_, is_json, speaker, ending.pop_all())
         if self._closed:  # meanwhile, in the event loop's thread: who closed has not seen this one

@@ -230,6 +230,7 @@ class Viewer:
                 self._require_writable("publish")
                 for each in channels:
                     await self._begin(each)
+                await self._run.ask(self._run.peer.settle)  # what it publishes next is read after that
             case protocol.Unadvertise(ids):
                 for id_ in ids:
                     self._publications.end(id_)

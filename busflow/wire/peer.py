@@ -31,11 +31,10 @@ from busflow.text import printable
 from busflow.wire.answers import PREFIX, READING
 from busflow.wire.keys import DOMAIN, GRAPH, PATIENCE, Attachment, Kind, Token, topic_key
 from busflow.wire.listener import MOST_BYTES, Listener, Received
-from busflow.wire.qos_form import from_text
 from busflow.wire.refusal import refusal, service_refusal
 from busflow.wire.run_directory import FoundRun, find_run, runs
 from busflow.wire.session import open_session
-from busflow.wire.speaker import Speaker
+from busflow.wire.speaker import Speaker, speaking
 from busflow.wire.view import GraphView, TopicView, view
 
 if TYPE_CHECKING:
@@ -43,6 +42,8 @@ if TYPE_CHECKING:
     from busflow.wire.remote import RemoteRun
 
 ANSWER_TIMEOUT_S = 5.0
+_SETTLE_S = 2.0
+"""How long a process whose loop is blocked is waited for by who is going to publish."""
 AT = "@"
 """Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
 _TIMED_OUT = b"Timeout"
@@ -125,17 +126,10 @@ class Peer:
         """As `ask`; with each answer the messages that came before it."""
         if question not in READING:
             self.require(question.replace("_", " "))
-        replies = self.session.get(
-            f"{PREFIX}/*/{question}",
-            payload=json.dumps(arguments),
-            congestion_control=zenoh.CongestionControl.DROP,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=self._patience_s,
-        )
         messages: dict[str, list[Received]] = {}
         found: list[tuple[Any, list[Received]]] = []
         refusals: list[BusflowError] = []
-        for reply in replies:
+        for reply in self._replies(question, arguments, self._patience_s):
             if reply.ok is None:
                 continue
             who = str(reply.ok.key_expr)
@@ -247,35 +241,38 @@ class Peer:
                 way.undeclare()
 
     @contextmanager
-    def advertise(self, topic: str, type_: ForeignType, *, qos: str = _DEFAULT_QOS) -> Generator[Speaker]:
-        """Publish a topic while the block lasts; `qos` in the form of `qos_form.to_text`."""
-        from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
+    def advertise(
+        self, topic: str, type_: ForeignType, *, qos: str = _DEFAULT_QOS, settle: bool = True
+    ) -> Generator[Speaker]:
+        """Publish a topic while the block lasts, which begins when every process that receives the topic will hear it.
 
+        Args:
+            topic: its full name.
+            type_: that of its messages.
+            qos: what is offered, in the form of `qos_form.to_text`.
+            settle: whether to wait for that; who advertises several topics calls `settle` once instead.
+
+        Raises:
+            NotAllowed: who has joined may only look.
+        """
         self.require(f"publish {topic}")
-        told = from_text(qos)
-        with self._present(Kind.PUBLISHER, topic, type_, qos) as token:
-            key = topic_key(topic, type_.name, type_.type_hash)
-            drop = zenoh.CongestionControl.DROP
-            cache = zenoh.ext.CacheConfig(max_samples=told.depth)
-            numbered = zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
-            way: Any = (
-                zenoh.ext.declare_advanced_publisher(
-                    self.session,
-                    key,
-                    cache=cache,
-                    sample_miss_detection=numbered,
-                    publisher_detection=True,
-                    congestion_control=drop,
-                )
-                if told.durability == _LATCHED
-                else self.session.declare_publisher(key, congestion_control=drop)
-            )
-            beside = self.session.declare_publisher(key)  # a publisher that keeps does not tell who listens
-            try:
-                yield Speaker(way, beside, type_, token.gid, SystemClock())
-            finally:
-                way.undeclare()
-                beside.undeclare()
+        with (
+            self._present(Kind.PUBLISHER, topic, type_, qos) as token,
+            speaking(self.session, topic, type_, qos, token.gid) as speaker,
+        ):
+            if settle:
+                self.settle()
+            yield speaker
+
+    def settle(self) -> None:
+        """Wait until all processes of the run have dealt with what this one shows; 2 s at most, where one is blocked.
+
+        Zenoh brings no question before the tokens that were declared before it, and no answer before the subscribers
+        that were. A process deals with tokens and questions on its loop, in their order: once it has answered it has
+        let the publishers here in, and what they publish gets there.
+        """
+        for _ in self._replies("run", {}, _SETTLE_S):
+            pass
 
     def service(self, name: str) -> ServiceKind:
         """What a service of the run takes and gives.
@@ -335,6 +332,15 @@ class Peer:
         if refused == _TIMED_OUT:
             raise ServiceTimeout(f"{service.name} did not answer within {timeout_s:g} s")
         raise service_refusal(service.name, "its server", refused or b"")
+
+    def _replies(self, question: str, arguments: Mapping[str, Any], timeout_s: float) -> Any:
+        return self.session.get(
+            f"{PREFIX}/*/{question}",
+            payload=json.dumps(arguments),
+            congestion_control=zenoh.CongestionControl.DROP,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+        )
 
     @contextmanager
     def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:

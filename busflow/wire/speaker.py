@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import zenoh
+import zenoh.ext
 
-from busflow.wire.keys import Attachment
+from busflow.wire.keys import Attachment, topic_key
+from busflow.wire.qos_form import from_text
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -58,3 +61,30 @@ class Speaker:
 def matches(way: Any) -> bool:
     """Whether anybody receives what is published this way."""
     return bool(way.matching_status.matching)
+
+
+@contextmanager
+def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, gid: bytes) -> Generator[Speaker]:
+    """A speaker while the block lasts, that keeps what it says where its `qos` wants that."""
+    from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
+
+    key, told = topic_key(topic, type_.name, type_.type_hash), from_text(qos)
+    drop = zenoh.CongestionControl.DROP
+    way: Any = (
+        zenoh.ext.declare_advanced_publisher(
+            session,
+            key,
+            cache=zenoh.ext.CacheConfig(max_samples=told.depth),
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
+            publisher_detection=True,
+            congestion_control=drop,
+        )
+        if told.durability == "transient_local"
+        else session.declare_publisher(key, congestion_control=drop)
+    )
+    beside = session.declare_publisher(key)  # a publisher that keeps does not tell who listens
+    try:
+        yield Speaker(way, beside, type_, gid, SystemClock())
+    finally:
+        way.undeclare()
+        beside.undeclare()

@@ -7,7 +7,6 @@ import socket
 import struct
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -388,25 +387,6 @@ def test_a_call_that_cannot_be_answered_says_why(served: Served):
 # Publishing.
 
 
-@contextmanager
-def publishing(client: Client, id_: int, payload: bytes) -> Iterator[None]:
-    """Publishes again and again: who has only just been advertised, or subscribed, may not be known to all yet."""
-    over = threading.Event()
-
-    def publish() -> None:
-        client.publish(id_, payload)
-        while not over.wait(0.2):
-            client.publish(id_, payload)
-
-    thread = threading.Thread(target=publish)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
-
-
 @pytest.mark.parametrize(
     ("encoding", "payload"), [("cdr", TypeSupport(Float64).encode(Float64(data=0.5))), ("json", b'{"data": 0.5}')]
 )
@@ -416,8 +396,8 @@ def test_what_a_client_publishes_arrives_in_a_node(served_odds: Served, encoding
     client.ask(
         "advertise", channels=[{"id": 3, "topic": "/cmd", "encoding": encoding, "schemaName": "std_msgs/msg/Float64"}]
     )
-    with publishing(client, 3, payload):
-        assert TypeSupport(Float64).decode(client.message()["payload"]) == Float64(data=0.5)
+    client.publish(3, payload)
+    assert TypeSupport(Float64).decode(client.message()["payload"]) == Float64(data=0.5)
     client.publish(3, payload[:6])
     client.status("std_msgs/msg/Float64")
     client.ask("unadvertise", channelIds=[3])

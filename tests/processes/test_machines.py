@@ -202,6 +202,38 @@ def test_who_may_only_look_can_do_no_more(start: Callable, two: str, tmp_path: P
     assert arm.topic("/numbers")["losses"] == {}
 
 
+BUSY = """
+import threading
+
+from busflow import Node, timer
+
+
+class Busy(Node):
+    @timer(0.01)
+    def be_busy(self) -> None:
+        threading.Event().wait(0.2)  # in which nothing else is done in its process
+"""
+
+
+def test_one_message_is_heard_in_every_process_of_every_machine(start: Callable, two: str, tmp_path: Path):
+    text = two.replace("viewer: read", "viewer: all").replace("plugin: teller", "plugin: hearer")
+    text = text.replace("{rate_hz: 20}", "{tell_at: 3}").replace("{tell_at: 10}", "{tell_at: 3}")
+    text += "  busy: {plugin: busy, process: side}\n"
+    main, arm = (
+        start(text, "--watchdog", "off", files={"plugins/busy.py": BUSY}, machine=name) for name in ("main", "arm")
+    )
+    main.wait_for("the machine arm is linked")
+    arm.wait_for("the machine main is linked")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    for number, where in enumerate((main.runtime, arm.runtime, elsewhere), 1):
+        run = ("--run", f"viewer@{tmp_path}/run.yaml") if where == elsewhere else ()
+        ask(where, "topic", "pub", "-1", "-w", "3", "numbers", "std_msgs/msg/Int64", f"{{data: {number}}}", *run)
+    main.wait_for("heard enough")
+    arm.wait_for("heard enough", times=2)
+    assert main.end() == arm.end() == 130
+
+
 def test_who_is_not_named_sees_nothing(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)

@@ -37,12 +37,13 @@ class Outside:
     async def advertises(self, depth=5):
         type_ = await self._looked.ask(self._looked.peer.type, "std_msgs/msg/Int64")
         peer = self._looked.peer
-        speaker = self._stack.enter_context(peer.advertise("/map", type_, qos=to_text(latched(depth))))
+        advertising = peer.advertise("/map", type_, qos=to_text(latched(depth)))
+        speaker = await self._looked.ask(self._stack.enter_context, advertising)
 
         async def publish(*numbers):
             for number in numbers:
                 await self._looked.ask(speaker.publish, {"data": number})
-            await self._looked.ask(peer.ask, "run")  # which takes the same way: all before it have arrived
+            await self._looked.ask(peer.settle)  # which takes the same way: all before it have arrived
 
         return publish
 

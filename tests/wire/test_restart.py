@@ -1,5 +1,7 @@
 """A node that is restarted, seen from outside: who listens to it, publishes to it or asks it notices nothing."""
 
+from contextlib import ExitStack
+
 import pytest
 
 from busflow import Node, Parameters, publisher, service, subscription, supervised
@@ -43,8 +45,8 @@ async def test_listeners_publishers_and_callers_outside_go_on_with_the_next_inst
         kind = await looked.ask(peer.type, "std_msgs/msg/Int64")
         echoes = (await looked.ask(peer.graph)).topic("echoes")
         first = graph.node(Echo)
-        with peer.listen(echoes) as listener, peer.advertise("/numbers", kind) as speaker:
-            assert await looked.ask(speaker.wait_for_listener, 20)
+        with peer.listen(echoes) as listener, ExitStack() as ending:
+            speaker = await looked.ask(ending.enter_context, peer.advertise("/numbers", kind))
             await looked.ask(peer.ask, "set_parameters", node="/echo", values={"gain": 10})
             speaker.publish({"data": 1})
             assert kind.decode((await looked.ask(listener.get, 20)).payload) == {"data": 10}

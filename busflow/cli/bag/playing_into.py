@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from busflow.wire.view import GraphView
 
 _LOOK_S = 1.0
-"""How long to wait for those who receive a topic to hear of it, and how often to look whether the run is there."""
+"""How often to look whether the run is there."""
 _CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 
@@ -71,10 +71,7 @@ class _Into:
             self._check(channel, graph)
         self._ways = {each: self._way(each, ends) for each in channels}
         self._clock_way = self._advertised_clock(ends) if self._clock_hz else None
-        for channel, way in self._ways.items():
-            there = graph.topics.get(self._topic(channel))
-            if there is not None and there.subscriptions:
-                way.wait_for_listener(_LOOK_S)
+        peer.settle()
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
         self._tape = Tape(bag, channels, span, threaded=True)
         self._playing: Playing | None = None
@@ -145,14 +142,12 @@ class _Into:
 
     def _way(self, channel: Channel, ends: ExitStack) -> Speaker:
         qos = to_text(offered(channel.qos) or QoS())
-        return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos))
+        return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos, settle=False))
 
     def _advertised_clock(self, ends: ExitStack) -> Speaker:
         description = shipped_types().description(_CLOCK_TYPE)
         clock_type = ForeignType(_CLOCK_TYPE, rihs01(description), description)
-        way = ends.enter_context(self._peer.advertise(CLOCK, clock_type))
-        way.wait_for_listener(_LOOK_S)
-        return way
+        return ends.enter_context(self._peer.advertise(CLOCK, clock_type, settle=False))
 
 
 class _LoopControls:

@@ -136,6 +136,8 @@ class Publishing:
             left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
             enough = self._listeners() >= matches
             if enough and speaker.wait_for_listener(max(0.0, min(_LOOK_S, left_s))):
+                if told:
+                    self._peer.settle()  # who has come meanwhile may not hear of this publisher yet
                 return True
             if left_s <= 0:
                 return False
