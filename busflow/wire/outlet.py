@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from busflow.wire.sender import Sender
     from busflow.wire.typesupport import TypeSupport
 
+    _Way = zenoh.Publisher | zenoh.ext.AdvancedPublisher
+
 _HEARTBEAT_S = 0.5
 _BULKY = 8 * 1024
 """What is large for a message that is mostly bytes, so that clouds and compressed images keep out of the way, too."""
@@ -40,6 +42,8 @@ class Outlet:
     below, which only the sender's thread uses, and stays there, so that order is kept: of two lines the upper one goes
     first, and nobody on the loop ever waits behind a message of many pieces.
     """
+
+    _way: _Way | None  # None once it is closed, when the sender may still hold messages
 
     def __init__(
         self,
@@ -85,7 +89,7 @@ class Outlet:
         else:
             self._way = _plain(session, publisher, support, zenoh.Priority.DATA)
             self._lower = partial(_plain, session, publisher, support, zenoh.Priority.DATA_LOW)
-        self._ways: list[zenoh.Publisher | zenoh.ext.AdvancedPublisher] = [self._way]
+        self._ways: list[_Way] = [self._way]
         self._token = session.liveliness().declare_token(str(token))
         if latched:
             self._want(True)
@@ -112,8 +116,10 @@ class Outlet:
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
-        for way in self._ways:
-            way.undeclare()
+        # Let go of, they are undeclared without the interpreter's lock. `undeclare` of one that keeps what it sends
+        # waits with it for a thread of Zenoh, which may wait for the lock to tell who listens: for ten seconds.
+        self._way = None
+        self._ways.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
         def hear(status: Any) -> None:
@@ -153,8 +159,11 @@ class Outlet:
             self._ways.append(self._way)
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
+        way = self._way
+        if way is None:
+            return
         try:
-            self._way.put(payload, attachment=attachment)
+            way.put(payload, attachment=attachment)
         except zenoh.ZError as error:  # the session is closed, at the end of a run
             self._log.debug(f"not sent on {self._publisher.topic}: {error}")
 

@@ -21,7 +21,9 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Float64, Float64MultiArray, Int64, String
 from busflow.wire.foreign import ForeignType
 from busflow.wire.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.peer import Peer
 from busflow.wire.qos_form import to_text
+from busflow.wire.run_directory import find_run
 from busflow.wire.session import open_session
 from busflow.wire.typesupport import TypeSupport
 
@@ -328,6 +330,35 @@ async def test_one_that_leaves_is_gone_however_busy_the_others_are(looked_at):
         await looked.until(lambda: len(topic.publishers) == 2)
         stop.set()
         await going_on
+
+
+async def test_a_publisher_that_leaves_holds_nobody_up_while_zenoh_tells_who_listens(looked_at):
+    """Zenoh tells of listeners, and has what is kept repeated, in one thread, which needs the interpreter's lock."""
+    telling, ended, go_on, went_on = threading.Event(), threading.Event(), threading.Event(), []
+
+    def tell(_status) -> None:
+        telling.set()
+        went_on.append(go_on.wait(8.0))  # less than Zenoh itself waits for its thread
+
+    def let_go_on() -> None:
+        ended.wait(0.5)
+        go_on.set()
+
+    async with looked_at(Talker()) as looked:
+        session = looked.peer.session
+        way = session.declare_publisher("test_outside/plain")
+        way.declare_matching_listener(zenoh.handlers.Callback(tell, indirect=False))
+        other = await asyncio.to_thread(lambda: Peer(find_run("looked")))
+        listening = other.session.declare_subscriber("test_outside/plain", zenoh.handlers.RingChannel(1))
+        assert await asyncio.to_thread(telling.wait, PATIENCE_S)
+        helper = threading.Thread(target=let_go_on)
+        helper.start()
+        await looked.graph.stop()
+        ended.set()
+        await asyncio.to_thread(helper.join)
+        listening.undeclare()
+        await asyncio.to_thread(other.close)
+    assert went_on[0]
 
 
 async def test_each_subscription_hears_each_message_once_however_many_come(looked_at):
