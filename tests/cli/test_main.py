@@ -117,6 +117,20 @@ class TestFailure:
         assert (done.returncode, done.stderr) == (130, "")
 
 
+def test_at_its_end_it_closes_what_nobody_has_any_more_and_does_not_take_the_rest_apart():
+    code = (
+        "import gc, sys; from busflow.cli import main; gc.disable()\n"
+        "class Circle:\n"
+        "    def __init__(self, name): self.name, self.itself = name, self\n"
+        "    def __del__(self): print(self.name)\n"
+        "left, kept = Circle('left'), Circle('kept')\n"
+        "del left\n"
+        "sys.exit(main())"
+    )
+    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True)
+    assert done.stdout.splitlines()[1:] == ["left"]
+
+
 @pytest.mark.parametrize("command", ["--help", "plugins list --json"])
 def test_a_reader_that_leaves_early_ends_it_quietly(command: str):
     reader, writer = os.pipe()
