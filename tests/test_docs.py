@@ -4,7 +4,8 @@
 - `yaml` is loaded as a launch file.
 - `console` is run: `$` begins a command, what follows is what it prints. `…` stands for any text, alone in a line for
   any lines; `^C` presses Ctrl-C. Numbers of a run, of its topics or of a test are not compared, everything else is. A
-  command that ends with ` &` has printed its lines when the next one begins, and runs until the end of the page.
+  command that ends with ` &` has printed its lines when the next one begins, and runs until the end of the page. It has
+  a shell and a process of its own, as has whatever is more than one command of busflow that ends by itself.
 - `title="plugins/tilt.py"` writes the snippet to that file instead, for the commands that follow.
 - `<!-- not run: reason -->` above a snippet leaves it out. Other languages are for reading.
 """
@@ -14,20 +15,23 @@ import asyncio
 import inspect
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
 import sys
 import tomllib
-from contextlib import ExitStack
+from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from itertools import takewhile
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
 from busflow.cli import _COMMANDS as COMMANDS
+from busflow.cli import main as busflow
 from busflow.cli.run import run
 from busflow.launchfile import model
 from busflow.launchfile.load import load
@@ -101,6 +105,8 @@ def lines_before_ctrl_c(expected):
 
 def output_of(command, lines_before_ctrl_c):
     """What a command prints, both streams together."""
+    if (words := words_for_busflow(command)) and lines_before_ctrl_c is None:
+        return as_the_pages_have_it(answered(*words))
     with started(command) as process:
         printed = []
         if lines_before_ctrl_c is not None:
@@ -108,6 +114,38 @@ def output_of(command, lines_before_ctrl_c):
             os.killpg(process.pid, signal.SIGINT)
         printed += process.stdout.readlines()
     return as_the_pages_have_it(printed)
+
+
+def words_for_busflow(command):
+    """What busflow is told by a command of nothing else, and whether its exit code is shown; None of a larger one."""
+    lexer = shlex.shlex(command, posix=True, punctuation_chars=True)
+    lexer.whitespace_split = True
+    name, *words = lexer
+    if shows_code := words[-3:] == [";", "echo", "exit code $?"]:
+        del words[-3:]
+    return (words, shows_code) if name == "busflow" and not any(set(word) <= set("();<>|&") for word in words) else None
+
+
+def answered(words, shows_code):
+    """What busflow prints in this process, where it need not be imported anew, which takes most of the time."""
+    kept = {name: sys.modules.pop(name) for name in of_the_page()}  # or it would not see what the page has changed
+    try:
+        with TemporaryFile("w+", buffering=1, encoding="utf-8") as file, redirect_stdout(file), redirect_stderr(file):
+            code = busflow(words)
+            if shows_code:
+                file.write(f"exit code {int(code)}\n")
+            file.seek(0)
+            return file.readlines()
+    finally:
+        for name in of_the_page():
+            del sys.modules[name]
+        sys.modules.update(kept)
+
+
+def of_the_page():
+    """The names of the modules that lie in the page's copy of the project."""
+    files = {name: getattr(module, "__file__", None) or "" for name, module in sys.modules.items()}
+    return [name for name, file in files.items() if file.startswith(str(Path.cwd()))]
 
 
 def beginning_of(command, lines, runs):
@@ -120,7 +158,7 @@ def beginning_of(command, lines, runs):
 
 def started(command):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "100", "PYTHONUNBUFFERED": "1"}
+    environment = {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1"}
     environment.pop("PYTEST_ADDOPTS", None)  # meant for the run that this test is part of
     environment["PYTHONWARNINGS"] = "ignore"  # other plugins of pytest that happen to be installed
     return subprocess.Popen(
@@ -176,6 +214,8 @@ def project(tmp_path, monkeypatch):
         shutil.copytree(PROJECT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(PROJECT / "pyproject.toml", tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.syspath_prepend(tmp_path)
     for name in imported_plugins():
         monkeypatch.delitem(sys.modules, name)
