@@ -16,6 +16,7 @@ from busflow.blame import way
 from busflow.clients import Client
 from busflow.events import Event, MessageLost
 from busflow.failure import Failure
+from busflow.life import Life
 from busflow.message import Message
 from busflow.publishers import Publisher
 from busflow.qos import Durability
@@ -26,7 +27,6 @@ from busflow.timers import Timer
 if TYPE_CHECKING:
     from busflow.bus import Bus
     from busflow.event_handler import EventHandler
-    from busflow.runtime import NodeRuntime
 
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
 E = TypeVar("E", Publisher[Any], Subscription[Any])
@@ -35,7 +35,7 @@ E = TypeVar("E", Publisher[Any], Subscription[Any])
 class Ends:
     """What one node, in one of its lives, has on the bus."""
 
-    def __init__(self, runtime: NodeRuntime) -> None:
+    def __init__(self, life: Life) -> None:
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Subscription[Any]] = []
         self.servers: list[Server[Any, Any]] = []
@@ -44,9 +44,8 @@ class Ends:
         self.listeners: list[EventHandler] = []
         self.on_first: Callable[[], None] | None = None
         """Who waits for the first message that the node publishes."""
-        self.is_open = False
         self.bus: Bus | None = None
-        self._runtime = runtime
+        self._life = life
         self._before: Ends | None = None
 
     def add(self, end: End) -> None:
@@ -64,7 +63,7 @@ class Ends:
                 self.clients.append(end)
             case Timer():
                 self.timers.append(end)
-        if self.is_open:
+        if self._life.is_open:
             self._open(end)
             self._listen(end)
 
@@ -99,11 +98,11 @@ class Ends:
         publisher.on_close = self.publishers.remove
 
     def _connect_subscription(self, subscription: Subscription[Any], bus: Bus) -> None:
-        runtime = self._runtime
+        life = self._life
         origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
 
         def on_failure(error: BaseException, message: Message) -> None:
-            runtime.fail(origin, error, message)
+            life.fail(origin, error, message)
 
         before = self._before and _same(self._before.subscriptions, subscription)
         if before:
@@ -115,31 +114,31 @@ class Ends:
             subscription.hear_losses()
 
     def _connect_server(self, server: Server[Any, Any], bus: Bus) -> None:
-        runtime = self._runtime
+        life = self._life
         origin = f"{server.endpoint.origin} (service {server.service})"
 
         def on_error(error: BaseException, request: Message) -> None:
             if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
-                failure = Failure(runtime.full_name, origin, error, request)
-                runtime.log.error(failure.summary, traceback=way(error))
+                failure = Failure(life.name, origin, error, request)
+                life.log.error(failure.summary, traceback=way(error))
             else:
-                runtime.fail(origin, error, request)
+                life.fail(origin, error, request)
 
-        bus.attach_server(server, runtime.starting, on_error)
+        bus.attach_server(server, life.starting, on_error)
 
     def _connect_timer(self, timer: Timer, bus: Bus) -> None:
-        runtime = self._runtime
-        origin = f"{type(runtime.node).__name__}.{timer.name} (timer)"
+        life = self._life
+        origin = f"{life.kind}.{timer.name} (timer)"
         before = next((each for each in self._before.timers if each.name == timer.name), None) if self._before else None
         if before is not None:
             timer.continue_account(before)
-        bus.attach_timer(timer, runtime.spawn, lambda error: runtime.fail(origin, error))
+        bus.attach_timer(timer, life.spawn, lambda error: life.fail(origin, error))
 
     # Opening and closing.
 
     def open(self) -> None:
         """Begin to hand over messages, to answer, and to tick; what the life before had and this one has not leaves."""
-        self.is_open = True
+        self._life.is_open = True
         for end in (*self.subscriptions, *self.servers, *self.timers):
             self._open(end)
         for end in (*self.publishers, *self.subscriptions):
@@ -152,7 +151,7 @@ class Ends:
         if isinstance(end, Subscription | Server):
             pump = end.open()
             if pump is not None:
-                self._runtime.spawn(pump, end.endpoint.origin)
+                self._life.spawn(pump, end.endpoint.origin)
         elif isinstance(end, Timer):
             end.open()
 
@@ -168,7 +167,7 @@ class Ends:
 
     def close(self) -> None:
         """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
-        self.is_open = False
+        self._life.is_open = False
         for timer in self.timers:
             timer.close()
         for subscription in self.subscriptions:

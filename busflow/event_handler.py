@@ -5,33 +5,31 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from inspect import iscoroutinefunction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from busflow.events import Event
 from busflow.failure import refuse_coroutine
-
-if TYPE_CHECKING:
-    from busflow.runtime import NodeRuntime
+from busflow.life import Life
 
 
 class EventHandler:
     """One `@on_event` of a node that is part of a graph; it is told in a turn of the loop of its own."""
 
-    __slots__ = ("_event_type", "_function", "_runtime", "origin", "topic")
+    __slots__ = ("_event_type", "_function", "_life", "origin", "topic")
 
     def __init__(
-        self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, runtime: NodeRuntime
+        self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, life: Life
     ) -> None:
         self.topic = topic
         self.origin = origin
         self._event_type = event_type
         self._function = function
-        self._runtime = runtime
+        self._life = life
 
     @property
     def node(self) -> str:
         """The full name of its node."""
-        return self._runtime.full_name
+        return self._life.name
 
     def wants(self, topic: str, kind: type[Event]) -> bool:
         """Whether it listens for this kind of event of a topic."""
@@ -39,16 +37,16 @@ class EventHandler:
 
     def hear(self, event: Event) -> None:
         """Tell the method of an event, if it is one that it listens for and its node is open."""
-        if self._runtime.is_open and self.topic == event.topic and isinstance(event, self._event_type):
+        if self._life.is_open and self.topic == event.topic and isinstance(event, self._event_type):
             asyncio.get_running_loop().call_soon(self._tell, event)
 
     def _tell(self, event: Event) -> None:
-        if not self._runtime.is_open:
+        if not self._life.is_open:
             return
         if iscoroutinefunction(self._function):
-            self._runtime.spawn(self._function(event), self.origin)
+            self._life.spawn(self._function(event), self.origin)
             return
         try:
-            self._runtime.run_now(lambda: refuse_coroutine(self._function(event), self.origin))
+            self._life.dispatcher.run_now(lambda: refuse_coroutine(self._function(event), self.origin))
         except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
-            self._runtime.fail(f"{self.origin} (event {event})", error)
+            self._life.fail(f"{self.origin} (event {event})", error)

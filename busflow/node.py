@@ -114,7 +114,7 @@ class Node:
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], *, name: str | None = None) -> None:
         """Run a coroutine beside the node until it ends or the node stops; if it raises, the node fails."""
-        self._runtime.spawn(coroutine, name or coroutine.__name__)
+        self._runtime.life.spawn(coroutine, name or coroutine.__name__)
 
     async def run_sync(self, function: Callable[[Unpack[Ts]], T], *args: *Ts) -> T:
         """Call a blocking function in a worker thread; when the node stops, the call is no longer waited for."""

@@ -7,10 +7,10 @@ from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any
 
 from busflow.failure import is_failure, refuse_coroutine
+from busflow.life import Life
 
 if TYPE_CHECKING:
     from busflow.parameters import Parameters
-    from busflow.runtime import NodeRuntime
 
 
 class ParameterHandler:
@@ -19,13 +19,13 @@ class ParameterHandler:
     What changes before the node is open, or while a call still awaits, is told later, in one call for all of it.
     """
 
-    __slots__ = ("_before", "_busy", "_function", "_is_async", "_origin", "_runtime")
+    __slots__ = ("_before", "_busy", "_function", "_is_async", "_life", "_origin")
 
-    def __init__(self, function: Callable[[Any], Any], origin: str, runtime: NodeRuntime) -> None:
+    def __init__(self, function: Callable[[Any], Any], origin: str, life: Life) -> None:
         self._function = function
         self._is_async = iscoroutinefunction(function)
         self._origin = origin
-        self._runtime = runtime
+        self._life = life
         self._before: Parameters | None = None  # what the handler takes for the parameters, while that is outdated
         self._busy = False
 
@@ -37,13 +37,13 @@ class ParameterHandler:
 
     def catch_up(self) -> None:
         """Call the method if there is something to tell, and the node is open to hear it."""
-        if self._before is None or self._busy or not self._runtime.is_open:
+        if self._before is None or self._busy or not self._life.is_open:
             return
         self._busy = True
         if self._is_async:
-            self._runtime.spawn(self._await_calls(), self._origin)
+            self._life.spawn(self._await_calls(), self._origin)
         else:
-            self._runtime.run_now(self._call)
+            self._life.dispatcher.run_now(self._call)
 
     def _call(self) -> None:
         try:
@@ -68,4 +68,4 @@ class ParameterHandler:
             self._busy = False
 
     def _failed(self, error: BaseException) -> None:
-        self._runtime.fail(f"{self._origin} (parameters)", error)
+        self._life.fail(f"{self._origin} (parameters)", error)

@@ -378,7 +378,7 @@ class Graph:
             nodes=node_reports(self.units),
             topics=topic_reports(self.bus),
             services=service_reports(self.bus),
-            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.timers),
+            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.ends.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
             blocks=self.watchdog.blocks if self.watchdog else (),

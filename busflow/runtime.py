@@ -1,17 +1,14 @@
-"""NodeRuntime: everything behind a node's one private name. Its endpoints, its tasks, and where failures go."""
+"""NodeRuntime: everything behind a node's one private name: what it declares and creates, and its life."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import anyio
-import anyio.abc
 from structlog.typing import FilteringBoundLogger
 
 from busflow import names
-from busflow.calls import Activity, hold_up_nobody
 from busflow.clients import Client
 from busflow.declarations import (
     ClientDeclaration,
@@ -25,9 +22,9 @@ from busflow.endpoint import Endpoint, ServiceEndpoint
 from busflow.ends import Ends
 from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.event_handler import EventHandler
-from busflow.failure import Failure, is_failure
 from busflow.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
 from busflow.inheritance import declarations_of
+from busflow.life import Life
 from busflow.message import Message
 from busflow.parameter_events import ParameterEvents
 from busflow.parameter_handler import ParameterHandler
@@ -51,55 +48,23 @@ M = TypeVar("M", bound=Message)
 
 
 class NodeRuntime:
-    """One node's endpoints and tasks, from declaration to the end."""
+    """One node, from declaration to the end."""
 
     def __init__(self, node: Node, name: str) -> None:
         self.node = node
         self.name = name
         self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
         """With its namespace, from `declare` on."""
-        self.ends = Ends(self)
+        self.life = Life(type(node).__name__, self.full_name, self.close)
+        self.ends = Ends(self.life)
         self.parameters = ParameterStore(node, self.full_name)
         self.parameter_events: ParameterEvents
         """There from `declare` on."""
-        self.starting = Activity(f"start() of {name}")
-        """Its `start`, which holds up who calls its services before it has returned."""
         self.used_remaps: set[str] = set()
-        self.on_failure: Callable[[Failure], None] | None = None
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
-        self.has_spawned = False
-        """Whether there may be tasks to cancel at the end."""
-        self.on_task_end: Callable[[], None] | None = None
-        self._running = 0
-        self._tasks: anyio.abc.TaskGroup | None = None
         self._parameter_handlers: list[ParameterHandler] = []
         self._ended = False
-
-    @property
-    def publishers(self) -> list[Publisher[Any]]:
-        """What the node publishes."""
-        return self.ends.publishers
-
-    @property
-    def subscriptions(self) -> list[Subscription[Any]]:
-        """What it receives."""
-        return self.ends.subscriptions
-
-    @property
-    def servers(self) -> list[Server[Any, Any]]:
-        """The services that it answers."""
-        return self.ends.servers
-
-    @property
-    def clients(self) -> list[Client[Any, Any]]:
-        """The services that it asks."""
-        return self.ends.clients
-
-    @property
-    def timers(self) -> list[Timer]:
-        """What it does periodically."""
-        return self.ends.timers
 
     @property
     def surroundings(self) -> Surroundings:
@@ -107,11 +72,6 @@ class NodeRuntime:
         if self._surroundings is None:
             raise NotRunning(f"{self.name} is not part of a graph yet; see busflow.launch, or busflow.testing")
         return self._surroundings
-
-    @property
-    def is_open(self) -> bool:
-        """Whether messages are handed over and timers tick."""
-        return self.ends.is_open
 
     @cached_property
     def log(self) -> FilteringBoundLogger:
@@ -129,7 +89,7 @@ class NodeRuntime:
             raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
         self._surroundings = surroundings
         self.full_name = self.parameters.node = names.fully_qualified(self.name, surroundings.namespace)
-        self.starting.name = f"start() of {self.full_name}"
+        self.life.be_called(self.full_name, self.log)
         self.parameters.stated = surroundings.parameter_source
         self.parameter_events = ParameterEvents(self.parameters, self.create_publisher, surroundings.clock, self.log)
         for attribute, declaration in declarations_of(type(self.node)).items():
@@ -144,7 +104,7 @@ class NodeRuntime:
         self._check_listeners()
 
     def _check_listeners(self) -> None:
-        topics = {each.topic for each in (*self.publishers, *self.subscriptions)}
+        topics = {each.topic for each in (*self.ends.publishers, *self.ends.subscriptions)}
         for listener in self.ends.listeners:
             if listener.topic not in topics:
                 raise InvalidDeclaration(
@@ -166,13 +126,13 @@ class NodeRuntime:
                 if isinstance(role, SubscriptionRole):
                     self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
                 elif isinstance(role, ParametersRole):
-                    self._parameter_handlers.append(ParameterHandler(bound, origin, self))
+                    self._parameter_handlers.append(ParameterHandler(bound, origin, self.life))
                 elif isinstance(role, ServiceRole):
                     declared.check_service(role.type)
                     self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin)
                 else:
                     topic = self._resolve(role.topic).name
-                    self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self))
+                    self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self.life))
         if isinstance(declared, TimerDeclaration):
             bound = declared.function.__get__(self.node)
             period = declared.period(self.node.parameters)
@@ -265,7 +225,7 @@ class NodeRuntime:
 
     def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
         """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
-        self._bus = bus
+        self._bus, self.life.dispatcher = bus, bus.dispatcher
         bus.attach_parameters(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
         self.ends.connect(bus, before.ends.bequeath() if before else None)
@@ -280,11 +240,7 @@ class NodeRuntime:
     @property
     def is_busy(self) -> bool:
         """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
-        return self._running > 0 or self.ends.keep_busy
-
-    def adopt_tasks(self, tasks: anyio.abc.TaskGroup | None) -> None:
-        """Run what the node spawns in this task group; without one it can spawn nothing."""
-        self._tasks = tasks
+        return self.life.has_tasks or self.ends.keep_busy
 
     def open(self) -> None:
         """Begin to hand over messages, and to tick."""
@@ -311,36 +267,3 @@ class NodeRuntime:
             self.parameter_events.tell(result.changed, self._bus)
         for handler in self._parameter_handlers:
             handler.tell(old)
-
-    def run_now(self, callback: Callable[[], None]) -> None:
-        """Call back into the node's code, and deliver what it publishes before returning."""
-        if self._bus is not None:
-            self._bus.dispatcher.run_now(callback)
-
-    def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        """Run a coroutine in the node's task group; its failure is the node's."""
-        if self._tasks is None:
-            coroutine.close()
-            raise NotRunning(f"{self.full_name} has no tasks before its start() and from its stop() on")
-        self.has_spawned = True
-        self._running += 1
-        self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.full_name}.{name}")
-
-    async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        hold_up_nobody()
-        try:
-            await coroutine
-        except BaseException as error:
-            if not is_failure(error):
-                raise
-            self.fail(f"{type(self.node).__name__} (task {name})", error)
-        finally:
-            self._running -= 1
-            if self.on_task_end is not None:
-                self.on_task_end()
-
-    def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
-        """Tell whoever supervises the node that it raised; it is handed nothing more."""
-        self.close()
-        if self.on_failure is not None:
-            self.on_failure(Failure(self.full_name, origin, error, message))

@@ -83,7 +83,7 @@ class Unit:
         self._scope = anyio.CancelScope()
         self._starting: anyio.CancelScope | None = None
         self._begin_life()
-        self.runtime.on_failure = self._failed
+        self.runtime.life.on_failure = self._failed
 
     def _begin_life(self) -> None:
         self._over = asyncio.Event()
@@ -127,25 +127,25 @@ class Unit:
         try:
             async with anyio.create_task_group() as tasks:
                 await self._start_and_run(tasks)
-                if self.runtime.has_spawned:  # most have not, and to cancel is dear
+                if self.runtime.life.has_spawned:  # most have not, and to cancel is dear
                     tasks.cancel_scope.cancel()
         finally:  # also when it is given up: what stop() does before it first awaits is done
             self.runtime.close()
-            self.runtime.adopt_tasks(None)
+            self.runtime.life.adopt_tasks(None)
             if self.state not in {NodeState.FAILED, NodeState.RESTARTING}:
                 self.state = NodeState.STOPPING
             await self._stop()
             self.runtime.end()
 
     async def _start_and_run(self, tasks: anyio.abc.TaskGroup) -> None:
-        self.runtime.adopt_tasks(tasks)
+        self.runtime.life.adopt_tasks(tasks)
         if await self._start():
-            self.runtime.on_task_end = self._look_whether_ended
+            self.runtime.life.on_task_end = self._look_whether_ended
             self.runtime.open()
             self._running_since_s = self.runtime.surroundings.clock.seconds()
             self._comes_about(Condition.READY)
             if type(self.node).run is not Node.run:  # most have none, and a task is dear
-                self.runtime.spawn(self._run(), "run")
+                self.runtime.life.spawn(self._run(), "run")
         if self._pause_s is None:
             self.started.set()
         await self._over.wait()
@@ -176,12 +176,12 @@ class Unit:
             if self._over.is_set():
                 self._starting.cancel()
             limit = self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S)
-            with self._starting, limit as patience, self.runtime.starting.current():
+            with self._starting, limit as patience, self.runtime.life.starting.current():
                 await self._guard(self.node.start, "start")
             self._starting = None
         if patience is not None and patience.cancelled_caught:
             late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
-            self.runtime.fail(f"{type(self.node).__name__}.start", late)
+            self.runtime.life.fail(f"{type(self.node).__name__}.start", late)
         if self._over.is_set():
             return False
         self.state = NodeState.RUNNING
@@ -197,7 +197,7 @@ class Unit:
             await self._guard(self.node.stop, "stop")
         if patience.cancelled_caught:
             late = StopTimeout(f"stop() of {self.name} did not return within {START_TIMEOUT_S:g} s")
-            self.runtime.fail(f"{type(self.node).__name__}.stop", late)
+            self.runtime.life.fail(f"{type(self.node).__name__}.stop", late)
 
     async def _run(self) -> None:
         self._returned = await self._guard(self.node.run, "run")
@@ -209,7 +209,7 @@ class Unit:
         except BaseException as error:
             if not is_failure(error):
                 raise
-            self.runtime.fail(f"{type(self.node).__name__}.{name}", error)
+            self.runtime.life.fail(f"{type(self.node).__name__}.{name}", error)
             return False
         return True
 
@@ -225,7 +225,7 @@ class Unit:
 
     def _hear_of_the_first_message(self) -> None:
         self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
-        for publisher in self.runtime.publishers:  # of a node that runs already, if a newcomer waits for it
+        for publisher in self.runtime.ends.publishers:  # of a node that runs already, if a newcomer waits for it
             if publisher.published:
                 self._comes_about(Condition.FIRST_MESSAGE)
             publisher.on_first = self.runtime.ends.on_first
@@ -315,7 +315,7 @@ class Unit:
         self._begin_life()
         try:
             self.runtime = built_anew(former, former.node.parameters, self._lives_before + self.restarts)
-            self.runtime.on_failure = self._failed
+            self.runtime.life.on_failure = self._failed
             if Condition.FIRST_MESSAGE not in self.met:
                 self.runtime.ends.on_first = former.ends.on_first
             self.node = self.runtime.node

@@ -23,7 +23,7 @@ from busflow import event_loop
 from busflow.blame import shown
 from busflow.clock import perf_counter
 from busflow.event_handler import EventHandler
-from busflow.runtime import NodeRuntime
+from busflow.life import Life
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Unit
@@ -124,8 +124,8 @@ def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
                 yield owner.node, owner.origin
             elif isinstance(owner, Unit) and "name" in local:
                 yield owner.name, f"{type(owner.node).__name__}.{local['name']}"
-            elif isinstance(owner, NodeRuntime) and "name" in local:
-                yield owner.full_name, f"task {local['name']}"
+            elif isinstance(owner, Life) and "name" in local:
+                yield owner.name, f"task {local['name']}"
         frame = frame.f_back
 
 

@@ -47,18 +47,18 @@ def declared(node, **around):
 async def test_names_are_expanded_within_the_namespace():
     runtime = declared(Relay(name="relay"), namespace="/left")
     assert runtime.full_name == "/left/relay"
-    assert [each.topic for each in runtime.subscriptions] == ["/left/in", "/absolute"]
-    [out] = runtime.publishers
+    assert [each.topic for each in runtime.ends.subscriptions] == ["/left/in", "/absolute"]
+    [out] = runtime.ends.publishers
     assert (out.topic, out.endpoint.written, out.endpoint.node) == ("/left/relay/out", "~/out", "/left/relay")
-    assert [each.endpoint.origin for each in runtime.subscriptions] == ["Relay.incoming", "Relay.hear"]
-    assert [(each.node, each.name) for each in runtime.timers] == [("/left/relay", "tick")]
+    assert [each.endpoint.origin for each in runtime.ends.subscriptions] == ["Relay.incoming", "Relay.hear"]
+    assert [(each.node, each.name) for each in runtime.ends.timers] == [("/left/relay", "tick")]
 
 
 @virtual_time
 async def test_a_remap_gives_the_final_name_and_is_remembered_as_used():
     runtime = declared(Relay(), remaps={"in": "/sensors/in", "~/out": "result", "unused": "nothing"})
-    assert [each.topic for each in runtime.subscriptions] == ["/sensors/in", "/absolute"]
-    assert [(each.topic, each.endpoint.remap_rule) for each in runtime.publishers] == [("/result", "~/out")]
+    assert [each.topic for each in runtime.ends.subscriptions] == ["/sensors/in", "/absolute"]
+    assert [(each.topic, each.endpoint.remap_rule) for each in runtime.ends.publishers] == [("/result", "~/out")]
     assert runtime.used_remaps == {"in", "~/out"}
 
 
@@ -71,10 +71,10 @@ async def test_qos_is_decided_field_by_field_default_then_code_then_topic_then_n
     runtime = declared(
         Relay(), publisher_qos=lambda topic: layers.get(topic, ()), subscription_qos=lambda topic: layers.get(topic, ())
     )
-    incoming, hear = (each.endpoint.qos for each in runtime.subscriptions)
+    incoming, hear = (each.endpoint.qos for each in runtime.ends.subscriptions)
     assert (incoming.depth, incoming.overflow, incoming.reliability) == (5, "drop_newest", "reliable")
     assert (hear.depth, hear.overflow) == (10, "drop_oldest")
-    [out] = (each.endpoint.qos for each in runtime.publishers)
+    [out] = (each.endpoint.qos for each in runtime.ends.publishers)
     assert (out.depth, out.reliability) == (6, "best_effort")
 
 
@@ -107,7 +107,7 @@ async def test_declaring_connects_nothing_and_connecting_hands_over_nothing():
     saying.connect(bus)
     saying.node.numbers.publish(Number())
     await asyncio.get_running_loop().settle()
-    assert (hearing.node.heard, len(hearing.subscriptions[0].queue)) == (0, 1)
+    assert (hearing.node.heard, len(hearing.ends.subscriptions[0].queue)) == (0, 1)
     hearing.open()
     await asyncio.get_running_loop().settle()
     assert hearing.node.heard == 1
@@ -403,9 +403,9 @@ async def test_a_node_hears_once_a_moment_how_many_messages_it_lost():
 async def test_ends_that_are_closed_are_forgotten_and_their_accounts_become_one():
     async with graph_of(Source) as graph:
         node = graph.node(Source)
-        before = len(runtime_of(node).subscriptions), len(runtime_of(node).publishers)
+        before = len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)
         for _ in range(100):
             node.create_subscription(Number, "many").close()
             node.create_publisher(Number, "many").close()
-        assert (len(runtime_of(node).subscriptions), len(runtime_of(node).publishers)) == before
+        assert (len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)) == before
         assert len([line for line in graph.bus.ledger() if line.topic == "/many"]) == 1

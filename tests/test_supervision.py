@@ -208,7 +208,7 @@ async def test_only_the_node_that_failed_is_built_anew():
     graph = graph_of(supervised(Counting, restart="on-failure"), Counting(name="other"))
     async with graph:
         other = graph.node("other")
-        graph.node("counting")._runtime.fail("here", ValueError("no"))
+        graph.node("counting")._runtime.life.fail("here", ValueError("no"))
         await asyncio.sleep(0.2)
         assert graph.node("other") is other
         assert len(Counting.instances) == 3
@@ -292,7 +292,7 @@ async def test_it_is_built_from_the_parameters_of_now_and_what_it_has_no_more_le
         await asyncio.sleep(0.2)
         node = graph.node(Tuned)
         assert node.parameters.rate_hz == 9
-        assert [each.topic for each in node._runtime.publishers] == ["/fast"]
+        assert [each.topic for each in node._runtime.ends.publishers] == ["/fast"]
         assert graph.bus.topics["/slow"].subscriptions == []
         assert state(graph, "/tuned").parameters_set == 1
     assert balanced(graph)

@@ -38,22 +38,22 @@ class Member:
     @property
     def publishers(self) -> list[Endpoint]:
         """What the node publishes."""
-        return [each.endpoint for each in self.runtime.publishers]
+        return [each.endpoint for each in self.runtime.ends.publishers]
 
     @property
     def subscriptions(self) -> list[Endpoint]:
         """What the node receives."""
-        return [each.endpoint for each in self.runtime.subscriptions]
+        return [each.endpoint for each in self.runtime.ends.subscriptions]
 
     @property
     def servers(self) -> list[ServiceEndpoint]:
         """What the node answers."""
-        return [each.endpoint for each in self.runtime.servers]
+        return [each.endpoint for each in self.runtime.ends.servers]
 
     @property
     def clients(self) -> list[ServiceEndpoint]:
         """What the node asks."""
-        return [each.endpoint for each in self.runtime.clients]
+        return [each.endpoint for each in self.runtime.ends.clients]
 
     def problem(self, code: str, message: str, fix: str | None, severity: Severity = Severity.ERROR) -> Problem:
         """A problem at the place where the launch file names the node, if one does."""

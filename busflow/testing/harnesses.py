@@ -216,7 +216,7 @@ class Harness:
 
     def fail(self, which: type[Node] | str, error: BaseException) -> None:
         """Let a node fail now, as if its own code had raised; `harness(expect_failure=…)` makes the test expect it."""
-        runtime_of(self.node(cast("Any", which))).fail("Harness.fail", error)
+        runtime_of(self.node(cast("Any", which))).life.fail("Harness.fail", error)
 
     def delay(self, topic: str, seconds: float) -> None:
         """Let what is published on a topic from now on arrive later, in order; meanwhile it counts as queued."""

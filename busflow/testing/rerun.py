@@ -230,5 +230,5 @@ class Rerun:
         self.notes += [f"{topic} is not in the recording: {node} heard nothing there" for topic, node in silent]
         if self._clock.unmet:
             self.notes.append(f"{self._clock.unmet} ticks of timers were recorded and had no timer waiting for them")
-        if TICKS not in self._channels and any(unit.runtime.timers for unit in self._graph.units):
+        if TICKS not in self._channels and any(unit.runtime.ends.timers for unit in self._graph.units):
             self.notes.append("the recording holds no ticks of timers: theirs began with it, and come before an input")

@@ -160,7 +160,7 @@ class Mirror:
 
     def _wanted_of_rosout(self) -> Durability:
         """What the nodes that receive the log, and are connected after its publisher, request of it."""
-        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.subscriptions]
+        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
         latched = any(end.topic == rosout.TOPIC and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 

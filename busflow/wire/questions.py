@@ -136,7 +136,7 @@ class Questions:
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """All of this process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, timers, elsewhere}`."""
         topics = self._graph.bus.topics.values()
-        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.timers]
+        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
         return {
             "process": self._process,
             "pid": os.getpid(),
@@ -264,8 +264,8 @@ def _node(unit: Unit) -> dict[str, Any]:
         "state": unit.state.value,
         "restarts": unit.restarts,
         "failures": [unit.failure.summary] if unit.failure else [],
-        "publishers": _names(unit.runtime.publishers),
-        "subscriptions": _names(unit.runtime.subscriptions),
+        "publishers": _names(unit.runtime.ends.publishers),
+        "subscriptions": _names(unit.runtime.ends.subscriptions),
     }
 
 
