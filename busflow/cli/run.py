@@ -28,7 +28,9 @@ Examples:
 @click.command(epilog=_EXAMPLES, add_help_option=False)
 @launch_file(required=False)
 @click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
-@click.option("--seed", type=int, help="Seed of the nodes' random generators, in place of the file's.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of the nodes' random generators, in place of the file's."
+)
 @click.option("--sim", is_flag=True, help="On simulated time, as fast as it goes and the same every time.")
 @click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write what the run came to, as JSON.")
 @click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for all that happens.")

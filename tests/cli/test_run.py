@@ -216,3 +216,10 @@ def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captu
 def test_a_watchdog_s_bound_is_a_duration_or_off(capsys: Captured):
     assert main(["run", "talk.yaml", "--watchdog", "on"]) == 2
     assert "--watchdog" in capsys.readouterr().err
+
+
+def test_a_seed_below_0_is_refused_before_the_run(capsys: Captured):
+    assert main(["run", "talk.yaml", "--sim", "--seed", "-1", "--for", "1s"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "'--seed': -1 is not in the range x>=0" in err
