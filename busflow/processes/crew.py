@@ -22,7 +22,8 @@ from busflow.processes.member import Life, Member, MemberState
 from busflow.supervision import Restart
 from busflow.text import printable
 from busflow.wire.membership import Membership
-from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
+from busflow.wire.run_directory import RunCard, RunDirectory
+from busflow.wire.session import SOCKET
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import RecordSpec

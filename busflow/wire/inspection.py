@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable
-from busflow.wire.run_directory import SOCKET, RunCard, RunDirectory
-from busflow.wire.session import open_session
+from busflow.wire.run_directory import RunCard, RunDirectory
+from busflow.wire.session import SOCKET, open_session
 
 if TYPE_CHECKING:
     from busflow.wire.mirror import Mirror

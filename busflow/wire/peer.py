@@ -19,21 +19,13 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 import zenoh.ext
 
-from busflow.errors import (
-    BusflowError,
-    InspectionUnavailable,
-    MalformedMessage,
-    NoSuchTarget,
-    NotAllowed,
-    ServiceTimeout,
-)
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
 from busflow.text import printable
 from busflow.wire.answers import PREFIX, READING
 from busflow.wire.keys import DOMAIN, GRAPH, PATIENCE, Attachment, Kind, Token, topic_key
 from busflow.wire.listener import MOST_BYTES, Listener, Received
 from busflow.wire.refusal import refusal, service_refusal
-from busflow.wire.run_directory import FoundRun, find_run, runs
-from busflow.wire.session import open_session
+from busflow.wire.run_directory import AT, FoundRun, find_run
 from busflow.wire.speaker import Speaker, speaking
 from busflow.wire.view import GraphView, TopicView, view
 
@@ -44,8 +36,6 @@ if TYPE_CHECKING:
 ANSWER_TIMEOUT_S = 5.0
 _SETTLE_S = 2.0
 """How long a process whose loop is blocked is waited for by who is going to publish."""
-AT = "@"
-"""Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
@@ -78,9 +68,7 @@ class Peer:
             InspectionUnavailable: nobody answers there.
         """
         self.run = run
-        self.session = (
-            open_session(run.directory, patience_s=patience_s) if isinstance(run, FoundRun) else run.open(patience_s)
-        )
+        self.session = run.open(patience_s)
         self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
         self._name = f"_busflow_cli_{os.getpid()}"
@@ -95,9 +83,7 @@ class Peer:
     @property
     def alive(self) -> bool:
         """Whether the run is still there."""
-        if isinstance(self.run, FoundRun):
-            return self.run in runs()
-        return bool(self.session.info.routers_zid())
+        return self.run.lives(self.session)
 
     def require(self, what: str) -> None:
         """Find out whether who has joined may do more than look.
@@ -105,11 +91,7 @@ class Peer:
         Raises:
             NotAllowed: they may not; the run would leave it unanswered.
         """
-        if not isinstance(self.run, FoundRun) and not self.run.may_act:
-            who, file = self.run.who, printable(self.run.file)
-            raise NotAllowed(
-                f"{who} may look, and not {what}; network: {{allow: {{{who}: all}}}} in {file} changes that"
-            )
+        self.run.require(what)
 
     # Asking.
 
@@ -378,7 +360,7 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
     """
     peer = Peer(run_called(name), patience_s=patience_s)
     try:
-        if not isinstance(peer.run, FoundRun):
+        if not peer.run.card.pid:  # a run on other machines says what it is only when it is asked
             peer.run = peer.run.answered(peer.ask("run"))
         yield peer
     finally:

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
-from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, Severity
+from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
 from busflow.launchfile.credentials import Credentials, examined
 from busflow.launchfile.load import examine
 from busflow.launchfile.network import TLS, Endpoint, NetworkSpec, StatedFile
 from busflow.launchfile.roles import Role
 from busflow.text import did_you_mean, printable
 from busflow.wire.network import Network
-from busflow.wire.peer import AT
 from busflow.wire.probe import why_not_linked
-from busflow.wire.run_directory import RunCard
+from busflow.wire.run_directory import AT, RunCard
 from busflow.wire.session import open_remote
 
 if TYPE_CHECKING:
@@ -41,11 +40,6 @@ class RemoteRun:
     card: RunCard = field(default=RunCard("", 0, 0))
     """What the run says of itself; empty until it was asked."""
 
-    @property
-    def may_act(self) -> bool:
-        """Whether who joins may do more than look."""
-        return self.role is Role.ALL
-
     def open(self, patience_s: float) -> zenoh.Session:
         """Join it.
 
@@ -59,7 +53,23 @@ class RemoteRun:
             reasons = asyncio.run(self._reasons()) or str(error)
             raise InspectionUnavailable(f"no machine of {printable(self.file)} is reached: {reasons}") from None
 
-    def answered(self, answers: Iterable[dict[str, object]]) -> RemoteRun:
+    def lives(self, session: zenoh.Session) -> bool:
+        """Whether a machine of it is still there, for who has joined it by this session."""
+        return bool(session.info.routers_zid())
+
+    def require(self, what: str) -> None:
+        """Find out whether who joins may do more than look.
+
+        Raises:
+            NotAllowed: they may not; the run would leave it unanswered.
+        """
+        if self.role is not Role.ALL:
+            raise NotAllowed(
+                f"{self.who} may look, and not {what}; network: {{allow: {{{self.who}: all}}}} in "
+                f"{printable(self.file)} changes that"
+            )
+
+    def answered(self, answers: Iterable[Mapping[str, object]]) -> RemoteRun:
         """The run with what its processes answered to `run`."""
         words = RunCard.__dataclass_fields__
         for answer in answers:

@@ -81,8 +81,8 @@ def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRu
         with closing(Peer(run, patience_s=patience_s)) as peer:
             begun = perf_counter()
             processes = tuple(peer.ask("run"))
-            run = run if isinstance(run, FoundRun) else run.answered(processes)
-            return PresentRun(run, _with_silent_ones(processes), answered_in_s=perf_counter() - begun)
+            took_s = perf_counter() - begun
+            return PresentRun(run.answered(processes), _with_silent_ones(processes), answered_in_s=took_s)
     except InspectionUnavailable as error:
         return PresentRun(run, silence=str(error))
 

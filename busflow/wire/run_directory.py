@@ -15,17 +15,22 @@ import os
 import re
 import shutil
 import stat
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.forks import call_in_children
 from busflow.text import did_you_mean, printable
+from busflow.wire.session import SOCKET, open_session
 
-SOCKET = "main.sock"
+if TYPE_CHECKING:
+    import zenoh
+
+AT = "@"
+"""Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
 _LOCK = "run.lock"
 _CARD = "run.json"
 _FOLDER_LOCK = ".lock"
@@ -64,6 +69,25 @@ class FoundRun:
     def name(self) -> str:
         """What `--run` takes: the directory's name, which no other run has."""
         return self.directory.name
+
+    def open(self, patience_s: float) -> zenoh.Session:
+        """Join it.
+
+        Raises:
+            InspectionUnavailable: it does not answer.
+        """
+        return open_session(self.directory, patience_s=patience_s)
+
+    def lives(self, _session: zenoh.Session) -> bool:
+        """Whether it is still there, for who has joined it by this session."""
+        return self in runs()
+
+    def require(self, _what: str) -> None:
+        """Whoever can open its directory may do all."""
+
+    def answered(self, _answers: Iterable[Mapping[str, object]]) -> Self:
+        """The run with what its processes answered to `run`; what it is was told in its directory."""
+        return self
 
 
 class RunDirectory:

@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import InspectionUnavailable
-from busflow.wire.run_directory import SOCKET
 
 if TYPE_CHECKING:
     import zenoh
 
     from busflow.wire.network import Network
 
+SOCKET = "main.sock"
+"""That of a run's main process, in the run's directory."""
 LEASE_MS = 1600
 """How soon a process that hangs, rather than ends, is taken for gone: it is to be told within two seconds. Zenoh
 says four times in it that a process lives, in threads that wait neither for the loop nor for the interpreter's lock."""

@@ -14,7 +14,8 @@ import pytest
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.wire import run_directory
-from busflow.wire.run_directory import SOCKET, FoundRun, RunCard, RunDirectory, find_run, runs
+from busflow.wire.run_directory import FoundRun, RunCard, RunDirectory, find_run, runs
+from busflow.wire.session import SOCKET
 
 CLAIM = """
 import sys
