@@ -20,7 +20,7 @@ from busflow.hints import calling_line, line_of, names_used, resolve, takes_none
 from busflow.message import Message, ServiceType
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
-from busflow.qos import QoS
+from busflow.qos import QoS, checked_qos
 from busflow.subscriptions import Subscription
 from busflow.text import printable
 from busflow.timers import Missed, Timer
@@ -79,7 +79,7 @@ class PublisherDeclaration(EndpointDeclaration[Publisher[M]]):
         self.type = checked_type(message_type, "publisher")
         self.topic = checked_name(topic, f"publisher({message_type.__name__}, …)", "topic")
         self.written = calling_line()
-        self.qos = qos
+        self.qos = checked_qos(qos, "publisher(…)")
 
 
 class PullDeclaration(EndpointDeclaration[Subscription[M]]):
@@ -89,7 +89,7 @@ class PullDeclaration(EndpointDeclaration[Subscription[M]]):
         self.type = checked_type(message_type, "subscription")
         self.topic = checked_name(topic, f"subscription({message_type.__name__}, …)", "topic")
         self.written = calling_line()
-        self.qos = qos
+        self.qos = checked_qos(qos, "subscription(…)")
 
     def __call__(self, function: Any) -> NoReturn:
         """Refuse to be a decorator.
@@ -199,7 +199,7 @@ class ParametersDeclaration(Declaration):
         raise refused
 
 
-def publisher(message_type: type[M], topic: str, *, qos: QoS | None = None) -> PublisherDeclaration[M]:
+def publisher(message_type: type[M], topic: str, qos: QoS | None = None) -> PublisherDeclaration[M]:
     """Publish a topic.
 
     Write `balance = publisher(Float64, "balance_state")` in the class, and `self.balance.publish(…)` in its methods.

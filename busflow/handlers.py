@@ -13,7 +13,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.events import Event
 from busflow.hints import line_of, message_annotation, names_used, resolve, takes_one
 from busflow.message import Message, ServiceType, type_name
-from busflow.qos import QoS
+from busflow.qos import QoS, checked_qos
 from busflow.servers import DEPTH
 from busflow.text import printable
 
@@ -166,9 +166,9 @@ class Handler(Declaration, Generic[P, R]):
 @overload
 def subscription(topic: str, /, *, qos: QoS | None = None) -> _HandlerDecorator: ...
 @overload
-def subscription(message_type: type[M], topic: str, /, *, qos: QoS | None = None) -> PullDeclaration[M]: ...
+def subscription(message_type: type[M], topic: str, /, qos: QoS | None = None) -> PullDeclaration[M]: ...
 def subscription(
-    message_type: type[M] | str, topic: str | None = None, /, *, qos: QoS | None = None
+    message_type: type[M] | str, topic: str | None = None, /, qos: QoS | None = None
 ) -> _HandlerDecorator | PullDeclaration[M]:
     """Receive a topic: above a handler, or as an attribute to pull from.
 
@@ -178,8 +178,8 @@ def subscription(
     """
     if isinstance(message_type, str):
         if topic is not None:
-            raise InvalidDeclaration(f"@subscription({message_type!r}) takes nothing more but qos=, got {topic!r}")
-        return _HandlerDecorator(SubscriptionRole(message_type, qos))
+            raise InvalidDeclaration(f"@subscription(…) takes nothing more but qos=QoS(depth=…), got {topic!r}")
+        return _HandlerDecorator(SubscriptionRole(message_type, checked_qos(qos, "@subscription(…)")))
     if not isinstance(message_type, type):  # type: ignore[redundant-expr]  # users without a type checker
         name = getattr(message_type, "__name__", "the method")
         raise InvalidDeclaration(f'@subscription needs a topic\'s name: write @subscription("imu/data") above {name}')

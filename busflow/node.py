@@ -136,7 +136,7 @@ class Node:
 
     # What the declarations are sugar for.
 
-    def create_publisher(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+    def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None = None) -> Publisher[M]:
         """Publish a topic from now on.
 
         Raises:
@@ -145,7 +145,7 @@ class Node:
         return self._runtime.create_publisher(message_type, topic, qos, origin=f"{self.name}: create_publisher")
 
     def create_subscription(
-        self, message_type: type[M], topic: str, handler: MessageHandler[M] | None = None, *, qos: QoS | None = None
+        self, message_type: type[M], topic: str, handler: MessageHandler[M] | None = None, qos: QoS | None = None
     ) -> Subscription[M]:
         """Receive a topic from now on, with a handler or, without one, to pull from.
 

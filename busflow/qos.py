@@ -70,8 +70,8 @@ from typing import Annotated, Any, Self
 from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 
 from busflow.duration import PATTERN, parse_duration
-from busflow.errors import Fault
-from busflow.text import did_you_mean
+from busflow.errors import Fault, InvalidDeclaration
+from busflow.text import did_you_mean, printable
 from busflow.validation import faults
 
 
@@ -225,6 +225,19 @@ class QoS(BaseModel):
 
 
 _NOTHING_STATED = QoS()
+
+
+def checked_qos(qos: Any, origin: str) -> QoS | None:
+    """The QoS, if it is one or none; a bare depth, as in rclpy, is told how to be written.
+
+    Raises:
+        InvalidDeclaration: it is anything else.
+    """
+    if qos is None or isinstance(qos, QoS):
+        return qos
+    depth = qos if type(qos) is int and qos > 0 else 10
+    got = printable(repr(qos), limit=200)
+    raise InvalidDeclaration(f"{origin}: qos must be a QoS: write qos=QoS(depth={depth}), not {got}")
 
 
 def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:

@@ -31,7 +31,7 @@ from busflow.parameter_handler import ParameterHandler
 from busflow.parameter_store import ParameterStore, SetResult
 from busflow.parameters import Parameters
 from busflow.publishers import Publisher
-from busflow.qos import QoS
+from busflow.qos import QoS, checked_qos
 from busflow.servers import RequestHandler, Server
 from busflow.subscriptions import MessageHandler, Subscription
 from busflow.surroundings import Rng, Surroundings
@@ -159,6 +159,8 @@ class NodeRuntime:
         origin: str,
     ) -> Subscription[M]:
         """A subscription of this node, connected at once when the node is."""
+        if handler is not None and not callable(handler):  # type: ignore[redundant-expr]  # as below
+            raise InvalidDeclaration(f"{origin} needs a method to call with each message, or none, not {handler!r}")
         layers = self.surroundings.subscription_qos
         endpoint = self._endpoint(message_type, topic, qos, layers, origin)
         subscription = Subscription(message_type, endpoint, handler)
@@ -206,7 +208,7 @@ class NodeRuntime:
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
         self._refuse_after_the_end(origin)
         resolved = self._resolve(topic)
-        stated = () if qos is None else (qos,)
+        stated = () if (own := checked_qos(qos, origin)) is None else (own,)
         merged = QoS.merge(*stated, *layers(resolved.name))
         return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
 

@@ -198,6 +198,27 @@ MISTAKES = [
     ("out = publisher(Float64, 3)", "publisher(Float64, …) needs the topic's name, a text, not 3", 7),
     ('out = subscription(Float64, "1st")', "topic name '1st'", 7),
     ('def declare(self):\n        self.create_publisher(Float64, "not a name")', "topic name 'not a name'", 8),
+    ('out = publisher(Float64, "numbers", qos=5)', "qos must be a QoS: write qos=QoS(depth=5), not 5", 7),
+    ('out = publisher(Float64, "numbers", 10)', "qos must be a QoS: write qos=QoS(depth=10), not 10", 7),
+    ('out = subscription(Float64, "numbers", 10)', "qos must be a QoS: write qos=QoS(depth=10), not 10", 7),
+    ('out = subscription(Float64, "numbers", qos="latched")', "write qos=QoS(depth=10), not 'latched'", 7),
+    ('@subscription("numbers", qos=0)\n    def on(self, number: Float64): ...', "write qos=QoS(depth=10), not 0", 7),
+    (
+        '@subscription("numbers", 10)\n    def on(self, number: Float64): ...',
+        "nothing more but qos=QoS(depth=…), got 10",
+        7,
+    ),
+    ('def declare(self):\n        self.create_publisher(Float64, "numbers", 10)', "write qos=QoS(depth=10), not 10", 8),
+    (
+        'def declare(self):\n        self.create_subscription(Float64, "numbers", print, 10)',
+        "write qos=QoS(depth=10), not 10",
+        8,
+    ),
+    (
+        'def declare(self):\n        self.create_subscription(Float64, "numbers", 10)',
+        "create_subscription needs a method to call with each message, or none, not 10",
+        8,
+    ),
 ]
 
 
