@@ -148,16 +148,26 @@ class Crew:
         )
 
     def finish(self) -> ExitCode:
-        """The run has ended: see what its recording came to; the exit code, which is another one where that matters."""
+        """The run has ended: see how, and what its recording came to; the exit code, which may be another one now."""
         graph, recording = self._graph, self._recording
         if recording is not None:
-            recording.finish(replace(self.report(), recording=None))
-            outcome = recording.outcome
-            if recording.is_to_be_complete and outcome is not None and outcome.why and graph.exit_code is ExitCode.OK:
-                graph.exit_code = ExitCode.INCOMPLETE
-                text = f"the recording {printable(outcome.path)} is incomplete: {printable(outcome.why)}"
-                self._shortcomings.append(f"{text} (on_drop: fail)")
+            recording.finish(replace(self.report(), recording=None), self._recorded())
+            self._judge(recording)
+        if graph.exit_code is ExitCode.OK and any(member.state is MemberState.FAILED for member in self.members):
+            graph.exit_code = ExitCode.FAILED
         return graph.exit_code
+
+    def _judge(self, recording: JointRecording) -> None:
+        """Say where a recording is not the whole of what happened."""
+        outcome = recording.outcome
+        if outcome is None or not outcome.why:
+            return
+        text = f"the recording {printable(outcome.path)} is incomplete: {printable(outcome.why)}"
+        if not recording.is_to_be_complete:
+            self._log.warning(text)
+        elif self._graph.exit_code is ExitCode.OK:
+            self._graph.exit_code = ExitCode.INCOMPLETE
+            self._shortcomings.append(f"{text} (on_drop: fail)")
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
         """What the processes tell of their recordings, those of their earlier lives included."""

@@ -111,21 +111,30 @@ class JointRecording:
         recorded, missed = (sum(int(each[count]) for each in told) for count in ("recorded", "missed"))
         return RecordingReport(str(self.path), recorded, missed, complete=False)
 
-    def finish(self, report: Report) -> None:
-        """Look at what all have left behind, and write the metadata; `report` is that of the whole run."""
+    def finish(self, report: Report, told: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Look at what all have left behind, and write the metadata.
+
+        Args:
+            report: that of the whole run.
+            told: what its processes and their earlier lives tell of their files: one may look whole, and not have come
+                to the disk in time.
+        """
         if not self._begun or self.outcome is not None:
             return
         self._tell_unmatched(report)
         recorded = missed = 0
         lacking: list[str] = []
         why: list[str] = []
+        said = {Path(each["path"]).name: str(each["why"]) for each in told if each["why"]}
         try:
             with Bag(self.directory) as bag:
                 counted = [_counted(each) for each in bag.series]
                 read = {each.name for each in counted}
                 lacking += [f"there is nothing in {path.name}" for path in self._paths() if path.name not in read]
                 for each in bag.series:
-                    why += [f"{each.files[0].path.name}: {reason}" for reason in each.incomplete()]
+                    name = each.files[0].path.name
+                    reasons = [*each.incomplete()] or ([said[name]] if name in said else [])
+                    why += [f"{name}: {reason}" for reason in reasons]
                 recorded, missed = bag.messages, bag.ledger.missed if bag.ledger else 0
             self._write(counted, report, "; ".join(lacking))
         except (BagError, OSError) as error:

@@ -183,15 +183,22 @@ class Member:
         self.lives.append(Life(self.child.pid, self.report, fate))
         self.child, self.report = None, None
         self.state = MemberState.FAILED if fate else MemberState.ENDED
+        if fate:
+            self._log.error(fate)
         if not self._stopping.is_set():
-            if fate:
-                self._log.error(fate)
             self._company.on_life(self, self.lives[-1])
+        elif fate:
+            self.failures.append(fate)
         return code
 
     def _fate(self, code: int) -> str:
         """How a life ended, in words; empty where it ended well."""
-        if code in _ENDED_WELL or (self._stopping.is_set() and self._end):
+        stopping = self._stopping.is_set()
+        if stopping and (self._end or code == -signal.SIGTERM):  # or it was asked before it could heed it
+            return ""
+        if code == ExitCode.TERMINATED and not self._end:  # it has said on standard error which node held it up
+            return f"the process {self.name} did not stop in time, and had to end itself"
+        if code in _ENDED_WELL:
             return ""
         if code >= 0:
             return f"the process {self.name} ended with exit code {code}"

@@ -181,6 +181,36 @@ def test_a_recording_that_is_to_miss_nothing_ends_the_run_with_the_process_that_
     assert any("the recording rec is incomplete" in line and "SIGKILL" in line for line in run.lines)
 
 
+TARDY = """
+import os
+import threading
+
+from busflow import Node
+from busflow.recording import spool
+
+spool.LAST_WORDS_S = 0.05
+os.fsync = lambda _: threading.Event().wait(1.0)
+
+
+class Tardy(Node):
+    pass
+"""
+
+
+def test_a_file_that_is_whole_and_not_on_the_disk_in_time_is_no_complete_recording(start):
+    text = f"{TOLD}  tardy: {{plugin: tardy}}\n"
+    run = start(text, "--record", "rec", files={"plugins/tardy.py": TARDY})
+    run.wait_for("heard enough")
+    assert run.end() == 130
+    why = "its end could not be written in time"
+    told = run.report()["recording"]
+    assert (told["complete"], told["why"]) == (False, f"main.mcap: {why}")
+    ends = [
+        each["level"] for each in run.log() if each["event"].startswith("the recording rec is incomplete: main.mcap")
+    ]
+    assert ends == ["warning"]
+
+
 def test_a_directory_that_is_there_is_left_alone(start):
     run = start(TOLD, "--record", "plugins.mcap")
     assert run.end(None) == 2

@@ -93,6 +93,38 @@ def test_a_stopped_process_does_not_hold_up_the_end(start, have_ended):
     run.kill("left", signal.SIGSTOP)
     assert run.end() == 130
     assert have_ended(pids, 0)
+    fate = "the process left was ended by SIGKILL, since it did not stop in time"
+    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
+    assert f"error: {fate}\n" in run.lines
+    (left,) = [each for each in run.report()["processes"] if each["name"] == "left"]
+    assert (left["state"], left["fates"]) == ("failed", [fate])
+
+
+STUCK = """
+import threading
+
+from busflow import Node
+
+
+class Stuck(Node):
+    async def stop(self) -> None:
+        threading.Event().wait()
+"""
+
+
+def test_a_process_that_had_to_be_ended_by_force_makes_a_run_fail_that_nothing_else_ended(start):
+    run = start(
+        "processes: {far: }\nnodes: {stuck: {plugin: stuck, process: far}}\n",
+        "--for",
+        "0.2s",
+        files={"plugins/stuck.py": STUCK},
+    )
+    assert run.end(None) == 1
+    fate = "the process far did not stop in time, and had to end itself"
+    assert [each["level"] for each in run.log() if each["event"] == fate] == ["error"]
+    assert any("did not end within" in line and "stuck.py" in line for line in run.lines)
+    (far,) = [each for each in run.report()["processes"] if each["name"] == "far"]
+    assert (run.report()["exit_code"], far["state"], far["fates"]) == (1, "failed", [fate])
 
 
 PACED = """
