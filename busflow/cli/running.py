@@ -89,6 +89,7 @@ class Run:
         if self._spreads:
             self._refuse(trace is not None, "--trace", "it follows one process")
             self._refuse(self._inspect is False, "--no-inspect", "the processes of a run look into each other")
+        _refuse_overwriting(self._description.files, report, trace)
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
@@ -219,6 +220,22 @@ def _told(error: OSError | None, path: Path | None) -> bool:
     if error is not None:
         tell(f"error: cannot write the whole of {path}: {error.strerror}")
     return error is not None
+
+
+def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path | None) -> None:
+    """Refuse a report or a trace in place of what is run, and both in one file."""
+    for path, option in ((report, "--report"), (trace, "--trace")):
+        if path and any(_same(path, each) for each in files):
+            raise click.BadParameter(f"{path} is a file of this run: name another one", param_hint=option)
+    if report and trace and _same(report, trace) and (report.is_file() or not report.exists()):  # or both to /dev/null
+        raise click.BadParameter(f"{trace} is where the report goes: name another file", param_hint="--trace")
+
+
+def _same(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except OSError:  # one is yet to be made
+        return one.resolve() == other.resolve()
 
 
 def _made(path: Path, option: str) -> bool:

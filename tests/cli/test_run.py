@@ -137,6 +137,26 @@ def test_a_report_that_cannot_be_written_is_told_before_the_run(capsys: Captured
     assert f"cannot write {path}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("option", ["--report", "--trace"])
+@pytest.mark.parametrize("path", ["whole.yaml", "plugins/../talk.yaml", "link.json"])
+def test_what_is_run_is_not_written_over(capsys: Captured, option: str, path: str):
+    Path("whole.yaml").write_text("include: talk.yaml\n")
+    Path("link.json").symlink_to("talk.yaml")
+    before = Path(path).read_text()
+    assert main(["run", "whole.yaml", "--sim", "--for", "1s", option, path]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"{option}: {path} is a file of this run" in err
+    assert Path(path).read_text() == before
+
+
+def test_a_report_and_a_trace_are_two_files(capsys: Captured):
+    assert main(["run", "talk.yaml", "--sim", "--for", "1s", "--report", "run.txt", "--trace", "./run.txt"]) == 2
+    assert "--trace: run.txt is where the report goes" in capsys.readouterr().err
+    assert not Path("run.txt").exists()
+    assert main(["run", "talk.yaml", "--sim", "--for", "1s", "--report", "/dev/null", "--trace", "/dev/null"]) == 0
+
+
 def test_help_with_a_file_shows_the_files_own_arguments(capsys: Captured):
     assert main(["run", "talk.yaml", "--help"]) == 0
     out = capsys.readouterr().out
