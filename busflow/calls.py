@@ -16,6 +16,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from busflow.errors import BusflowError, DeadlockError
 from busflow.message import Message
+from busflow.service_accounts import ClientStatistics, ServerStatistics
 
 Req = TypeVar("Req", bound=Message)
 Res = TypeVar("Res", bound=Message)
@@ -88,6 +89,18 @@ class Answerer(Protocol):
 
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Learn that nobody waits for the answer any more; asked for every call that ends without one."""
+        ...
+
+    def statistics(self) -> ServerStatistics | None:
+        """Its account; None of what stands in for a server, which has its own."""
+        ...
+
+
+class Asker(Protocol):
+    """Who makes the calls of a service: a node's client."""
+
+    def statistics(self) -> ClientStatistics:
+        """Its account."""
         ...
 
 

@@ -3,52 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, cast
 
 from busflow.calls import Req, Res
 from busflow.errors import BusflowError, IncompatibleType, NotRunning
 from busflow.message import Message, ServiceType, type_name
+from busflow.service_accounts import ClientStatistics
+from busflow.services import Service
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.endpoint import ServiceEndpoint
-    from busflow.services import Service
 
 TIMEOUT_S = 5.0
 """How long a call waits for its answer unless told, by the run's clock."""
-
-
-@dataclass(frozen=True, slots=True)
-class ClientStatistics:
-    """One client's account: `called == answered + failed + cancelled + waiting` at every moment."""
-
-    node: str
-    service: str
-    called: int
-    answered: int
-    failed: int
-    """Calls that raised, for whatever reason, timeouts among them."""
-    timed_out: int
-    cancelled: int
-    """Calls whose caller was cancelled."""
-    waiting: int
-    errors: dict[str, int] = field(default_factory=dict[str, int])
-    """How many calls raised what: ServiceUnavailable, ServiceTimeout, …"""
-
-    def __add__(self, other: ClientStatistics) -> ClientStatistics:
-        """One account of two clients of a node."""
-        return ClientStatistics(
-            node=self.node,
-            service=self.service,
-            called=self.called + other.called,
-            answered=self.answered + other.answered,
-            failed=self.failed + other.failed,
-            timed_out=self.timed_out + other.timed_out,
-            cancelled=self.cancelled + other.cancelled,
-            waiting=self.waiting + other.waiting,
-            errors=dict(Counter(self.errors) + Counter(other.errors)),
-        )
 
 
 class Client(Generic[Req, Res]):

@@ -12,9 +12,8 @@ from busflow.message import type_name
 
 if TYPE_CHECKING:
     from busflow.bus import Bus
-    from busflow.clients import ClientStatistics
     from busflow.errors import ExitCode
-    from busflow.servers import ServerStatistics
+    from busflow.service_accounts import ClientStatistics, ServerStatistics
     from busflow.supervisor import Unit
     from busflow.timers import TimerStatistics
     from busflow.watchdog import Blocks

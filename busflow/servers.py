@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, cast
 
@@ -14,54 +13,19 @@ from busflow.calls import Activity, Call, Req, Res
 from busflow.errors import IncompatibleType, InvalidDeclaration, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.failure import is_failure, refuse_coroutine
 from busflow.message import Message, ServiceType, type_name
+from busflow.service_accounts import ServerStatistics
+from busflow.services import Service
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.dispatcher import Dispatcher
     from busflow.endpoint import ServiceEndpoint
-    from busflow.services import Service
 
 RequestHandler: TypeAlias = Callable[[Req], Res] | Callable[[Req], Coroutine[Any, Any, Res]]
 OnError: TypeAlias = Callable[[BaseException, Message], None]
 
 DEPTH = 10
 """How many requests may wait for a server unless it says otherwise."""
-
-
-@dataclass(frozen=True, slots=True)
-class ServerStatistics:
-    """One server's account: `received == served + failed + refused + withdrawn + lost + waiting` at every moment."""
-
-    node: str
-    service: str
-    depth: int
-    received: int
-    served: int
-    failed: int
-    """The handler raised."""
-    refused: int
-    """There was no room for it."""
-    withdrawn: int
-    """Nobody waited for the answer any more before the handler began."""
-    lost: int
-    """The node ended first."""
-    waiting: int
-    """Queued, or with the handler now."""
-
-    def __add__(self, later: ServerStatistics) -> ServerStatistics:
-        """One account of two servers that a node had one after the other."""
-        return ServerStatistics(
-            node=later.node,
-            service=later.service,
-            depth=later.depth,
-            received=self.received + later.received,
-            served=self.served + later.served,
-            failed=self.failed + later.failed,
-            refused=self.refused + later.refused,
-            withdrawn=self.withdrawn + later.withdrawn,
-            lost=self.lost + later.lost,
-            waiting=self.waiting + later.waiting,
-        )
 
 
 class Server(Generic[Req, Res]):

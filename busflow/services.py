@@ -11,12 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from busflow.calls import Answerer, Call, Req, Res, current_activity, refuse_cycle
-from busflow.clients import Client, ClientStatistics
+from busflow.calls import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.limits import NS_PER_S
 from busflow.message import ServiceType
-from busflow.servers import Server, ServerStatistics
+from busflow.service_accounts import ClientStatistics, ServerStatistics
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ class Service(Generic[Req, Res]):
         self.name = name
         self.type = service_type
         self.server: Answerer | None = None
-        self.clients: list[Client[Req, Res]] = []
+        self.clients: list[Asker] = []
         self.taps: list[Callable[[Call[Req, Res]], None]] = []
         """Who hears of every call when it is made, and again when its outcome is known."""
         self._gone_servers: dict[str, ServerStatistics] = {}
@@ -185,12 +184,12 @@ class Service(Generic[Req, Res]):
     def leave(self, server: Answerer) -> None:
         """Let nobody answer any more; the calls it had taken are its own to fail."""
         self.server = None
-        local: Any = server
-        if isinstance(local, Server):
-            _enter(self._gone_servers, local.statistics())
-            self._tell_leaving(local)
+        account = server.statistics()
+        if account is not None:
+            _enter(self._gone_servers, account)
+            self._tell_leaving(server)
 
-    def forget_client(self, client: Client[Req, Res]) -> None:
+    def forget_client(self, client: Asker) -> None:
         """A client leaves; its account stays."""
         self.clients.remove(client)
         _enter(self._gone_clients, client.statistics())
@@ -203,9 +202,9 @@ class Service(Generic[Req, Res]):
     def servers(self) -> list[ServerStatistics]:
         """The account of each node of this process that answers or answered, all its lives together."""
         accounts = dict(self._gone_servers)
-        here: Any = self.server
-        if isinstance(here, Server):
-            _enter(accounts, here.statistics())
+        here = None if self.server is None else self.server.statistics()
+        if here is not None:
+            _enter(accounts, here)
         return list(accounts.values())
 
     def asking(self) -> list[ClientStatistics]:

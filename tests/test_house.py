@@ -40,7 +40,7 @@ WINGS = {
         "parameter_messages",
         "parameter_store",
     },
-    "services": {"calls", "clients", "servers", "services"},
+    "services": {"calls", "clients", "servers", "service_accounts", "services"},
     "supervision": {"supervision", "supervisor", "backoff", "dependencies", "watchdog"},
     "edits": {"revision", "watch"},
     "launch file": {"launchfile", "annotation", "validation"},

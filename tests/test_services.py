@@ -707,6 +707,9 @@ class Elsewhere:
     def withdraw(self, call):
         self.withdrawn.append(call.number)
 
+    def statistics(self):
+        return None
+
 
 @virtual_time
 async def test_a_server_of_another_process_answers_as_one_of_this_would():

@@ -8,11 +8,10 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from busflow.accounts import SubscriptionStatistics
-from busflow.clients import ClientStatistics
 from busflow.launchfile.placement import MAIN
 from busflow.qos import Overflow
 from busflow.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
-from busflow.servers import ServerStatistics
+from busflow.service_accounts import ClientStatistics, ServerStatistics
 from busflow.timers import TimerStatistics
 from busflow.watchdog import Blocks
 

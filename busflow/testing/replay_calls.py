@@ -155,6 +155,9 @@ class StandIn:
     def withdraw(self, call: Call[Any, Any]) -> None:
         """Nobody waits for the answer any more."""
 
+    def statistics(self) -> None:
+        """There is no server, and so no account."""
+
     def hearer(self, gids: Mapping[bytes, str]) -> Callable[[Entry], None]:
         """What hears of the events of those who are run anew."""
 

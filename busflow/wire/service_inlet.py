@@ -90,6 +90,9 @@ class RemoteServer:
             cancel: Any = token.cancel
             self._sender.hand(cancel)
 
+    def statistics(self) -> None:
+        """The server has its account in its own process."""
+
     def close(self) -> None:
         """The server has gone: whoever waits for it is told."""
         waiting, self._waiting = self._waiting, {}
