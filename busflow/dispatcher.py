@@ -20,6 +20,8 @@ QUANTUM = 8
 """Messages a subscription may handle before the next one's turn."""
 BUDGET_S = 0.0002
 """Wall time after which the loop gets its turn: bounds how late a flood makes a timer."""
+SLOW_S = 0.01
+"""A turn that takes longer is that of slow handlers; what a look at the time costs does not matter then."""
 BUDGET_MESSAGES = 256
 """The same in virtual time, where wall time must not decide anything."""
 
@@ -51,11 +53,13 @@ class Chooser(Protocol):
 class Dispatcher:
     """The ready line of one bus and the one who serves it."""
 
-    __slots__ = ("_awake", "_explore", "_loop", "_virtual", "ready")
+    __slots__ = ("_awake", "_explore", "_loop", "_virtual", "quantum", "ready")
 
     def __init__(self, *, virtual: bool = False, explore: Chooser | None = None) -> None:
         """A dispatcher that budgets by messages when `virtual`, and serves as `explore` chooses if there is one."""
         self.ready: deque[Runnable] = deque()
+        self.quantum = QUANTUM
+        """Messages of a turn: one, while handlers take so long that the loop would stand still over eight of them."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._awake = False
         self._virtual = virtual
@@ -99,7 +103,10 @@ class Dispatcher:
         """Whether a batch that began at `started` and handled so many messages has had its share of the loop."""
         if self._virtual:
             return handled >= (QUANTUM if self._explore else BUDGET_MESSAGES)
-        return handled >= QUANTUM and perf_counter() - started > BUDGET_S
+        if handled < self.quantum or (took_s := perf_counter() - started) <= BUDGET_S:
+            return False
+        self.quantum = 1 if took_s > SLOW_S else QUANTUM
+        return True
 
     async def rest(self) -> None:
         """Give the loop its turn after such a batch, on wall time with all timers that are due."""
@@ -140,8 +147,11 @@ class Dispatcher:
             return
         end = perf_counter() + BUDGET_S
         while True:
-            ready.popleft().turn(QUANTUM)
-            if not ready or perf_counter() > end:
+            ready.popleft().turn(self.quantum)
+            if not ready:
+                return
+            if (now := perf_counter()) > end:
+                self.quantum = 1 if now > end + SLOW_S else QUANTUM
                 return
 
     def _serve_by_count(self) -> None:

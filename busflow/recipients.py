@@ -22,7 +22,6 @@ from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from busflow.dispatcher import QUANTUM
 from busflow.endpoint import Endpoint
 from busflow.errors import Occupied
 from busflow.failure import is_failure, refuse_coroutine
@@ -133,7 +132,7 @@ class Recipient(Generic[M]):
                         raise
                     self._failed(error, message)
                     return
-                if handled % QUANTUM == 0 and dispatcher.spent(started, handled):
+                if handled % dispatcher.quantum == 0 and dispatcher.spent(started, handled):
                     await dispatcher.rest()
                     handled, started = 0, dispatcher.now()
 

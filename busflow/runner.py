@@ -32,14 +32,11 @@ from busflow.rosout import Rosout
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
-from busflow.units import node_among, stop_units, units_of
+from busflow.units import GRACE_S, node_among, stop_units, units_of
 from busflow.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
-
-GRACE_S = 0.75
-"""How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
 
 
 class Graph:
@@ -214,6 +211,9 @@ class Graph:
         if not self.ending.is_set():
             self.exit_code = self.exit_code or code
             self.ending.set()
+            for unit in self.units:  # while one that blocks the loop goes on, the others have no time to stop
+                if self.watchdog and unit.name in self.watchdog.blocking:
+                    unit.ask_to_stop()
 
     def give_up(self, error: BusflowError) -> None:
         """End the graph for a reason that is no node's; whoever waits for its end is told."""

@@ -155,6 +155,7 @@ class Unit:
         """Let the node leave `start` or `run` and go through its `stop`; it is not started anew."""
         self._stop_asked.set()
         self._end_life()
+        self.runtime.close()  # at once: a handler that blocks would be called again before anybody else has a turn
 
     def _end_life(self) -> None:
         self._over.set()

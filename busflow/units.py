@@ -15,6 +15,9 @@ from busflow.text import did_you_mean
 if TYPE_CHECKING:
     from busflow.launchfile.member import Member
 
+GRACE_S = 0.75
+"""How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
+
 
 def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
     """A unit for each member; `beside` are others that they may wait for."""

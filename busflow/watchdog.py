@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 BOUND_S = 0.1
 """How long the loop may stand still before that is told, unless told otherwise."""
 
+_JUST_NOW_S = 1.0
 _BUSFLOW = str(Path(__file__).parent) + os.sep
 _STEPS = 6
 """How much of a stack is told, from the line that runs outwards."""
@@ -62,12 +63,19 @@ class Watchdog:
         self.bound_s = bound_s
         self._log = log
         self._found: dict[tuple[str, str], Blocks] = {}
+        self._last_s: dict[str, float] = {}
         self._ended = threading.Event()
 
     @property
     def blocks(self) -> tuple[Blocks, ...]:
         """Who blocked the loop, in the order in which they first did."""
         return tuple(self._found.values())
+
+    @property
+    def blocking(self) -> set[str]:
+        """The nodes that block the loop now, or have done so just now."""
+        since_s = perf_counter() - _JUST_NOW_S
+        return {node for node, last_s in tuple(self._last_s.items()) if last_s > since_s}
 
     def begin(self) -> None:
         """Watch the running loop, which is that of this thread."""
@@ -91,7 +99,8 @@ class Watchdog:
                 continue
             found = self._tell(thread)
             while not turned.wait(self.bound_s) and not self._ended.is_set():
-                pass
+                self._last_s[found.node] = perf_counter()
+            self._last_s[found.node] = perf_counter()
             found.longest_s = max(found.longest_s, perf_counter() - begun_s)
 
     def _tell(self, thread: int) -> Blocks:
@@ -99,6 +108,7 @@ class Watchdog:
         node, handler = next(_owners(frame), ("busflow", "the program around the graph"))
         found = self._found.setdefault((node, handler), Blocks(node, handler))
         found.count += 1
+        self._last_s[node] = perf_counter()
         bound = f"{self.bound_s * 1000:g} ms"
         text = "blocks the event loop: nothing else runs meanwhile"
         self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=_stack(frame))

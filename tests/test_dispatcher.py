@@ -6,7 +6,7 @@ import itertools
 import pytest
 
 from busflow.clock import perf_counter
-from busflow.dispatcher import BUDGET_MESSAGES, BUDGET_S, QUANTUM, Dispatcher
+from busflow.dispatcher import BUDGET_MESSAGES, BUDGET_S, QUANTUM, SLOW_S, Dispatcher
 from busflow.testing import virtual_time
 from busflow.testing.schedule import Schedule
 
@@ -299,3 +299,32 @@ def test_a_batch_of_an_async_handler_has_its_share_of_wall_time_but_a_quantum_at
     assert not dispatcher.spent(long_ago, QUANTUM - 1)
     assert dispatcher.spent(long_ago, QUANTUM)
     assert not dispatcher.spent(started + 1, QUANTUM)
+
+
+class Slow(Backlog):
+    """One whose handler takes so long that nobody waits for eight of them."""
+
+    def turn(self, limit):
+        until = perf_counter() + 2 * SLOW_S
+        while perf_counter() < until:
+            pass
+        self.log.append(limit)
+        self.dispatcher.ready.append(self)
+        return 1
+
+
+def test_slow_handlers_have_turns_of_one_message_until_they_are_quick_again():
+    async def main():
+        dispatcher, limits = opened(virtual=False), []
+        dispatcher.schedule(Slow(dispatcher, limits, "slow", 1))
+        for _ in range(6):  # a turn of the dispatcher is due at the earliest in the next but one of the loop
+            await asyncio.sleep(0)
+        dispatcher.ready.clear()
+        dispatcher.schedule(Endless(dispatcher, [], "quick", 1))
+        for _ in range(6):
+            await asyncio.sleep(0)
+        return limits, dispatcher.quantum
+
+    limits, quantum = asyncio.run(main())
+    assert limits[:3] == [QUANTUM, 1, 1]
+    assert quantum == QUANTUM

@@ -142,6 +142,62 @@ sys.exit(busflow.run(Blocks, inspect="blocked"))
 """
 
 
+SLOW = """
+import asyncio, time
+from busflow import Node, QoS, publisher, subscription, timer
+from busflow.msgs.std_msgs import Int64
+
+
+class Source(Node):
+    numbers = publisher(Int64, "numbers")
+
+    @timer(0.05)
+    def tick(self) -> None:
+        for number in range(20):
+            self.numbers.publish(Int64(data=number))
+
+
+class Motor(Node):
+    async def stop(self) -> None:
+        await self.clock.sleep(0.01)
+        self.log.info("the motor is off")
+
+
+class SlowTimer(Node):
+    @timer(0.05)
+    def tick(self) -> None:
+        time.sleep(1.0)
+
+
+class SlowHandler(Node):
+    @subscription("numbers", qos=QoS(depth=100))
+    def hear(self, _number: Int64) -> None:
+        time.sleep(0.3)
+
+
+class SlowTask(Node):
+    @subscription("numbers", qos=QoS(depth=100))
+    async def hear(self, _number: Int64) -> None:
+        time.sleep(0.3)
+
+
+class SlowRun(Node):
+    async def run(self) -> None:
+        while True:
+            time.sleep(1.0)
+            await asyncio.sleep(0)
+"""
+
+SLOW_LAUNCH = """
+shutdown: {grace: 4}
+plugins: [.]
+nodes:
+  slow: {plugin: "slow:KIND"}
+  source: {plugin: "slow:Source"}
+  motor: {plugin: "slow:Motor"}
+"""
+
+
 class Program:
     """A program in a process of its own, which ends with the test."""
 
@@ -307,6 +363,20 @@ def test_a_run_that_is_blocked_says_nothing_in_time_is_still_seen_and_ends_at_ct
     assert code == 130
     assert "the run did not end within" in log
     assert runs() == []  # whoever looks next removes what is left of it
+
+
+@pytest.mark.parametrize("kind", ["SlowTimer", "SlowHandler", "SlowTask", "SlowRun"])
+def test_a_node_that_is_too_slow_keeps_no_other_from_its_stop(start, tmp_path, kind):
+    (tmp_path / "slow.py").write_text(SLOW)
+    (tmp_path / "slow.yaml").write_text(SLOW_LAUNCH.replace("KIND", kind))
+    run = "import sys; from busflow.cli import main; sys.argv = ['busflow', 'run', 'slow.yaml']; sys.exit(main())"
+    program = start(run, cwd=tmp_path)
+    for _ in range(2):
+        program.wait_for("blocks the event loop")
+    code, log = program.end()
+    assert "the motor is off" in log
+    assert "did not end within" not in log
+    assert code == 130
 
 
 def test_peers_that_come_while_a_run_starts_and_ends_are_served_or_told(start):
