@@ -257,8 +257,10 @@ def _remedy(annotation: object, value: object) -> str | None:
         return f"write {int(value)}"
     if wanted in {int, float} and isinstance(value, str):
         try:
-            float(value)
+            number = float(value)
         except ValueError:
             return None
-        return "remove the quotes"
+        if not isfinite(number):  # YAML has a dot before these words
+            return f"write {shown(number)}" if wanted is float else None
+        return f"write {value.replace('_', '')}" if "_" in value else "remove the quotes"
     return None

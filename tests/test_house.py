@@ -27,7 +27,7 @@ WING_LINES = {
     "supervision": 500,
     "edits": 200,
     "messages": 990,
-    "launch file": 3850,
+    "launch file": 3857,
 }
 """Lines of code of each wing of the core, without blank lines, comments and docstrings; raised for a reason alone."""
 WINGS = {

@@ -103,6 +103,10 @@ def test_not_a_number_is_a_value_where_no_range_is_declared():
     ("data", "message", "fix"),
     [
         ({"rate_hz": "50"}, "rate_hz must be a number, got text '50'", "remove the quotes"),
+        ({"rate_hz": "nan"}, "rate_hz must be a number, got text 'nan'", "write .nan"),
+        ({"rate_hz": "-Infinity"}, "rate_hz must be a number, got text '-Infinity'", "write -.inf"),
+        ({"rate_hz": "1_000"}, "rate_hz must be a number, got text '1_000'", "write 1000"),
+        ({"count": "nan"}, "count must be a whole number, got text 'nan'", None),
         ({"rate_hz": "fast"}, "rate_hz must be a number, got text 'fast'", None),
         ({"rate_hz": True}, "rate_hz must be a number, got true", None),
         ({"rate_hz": [1]}, "rate_hz must be a number, got a list", None),

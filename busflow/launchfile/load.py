@@ -185,7 +185,9 @@ class _Loader:
         except LaunchError as error:
             for problem in error.problems:
                 if problem.code == "unreadable-file":
-                    self._tell(problem.code, problem.message, _neighbour(path), entry)
+                    place = entry.origin.place if entry is not None else None
+                    beside = Path(place.file).parent if place is not None else None
+                    self._tell(problem.code, problem.message, _neighbour(path, beside), entry)
                 else:
                     self.problems.add(problem)
         return None
@@ -259,7 +261,7 @@ class _Loader:
             if folder.is_dir():
                 found.append(PluginFolder(folder, value.origin))
             else:
-                self._tell("missing-folder", f"there is no folder {folder}", _neighbour(folder), value)
+                self._tell("missing-folder", f"there is no folder {folder}", _neighbour(folder, path.parent), value)
         return found
 
     def _completed(self, path: Path, node: Value, scope: Scope) -> Value:
@@ -328,17 +330,19 @@ def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:
     return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)
 
 
-def _neighbour(path: Path) -> str | None:
-    """The file or folder beside a missing one that was probably meant."""
+def _neighbour(path: Path, beside: Path | None = None) -> str | None:
+    """The file or folder beside a missing one that was probably meant, as a file in `beside` would name it."""
     try:
         if path.exists():
             return None
         if not path.parent.exists():
-            return _neighbour(path.parent) or f"there is no folder {path.parent}"
+            return _neighbour(path.parent, beside) or f"there is no folder {path.parent}"
         for whole in (path.parent / f"{path.name}.yaml", path.parent / "configs" / f"{path.stem}.yaml"):
             if whole.is_file():  # `busflow run lab1`, said as one says it
-                return f"did you mean {str(whole)!r}?"
-        near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
+                break
+        else:
+            near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
+            whole = path.parent / near if near else None
     except (OSError, ValueError):
         return None
-    return f"did you mean {near!r}?" if near else None
+    return f"did you mean {str(whole) if beside is None else os.path.relpath(whole, beside)!r}?" if whole else None

@@ -191,4 +191,6 @@ def _unnamed_folder(spec: NodeSpec) -> str | None:
     """Where a plugin is, as its launch file would say it, although it does not."""
     place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
     beside = Path(place.file).parent if place is not None else Path()
-    return next((each for each in ("plugins", "../plugins") if (beside / each / file).is_file()), None)
+    named = {each.resolve() for each in spec.folders}
+    there = (each for each in ("plugins", "../plugins") if (beside / each / file).is_file())
+    return next((each for each in there if (beside / each).resolve() not in named), None)

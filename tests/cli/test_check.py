@@ -46,6 +46,14 @@ def test_a_folder_of_plugins_that_the_file_does_not_name_is_pointed_out(capsys: 
     assert capsys.readouterr().out.count(f"{fix}[../plugins]") == 2
 
 
+def test_a_folder_of_plugins_that_the_file_names_is_not_pointed_out(capsys: Captured):
+    replace("plugin: talker", 'plugin: "talker:Talkr"')
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert "plugins/talker.py has no class 'Talkr'\n" in out
+    assert "fix: did you mean 'Talker'?" in out
+
+
 def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(capsys: Captured):
     replace("name: talk", "nmae: talk")
     replace("plugin: listener", "plugin: listner")

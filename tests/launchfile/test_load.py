@@ -274,6 +274,20 @@ def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
     ]
 
 
+def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
+    folder.write(TALKER, "configs/lab1.yaml")
+    folder.write("include: lab.yaml\n", "configs/all.yaml")
+    folder.write("include: configs/lab.yaml\n", "above.yaml")
+    fixes = {
+        path: examine(path, environment={})[1][0].fix for path in ("configs/lab1.yml", "configs/all.yaml", "above.yaml")
+    }
+    assert fixes == {
+        "configs/lab1.yml": "did you mean 'configs/lab1.yaml'?",
+        "configs/all.yaml": "did you mean 'lab1.yaml'?",
+        "above.yaml": "did you mean 'configs/lab1.yaml'?",
+    }
+
+
 @pytest.mark.parametrize(
     ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
 )
