@@ -36,6 +36,18 @@ def test_the_project_checks_runs_and_passes_its_own_test(capsys: Captured, monke
     assert "1 passed" in done.stdout, done.stdout
 
 
+def test_a_test_of_the_project_may_import_its_plugins(monkeypatch: pytest.MonkeyPatch):
+    assert main(["new", "rover"]) == 0
+    monkeypatch.chdir("rover")
+    Path("plugins/__init__.py").touch()  # or those of this clone, which are such a package, would be found instead
+    Path("tests/test_more.py").write_text(
+        "from plugins.driver import Driver\n\n\ndef test_it():\n    assert Driver.__name__ == 'Driver'\n"
+    )
+    command = ["-P", "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/test_more.py"]  # -P: as plain `pytest` does
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True)
+    assert "1 passed" in done.stdout, done.stdout
+
+
 def test_the_project_bears_its_name_everywhere():
     assert main(["new", "deep/down/rover2"]) == 0
     project = Path("deep/down/rover2")
