@@ -288,6 +288,17 @@ def standing(
             run.stop()
 
 
+@pytest.fixture(scope="module")
+def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tuple[Place, LiveRun]]]:
+    """Starts a run, alone in a place of its own, that lasts as long as the file's tests do: they only look at it."""
+    with ExitStack() as stack:
+
+        def start(name: str, launch_file: str, plugins: Mapping[str, str]) -> tuple[Place, LiveRun]:
+            return stack.enter_context(standing(tmp_path_factory.mktemp(name), name, launch_file, plugins))
+
+        yield start
+
+
 @pytest.fixture(scope="session")
 def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""

@@ -46,6 +46,20 @@ nodes:
 """
 
 
+@pytest.fixture(scope="module")
+def sensors(stand: Callable[..., Any]) -> Any:
+    """Where a node runs that is told nothing it takes, alone."""
+    place, run = stand("sensors", LAUNCH, {"sensor": PUBLISHER})
+    run.wait_for("works")
+    return place
+
+
+@pytest.fixture
+def steady(sensors: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs, and commands of this process see it."""
+    sensors.look(monkeypatch)
+
+
 @pytest.fixture
 def launch_file(tmp_path: Path, start_run: Callable[..., Any]) -> Path:
     """A run of one node; commands of this process see it."""
@@ -81,7 +95,7 @@ def test_several_are_set_together_or_not_at_all(capsys: Captured):
     assert "rate_hz: 10.0 → 20.0\n  noise.imu: 0.1 → 2.0" in capsys.readouterr().out
 
 
-@pytest.mark.usefixtures("launch_file")
+@pytest.mark.usefixtures("steady")
 def test_what_cannot_be_set_is_said_with_the_reason(capsys: Captured):
     for name, value, reason in (
         ("rate_hz", "abc", "rate_hz must be a number, got text 'abc'"),
@@ -96,7 +110,7 @@ def test_what_cannot_be_set_is_said_with_the_reason(capsys: Captured):
     assert "rate_hz has no value" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("launch_file")
+@pytest.mark.usefixtures("steady")
 def test_a_refusal_is_data_too(capsys: Captured):
     assert main(["param", "set", "sensor", "noise.imu", "99", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
@@ -138,7 +152,7 @@ def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Pat
     assert launch_file.read_text() == text
 
 
-@pytest.mark.usefixtures("launch_file")
+@pytest.mark.usefixtures("steady")
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [

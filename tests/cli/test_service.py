@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,6 +25,10 @@ class Lamp(Node):
             raise ValueError("it stays \\x1b[31mon")
         return SetBool.Response(success=True, message="it is \\x1b[31mon")
 
+    @service(Trigger, "~/dim")
+    def dim(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response()
+
     @service(Trigger, "~/never")
     async def never(self, request: Trigger.Request) -> Trigger.Response:
         await asyncio.Event().wait()
@@ -37,13 +41,18 @@ class Lamp(Node):
 """
 
 
+@pytest.fixture(scope="module")
+def room(stand: Callable[..., Any]) -> Any:
+    """Where a lamp runs, alone."""
+    place, run = stand("room", "name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n", {"lamp": LAMP})
+    run.wait_for("works")
+    return place
+
+
 @pytest.fixture
-def lamp(tmp_path: Path, start_run: Callable[..., object]) -> None:
-    """A run of a lamp; commands of this process see it."""
-    (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins/lamp.py").write_text(LAMP)
-    (tmp_path / "room.yaml").write_text("name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n")
-    start_run(tmp_path, str(tmp_path / "room.yaml")).wait_for("works")
+def lamp(room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs, and commands of this process see it."""
+    room.look(monkeypatch)
 
 
 def asked(capsys: Captured, *command: str) -> tuple[int, str, str]:
@@ -74,12 +83,12 @@ def test_the_type_and_a_call_are_as_in_ros2(capsys: Captured, ros2_file: Said):
 
 @pytest.mark.usefixtures("lamp")
 def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
-    assert asked(capsys, "list") == (0, "/lamp/never\n/lamp/switch\n/nobody\n", "")
-    assert asked(capsys, "list", "-c") == (0, "3\n", "")
+    assert asked(capsys, "list") == (0, "/lamp/dim\n/lamp/never\n/lamp/switch\n/nobody\n", "")
+    assert asked(capsys, "list", "-c") == (0, "4\n", "")
     assert asked(capsys, "find", "std_srvs/SetBool") == (0, "/lamp/switch\n", "")
-    code, out, _ = asked(capsys, "info", "lamp/switch")
+    code, out, _ = asked(capsys, "info", "lamp/dim")
     assert code == 0
-    assert out.splitlines()[:3] == ["Type: std_srvs/srv/SetBool", "Clients count: 0", "Services count: 1"]
+    assert out.splitlines()[:3] == ["Type: std_srvs/srv/Trigger", "Clients count: 0", "Services count: 1"]
     assert "server  /lamp  0 received" in out
 
 
