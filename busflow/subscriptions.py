@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from busflow.accounts import SubscriptionStatistics
 from busflow.endpoint import Endpoint
@@ -20,7 +20,6 @@ from busflow.recipients import MessageHandler, OnFailure, Recipient
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.dispatcher import Dispatcher
-    from busflow.link import Link
     from busflow.topic import Topic
 
 M = TypeVar("M", bound=Message)
@@ -330,3 +329,18 @@ class Subscription(Recipient[M]):
     def __repr__(self) -> str:
         s = self.statistics()
         return f"<Subscription {s.topic} of {s.node}: {s.delivered} delivered, {s.dropped} dropped, {s.queued} queued>"
+
+
+class Link(Protocol):
+    """What a test, or the wire, may put between a topic and one of its subscriptions."""
+
+    target: Subscription[Any]
+
+    @property
+    def held(self) -> int:
+        """Messages on their way: they count as queued."""
+        ...
+
+    def carry(self, item: Any) -> None:
+        """Bring a message to the target, now or later, or lose it and count that."""
+        ...
