@@ -153,12 +153,12 @@ class Tape:
 
 
 def chosen(
-    channels: Collection[Channel], topics: Sequence[str] = (), exclude: Sequence[str] = ()
+    channels: Collection[Channel], topics: Sequence[str] = (), exclude: Sequence[str] = (), rename: Collection[str] = ()
 ) -> tuple[Channel, ...]:
     """The channels that are to be played, by patterns of topics as for recording; hidden ones have to be named.
 
     Raises:
-        NoSuchTarget: One of the patterns matches nothing.
+        NoSuchTarget: One of the patterns matches nothing, or a topic to be renamed is not among them.
         InvalidName: One cannot match any name.
     """
     names = {each.topic for each in channels}
@@ -166,7 +166,13 @@ def chosen(
         if not any(map(Selection([pattern]).includes, names)):
             raise NoSuchTarget(f"there is nothing on {printable(pattern)}; {did_you_mean(pattern, names)}")
     selection = Selection(topics, exclude)
-    return tuple(each for each in channels if selection.includes(each.topic))
+    found = tuple(each for each in channels if selection.includes(each.topic))
+    played = {each.topic for each in found}
+    for topic in rename:
+        if topic not in played:
+            advice = did_you_mean(topic, played)
+            raise NoSuchTarget(f"the remap of {printable(topic)} matches no topic that is played; {advice}")
+    return found
 
 
 def _ns(seconds: float) -> int:

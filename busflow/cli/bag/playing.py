@@ -46,7 +46,7 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
     """
     with Bag(asked["file"]) as bag:
         # What is wrong is said of the file, and of no node.
-        chosen(bag.channels, asked["topics"], asked["exclude"])
+        chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         refuse_beyond_end(bag, asked["start_s"])
     player = Player(**asked)
     stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process

@@ -62,7 +62,7 @@ class _Into:
     def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
         """Check everything, and be there with every topic, before anything is published."""
         self._peer, self._asked = peer, asked
-        channels = chosen(bag.channels, asked["topics"], asked["exclude"])
+        channels = chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         self._clock_hz: float = asked["clock_hz"]
         if self._clock_hz:
             channels = tuple(each for each in channels if each.topic != CLOCK)

@@ -178,6 +178,10 @@ def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments
     [
         (["--topics", "nmbers"], "error: there is nothing on nmbers; did you mean '/numbers'"),
         (["--exclude", "/x"], "error: there is nothing on /x"),
+        (
+            ["--remap", "nmbers:=/x"],
+            "error: the remap of /nmbers matches no topic that is played; did you mean '/numbers'",
+        ),
         (["--run", "nobody"], "nothing is running"),
     ],
 )
@@ -216,8 +220,9 @@ def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
     assert sum("heard" in line for line in run.lines) == 100
 
 
-def test_a_topic_of_another_type_there_is_refused(capsys, tmp_path, listen, start_run):
+def test_a_topic_of_another_type_there_is_refused(capsys, bag, tmp_path, listen, start_run):
     start_run(listen, "listen.yaml").wait_for("ready")
+    assert main(["bag", "play", bag, "--run", "listen", "--remap", "nmbers:=others"]) == 4
     path = write(tmp_path / "wrong.mcap", [("/numbers", Int64(data=1), 0)])
     assert main(["bag", "play", path, "--run", "listen"]) == 2
     assert "/numbers has the type std_msgs/msg/Float64 in the run, and was recorded as" in capsys.readouterr().err
