@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import WouldBlock
@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 class Inputs:
     """Publishes on the topics that the nodes of a graph receive, and that none of them publishes."""
 
-    def __init__(self, graph: Graph, published: Collection[str]) -> None:
-        """Inputs for a graph whose nodes publish these topics themselves."""
-        self._graph, self._published = graph, published
+    def __init__(self, graph: Graph, published: Collection[str], shares: Mapping[tuple[str, str], int]) -> None:
+        """Inputs for a graph whose nodes publish these topics themselves.
+
+        By node and topic `shares` says how many messages a node gets, where that is not all of them.
+        """
+        self._graph, self._published, self._shares = graph, published, shares
         self._publishers: dict[str, Publisher[Any]] = {}
         self.refused: dict[str, int] = {}
         """By topic, how many messages found no room in a queue that blocks."""
@@ -37,7 +40,13 @@ class Inputs:
             qos = offer_for(received, offered(channel.qos))
             publisher = self._publishers[channel.topic] = self._graph.advertise(cls, channel.topic, qos=qos)
 
+        known = [(each, self._shares.get((each.endpoint.node, each.topic))) for each in received]
+        limited = [(each, share) for each, share in known if share is not None]
+        all_limited = len(limited) == len(known)
+
         def publish(entry: Entry) -> None:
+            if all_limited and all(each.published >= share for each, share in limited):
+                return
             try:
                 publisher.publish(channel.decode(entry.payload, cls))
             except WouldBlock:

@@ -24,14 +24,43 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
             continue
         if isinstance(published, int) and there is not None and there != published:
             yield f"{name}: the run published {published} messages, and the recording has {there} of them"
+        if lost := _lost(told):
+            yield f"{name}: {lost} messages were lost between processes, and are given in the replay"
         for subscription in _mappings(told.get("subscriptions")):
             dropped = subscription.get("dropped")
             if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
                 yield f"{name}: {subscription['node']} lost {dropped} messages, and was given them in the replay"
 
 
+def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
+    """By node and topic, how many of the recorded messages the node had, from the first on: the others came too late.
+
+    Whoever publishes may stop after those who receive, or in another process. Left out is what the recording does not
+    tell: of a process that was killed, of messages that were lost on their way to another one, of two subscriptions.
+    """
+    if bag.ledger is None or bag.incomplete:
+        return {}
+    counts = {each.topic: each.count for each in bag.channels}
+    found: dict[tuple[str, str], list[int]] = {}
+    for told in _topics(bag.ledger.report):
+        name = str(told.get("name"))
+        if _lost(told) or told.get("published") != counts.get(name):
+            continue
+        for line in _mappings(told.get("subscriptions")):
+            had = line.get("published" if line.get("dropped") else "delivered")
+            if line.get("node") in nodes and isinstance(had, int):
+                found.setdefault((str(line["node"]), name), []).append(had)
+    return {key: had[0] for key, had in found.items() if len(had) == 1}
+
+
 def _topics(report: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     return _mappings(report.get("topics"))
+
+
+def _lost(topic: Mapping[str, Any]) -> int:
+    """How many messages on a topic did not come through from one process to another."""
+    losses = cast("Mapping[Any, Any]", topic.get("losses") if isinstance(topic.get("losses"), dict) else {})
+    return sum(count for count in losses.values() if isinstance(count, int))
 
 
 def _mappings(told: Any) -> Iterator[Mapping[str, Any]]:

@@ -24,7 +24,7 @@ from busflow.testing.replay_cast import plain
 from busflow.testing.replay_check import Check, Published
 from busflow.testing.replay_clock import ReplayClock
 from busflow.testing.replay_inputs import Inputs
-from busflow.testing.replay_losses import loss_notes
+from busflow.testing.replay_losses import loss_notes, shares
 from busflow.testing.replay_past import Past, change_of, tick_of
 from busflow.wire.typesupport import TypeSupport
 
@@ -75,7 +75,7 @@ class Rerun:
         self._others, self._keep = others_publish, keep
         self._channels = {each.topic: each for each in bag.channels}
         self._published: dict[str, str] = {}
-        self._inputs = Inputs(graph, self._published)
+        self._inputs = Inputs(graph, self._published, shares(bag, self._nodes))
         self._calls = Calls(graph, check, past.answered)
         self._roles: dict[Channel, tuple[Role, bool] | None] = {}
         self._told_initially: set[str] = set()

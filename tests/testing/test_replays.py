@@ -538,6 +538,37 @@ def test_what_a_node_had_lost_is_noted(tmp_path):
     assert outcome.notes[0].endswith(" messages, and was given them in the replay")
 
 
+def test_what_is_published_when_the_node_has_stopped_is_not_given_to_it(tmp_path):
+    class Teller(Node):
+        numbers = publisher(Int64, "numbers")
+        told = 0
+
+        @timer(0.02)
+        def tell(self) -> None:
+            self.told += 1
+            self.numbers.publish(Int64(data=self.told))
+
+    class Slow(Node):
+        async def stop(self) -> None:
+            await self.clock.sleep(0.5)
+
+    class Echo(Node):
+        echoes = publisher(Int64, "echoes")
+
+        @subscription("numbers")
+        def hear(self, number: Int64) -> None:
+            self.echoes.publish(number)
+
+    path = recorded(tmp_path / "run.mcap", Teller, Slow, Echo)  # the last one stops first
+    with Bag(path) as bag:
+        counts = {each.topic: each.count for each in bag.channels}
+    assert counts["/numbers"] > counts["/echoes"] > 0
+    outcome = replay(path, Echo)
+    outcome.assert_same()
+    assert outcome.compared == {"/echoes": counts["/echoes"]}
+    assert outcome.notes == []
+
+
 def test_what_the_recording_has_not_is_noted(tmp_path):
     path = tmp_path / "run.mcap"
     recorded({"to": str(path), "topics": ["counts"]}, Pulse, Counter)
