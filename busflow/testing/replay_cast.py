@@ -28,7 +28,8 @@ Recorded = Mapping[str, Mapping[str, object]]
 """By the full name of a node, its parameters when the recording began."""
 
 _RECORDED = Origin(Source.CALLER)
-_TOLD_BY_THE_RUN = {parameter_events.TOPIC, rosout.TOPIC}
+TOLD_BY_THE_RUN = {parameter_events.TOPIC, rosout.TOPIC}
+"""Topics of which a node says nothing itself."""
 
 
 @dataclass(slots=True)
@@ -102,7 +103,7 @@ def _overruled(members: Iterable[Member], names: Collection[str], recorded: Reco
 
 
 def _published(members: Iterator[Member]) -> Iterator[str]:
-    yield from (end.topic for each in members for end in each.publishers if end.topic not in _TOLD_BY_THE_RUN)
+    yield from (end.topic for each in members for end in each.publishers if end.topic not in TOLD_BY_THE_RUN)
 
 
 def _used(members: Iterator[Member]) -> Iterator[str]:

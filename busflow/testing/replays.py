@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,17 +12,19 @@ from typing import Any
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
 from busflow.ingredients import What
+from busflow.launchfile.member import Member
 from busflow.log import Log, LogRecord
 from busflow.message import Message
 from busflow.recording.bag import Bag
 from busflow.recording.comparison import Comparison
+from busflow.recording.introspection import SUFFIX
 from busflow.recording.recorder import record_graph
 from busflow.runner import Graph
 from busflow.testing.loop import VirtualLoop, run_virtual
-from busflow.testing.replay_cast import cast_of
+from busflow.testing.replay_cast import TOLD_BY_THE_RUN, cast_of
 from busflow.testing.replay_check import Check, Difference
 from busflow.testing.replay_clock import ReplayClock
-from busflow.testing.replay_past import past_of
+from busflow.testing.replay_past import Past, past_of
 from busflow.testing.replay_ticks import ComingTicks
 from busflow.testing.rerun import Rerun
 
@@ -165,6 +167,7 @@ async def _replay(
     members = tuple(each.runtime.full_name for each in plan.members)
     if not members:
         raise BagError("there is no node to run: name a launch file or node classes")
+    _refuse_unrelated(bag, plan.members, past)
     if record is not None:
         record_graph(graph, str(record))
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
@@ -190,6 +193,19 @@ def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> C
     if time_tolerance_s is None:
         time_tolerance_s = 0.0 if simulated else TIME_TOLERANCE_S
     return Comparison(tolerance, round(time_tolerance_s * NS_PER_S))
+
+
+def _refuse_unrelated(bag: Bag, members: Sequence[Member], past: Past) -> None:
+    """Refuse nodes of which nothing was recorded; one that was there and said nothing is known by its parameters."""
+    names = {each.runtime.full_name for each in members}
+    topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - TOLD_BY_THE_RUN
+    services = {end.service + SUFFIX for each in members for end in (*each.servers, *each.clients)}
+    known = {*past.parameters, *(node for node, _ in past.ticks)}
+    if topics and not names & known and not (topics | services) & {each.topic for each in bag.channels}:
+        raise BagError(
+            f"{', '.join(sorted(names))} has nothing to do with this recording: none of its topics is there: "
+            f"{', '.join(sorted(topics))}"
+        )
 
 
 def _refuse_incomplete(bag: Bag, allowed: bool) -> None:

@@ -69,8 +69,19 @@ def test_a_bug_as_json(capsys, bag, tmp_path):
 def test_a_plugin_runs_under_a_name_that_is_given(capsys, bag):
     folder = str(ROOT / "plugins")
     assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "sensor_publisher"]) == 0
-    assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "left/other"]) == 3
-    assert "/left/other" in capsys.readouterr().out
+    assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "other"]) == 3
+    assert "/other" in capsys.readouterr().out
+
+
+def test_a_node_that_has_nothing_to_do_with_the_recording_is_refused(capsys, bag, tmp_path):
+    folder = str(ROOT / "plugins")
+    out = tmp_path / "new.mcap"
+    command = ["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "left/other"]
+    assert main([*command, "--record", str(out)]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "/left/other has nothing to do with this recording: none of its topics is there: /left/" in told.err
+    assert not out.exists()
 
 
 def test_a_replay_is_recorded(capsys, bag, tmp_path):

@@ -373,6 +373,7 @@ def test_a_node_that_no_file_has(lab_bag):
 def test_where_there_is_nothing_to_compare_that_is_said(lab_bag):
     class Other(Node):
         out = publisher(Float64, "other")
+        balance = subscription(Float64, "balance_state")
 
     with pytest.raises(BagError, match="nothing to compare: /other publishes /other"):
         replay(lab_bag, Other)
