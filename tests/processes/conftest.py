@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -183,11 +184,34 @@ class Run:
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
-    """Starts runs of a launch file, and ends whatever is left of them."""
-    (tmp_path / "plugins").mkdir()
+def project(tmp_path: Path) -> Path:
+    """Where the nodes are that launch files name."""
+    return furnished(tmp_path)
+
+
+def furnished(folder: Path) -> Path:
+    (folder / "plugins").mkdir()
     for name, code in PLUGINS.items():
-        (tmp_path / f"plugins/{name}.py").write_text(code)
+        (folder / f"plugins/{name}.py").write_text(code)
+    return folder
+
+
+@pytest.fixture
+def start(project: Path) -> Iterator[Callable[..., Run]]:
+    """Starts runs of a launch file, and ends whatever is left of them."""
+    with starting(project) as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def start_for_all(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Run]]:
+    """The same, for runs that last as long as the file's tests do: they only look at them."""
+    with starting(furnished(tmp_path_factory.mktemp("run"))) as start:
+        yield start
+
+
+@contextmanager
+def starting(folder: Path) -> Iterator[Callable[..., Run]]:
     started: list[Run] = []
     with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as runtime:
 
@@ -200,14 +224,14 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Run]]:
             prefix: Sequence[str] = (),
         ) -> Run:
             for name, content in files.items():
-                (tmp_path / name).write_text(content)
-            (tmp_path / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
+                (folder / name).write_text(content)
+            (folder / "run.yaml").write_text(f"plugins: [plugins]\n{text}")
             place = Path(runtime, machine)
             place.mkdir(mode=0o700, exist_ok=True)
             if machine not in {"", "main"}:
                 arguments = ("--machine", machine, *arguments)
             report = f"out{machine}.json"
-            started.append(Run(tmp_path, place, *arguments, script=script, report=report, prefix=prefix))
+            started.append(Run(folder, place, *arguments, script=script, report=report, prefix=prefix))
             return started[-1]
 
         yield start

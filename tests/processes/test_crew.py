@@ -5,6 +5,7 @@ import signal
 import pytest
 
 from busflow.cli import main
+from busflow.surroundings import Rng
 from busflow.wire.peer import join
 from busflow.wire.roll_call import call_roll
 
@@ -32,10 +33,12 @@ nodes:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--processes", "auto"], ["--one-process"]], ids=" ".join)
-def test_what_is_published_first_reaches_every_process(start, arguments):
-    run = start(THREE, *arguments)
+def test_wherever_nodes_run_they_hear_what_is_published_first_and_draw_the_same(start, arguments):
+    run = start(THREE, "--seed", "7", *arguments)
     run.wait_for("heard enough", times=2)
     assert run.end() == 130
+    (drawn,) = [each["number"] for each in run.log() if each["event"] == "draws"]
+    assert drawn == int(Rng(7, "/teller").integers(1 << 30))
     topic = run.topic("/numbers")
     assert topic["published"] == 500
     assert {(line["node"], line["published"], line["delivered"]) for line in topic["subscriptions"]} == {
@@ -44,16 +47,6 @@ def test_what_is_published_first_reaches_every_process(start, arguments):
     }
     assert [node["name"] for node in run.report()["nodes"]] == ["/teller", "/hearer", "/here"]
     assert [node["state"] for node in run.report()["nodes"]] == ["stopped"] * 3
-
-
-def test_where_a_node_runs_does_not_change_what_it_draws(start):
-    drawn = set()
-    for arguments in ([], ["--one-process"]):
-        run = start(THREE, "--seed", "7", *arguments)
-        run.wait_for("draws")
-        drawn |= {each["number"] for each in run.log() if each["event"] == "draws"}
-        run.end()
-    assert len(drawn) == 1
 
 
 def test_ctrl_c_ends_every_process_and_none_has_to_be_killed(start, have_ended):
@@ -109,7 +102,9 @@ def test_a_process_that_dies_or_hangs_starts_anew_and_the_others_go_on(start, nu
         assert line["published"] > 20
 
 
-def test_a_process_that_starts_anew_has_the_parameters_it_died_with(start, monkeypatch):
+def test_a_process_that_starts_anew_has_the_parameters_it_died_with_and_others_see_one_graph(
+    start, monkeypatch, capsys
+):
     run = start(STEADY.replace("POLICY", "on-failure"), "-v")
     run.wait_for("heard enough", times=2)
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
@@ -125,6 +120,9 @@ def test_a_process_that_starts_anew_has_the_parameters_it_died_with(start, monke
         }
     assert (told["rate_hz"]["value"], told["rate_hz"]["source"]) == (200.0, "set at run time")
     assert told["at_start"]["source"] == "default"
+    all_is_one_graph()
+    main(["doctor"])
+    assert "the process left was started anew 1 time" in capsys.readouterr().out
     assert run.end() == 130
     draws = [each["number"] for each in run.log() if each["event"] == "draws"]
     assert len(draws) == len(set(draws)) == 2, "as a node that is restarted draws other numbers"
@@ -167,12 +165,8 @@ def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
     assert "[side] to the left\n" in run.lines
 
 
-def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch, capsys):
-    run = start(STEADY.replace("POLICY", "on-failure"), "-v")
-    run.wait_for("heard enough", times=2)
-    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
-    run.kill("left")
-    run.wait_for("begins anew", times=2)
+def all_is_one_graph():
+    """To who looks from another terminal, the processes of that run are."""
     (present,) = call_roll(PATIENCE_S)
     told = {each["process"]: (each["nodes"], each["restarts"]) for each in present.processes}
     assert told == {"main": (1, 0), "left": (1, 1), "right": (1, 0)}
@@ -187,8 +181,6 @@ def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch, caps
         assert {end.node for end in graph.topic("numbers").subscriptions} == {"/hearer", "/here"}
         asked = peer.call(peer.service("/told"), {}, timeout_s=PATIENCE_S)
         assert asked["success"]
-    main(["doctor"])
-    assert "the process left was started anew 1 time" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -200,7 +192,7 @@ def test_other_terminals_see_all_processes_as_one_graph(start, monkeypatch, caps
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_what_cannot_be_asked_of_several_processes_is_refused(start, arguments, told):
-    run = start(THREE, *arguments)
-    assert run.end(None) in {1, 2}
-    assert told in "".join(run.lines)
+def test_what_cannot_be_asked_of_several_processes_is_refused(project, capsys, arguments, told):
+    (project / "run.yaml").write_text(f"plugins: [plugins]\n{THREE}")
+    assert main(["run", str(project / "run.yaml"), *arguments]) in {1, 2}
+    assert told in capsys.readouterr().err

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from busflow.certificates import Authority
+from busflow.cli import main
 from busflow.recording.bag import Bag
 
 PATIENCE_S = 60.0
@@ -106,11 +107,13 @@ def ask(runtime: Path, *command: str, expect: int = 0, or_else: int | None = Non
 
 
 @pytest.mark.parametrize("first", ["main", "arm"])
-def test_two_machines_make_one_graph_whichever_comes_first(start: Callable, two: str, first: str):
+def test_two_machines_make_one_graph_whichever_comes_first_and_each_records_its_own(
+    start: Callable, two: str, first: str
+):
     second = "arm" if first == "main" else "main"
-    runs = {first: start(two, machine=first)}
+    runs = {first: start(two, "--record", f"{first}-run", machine=first)}
     runs[first].wait_for(f"the machine {second} is not linked: ")
-    runs[second] = start(two, machine=second)
+    runs[second] = start(two, "--record", f"{second}-run", machine=second)
     for run, other in ((runs["main"], "arm"), (runs["arm"], "main")):
         run.wait_for(f"the machine {other} is linked")
     runs["arm"].wait_for("heard enough", times=2)
@@ -130,12 +133,10 @@ def test_two_machines_make_one_graph_whichever_comes_first(start: Callable, two:
     assert {line["node"] for line in heard} == {"/hearer", "/beside"}
     for line in heard:
         assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] >= 10
+    each_has_recorded_its_own(runs["main"])
 
 
-def test_each_machine_records_its_own(start: Callable, two: str):
-    main, arm = (start(two, "--record", f"{name}-run", machine=name) for name in ("main", "arm"))
-    arm.wait_for("heard enough", times=2)
-    assert arm.end() == main.end() == 130
+def each_has_recorded_its_own(main):
     published = main.topic("/numbers")["published"]
     with Bag(main.folder / "main-run") as own, Bag(main.folder / "arm-run") as other:
         assert (own.complete, other.complete) == (True, True), (own.incomplete, other.incomplete)
@@ -171,7 +172,7 @@ def test_what_a_machine_misses_while_its_link_is_broken_is_counted_as_lost(start
         assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
 
 
-def test_who_may_only_look_can_do_no_more(start: Callable, two: str, tmp_path: Path):
+def test_who_may_only_look_can_do_no_more_and_who_is_not_named_sees_nothing(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)
     elsewhere = tmp_path / "elsewhere"
@@ -189,6 +190,7 @@ def test_who_may_only_look_can_do_no_more(start: Callable, two: str, tmp_path: P
         ("param", "set", "hearer", "tell_at", "7"),
     ):
         assert "viewer may look, and not" in ask(elsewhere, *command, *run, expect=1)
+    who_is_not_named_sees_nothing(tmp_path)
     # Not the command is what keeps it from that: with a file of its own that says otherwise it does no more.
     told = (tmp_path / "run.yaml").read_text()
     (tmp_path / "mine.yaml").write_text(told.replace("viewer: read", "viewer: all"))
@@ -200,6 +202,15 @@ def test_who_may_only_look_can_do_no_more(start: Callable, two: str, tmp_path: P
     assert main.end() == arm.end() == 130
     assert not any("begins anew" in line for line in arm.lines), "a number of the viewer's was heard"
     assert arm.topic("/numbers")["losses"] == {}
+
+
+def who_is_not_named_sees_nothing(folder: Path):
+    told = (folder / "run.yaml").read_text()
+    (folder / "not_named.yaml").write_text(told.replace("viewer: read", "stranger: all"))
+    assert "lets nobody in who is called" in ask(
+        folder, "topic", "list", "--run", f"stranger@{folder}/run.yaml", expect=4
+    )
+    assert "does not answer" in ask(folder, "topic", "list", "--run", f"stranger@{folder}/not_named.yaml", expect=1)
 
 
 BUSY = """
@@ -231,18 +242,6 @@ def test_one_message_is_heard_in_every_process_of_every_machine(start: Callable,
         ask(where, "topic", "pub", "-1", "-w", "3", "numbers", "std_msgs/msg/Int64", f"{{data: {number}}}", *run)
     main.wait_for("heard enough")
     arm.wait_for("heard enough", times=2)
-    assert main.end() == arm.end() == 130
-
-
-def test_who_is_not_named_sees_nothing(start: Callable, two: str, tmp_path: Path):
-    main, arm = start(two, machine="main"), start(two, machine="arm")
-    arm.wait_for("heard enough", times=2)
-    told = (tmp_path / "run.yaml").read_text()
-    (tmp_path / "mine.yaml").write_text(told.replace("viewer: read", "stranger: all"))
-    assert "lets nobody in who is called" in ask(
-        tmp_path, "topic", "list", "--run", f"stranger@{tmp_path}/run.yaml", expect=4
-    )
-    assert "does not answer" in ask(tmp_path, "topic", "list", "--run", f"stranger@{tmp_path}/mine.yaml", expect=1)
     assert main.end() == arm.end() == 130
 
 
@@ -334,9 +333,12 @@ except zenoh.ZError:
     ],
 )
 def test_what_the_others_will_not_trust_is_told_before_the_start(
-    start: Callable, two: str, tmp_path: Path, change: str, told: str, expired: Callable
+    project: Path, two: str, monkeypatch, capsys, change: str, told: str, expired: Callable
 ):
-    folder = tmp_path / "certs"
+    monkeypatch.chdir(project)
+    text = two.split("network:", maxsplit=1)[0] + "network: {ca: certs/ca.pem}\n" + two[two.index("processes:") :]
+    Path("run.yaml").write_text(f"plugins: [plugins]\n{text}")
+    folder = project / "certs"
     authority = Authority.new(folder)
     authority.add("arm", addresses=[] if change == "other-host" else ["127.0.0.1"])
     authority.add("head", addresses=["127.0.0.1"])
@@ -355,10 +357,8 @@ def test_what_the_others_will_not_trust_is_told_before_the_start(
             key.write_bytes((folder / "head.key").read_bytes())
         case _:
             pass
-    text = two.split("network:", maxsplit=1)[0] + "network: {ca: certs/ca.pem}\n" + two[two.index("processes:") :]
-    run = start(text, machine="arm")
-    assert run.end(None) == 2
-    said = "".join(run.lines)
+    assert main(["run", "run.yaml", "--machine", "arm"]) == 2
+    said = capsys.readouterr().err
     assert told in said
     assert "run.yaml:5:15: error:" in said
     assert "fix: " in said

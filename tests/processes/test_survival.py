@@ -79,6 +79,7 @@ def test_the_last_process_ends_when_all_the_others_are_killed(start, have_ended)
 def test_a_main_process_outlives_all_the_others_and_starts_them_anew(start):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
     run.wait_for("heard enough", times=2)
+    each_process_is_a_new_interpreter_and_no_fork(run)
     for process in ("left", "right"):
         run.kill(process)
     run.wait_for("heard enough", times=4)
@@ -305,12 +306,9 @@ def test_two_runs_of_one_name_do_not_notice_each_other(start, monkeypatch):
         assert not [line for line in run.lines if "begins anew" in line], "numbers of two tellers would go back"
 
 
-def test_a_process_is_a_new_interpreter_and_no_fork(start):
-    run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
-    run.wait_for("heard enough", times=2)
+def each_process_is_a_new_interpreter_and_no_fork(run):
     for process, pid in run.pids().items():
         command = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
         assert command[command.index("--process") + 1] == process
         assert Path(f"/proc/{pid}/exe").samefile(f"/proc/{run.process.pid}/exe")
         assert os.getpgid(pid) == pid
-    run.end()

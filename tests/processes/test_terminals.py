@@ -19,10 +19,10 @@ nodes:
 """
 
 
-@pytest.fixture
-def busflow(start):
+@pytest.fixture(scope="module")
+def busflow(start_for_all):
     """A command beside a run of two processes that both publish and receive a topic."""
-    run = start(TWO_PUBLISHERS)
+    run = start_for_all(TWO_PUBLISHERS)
     run.wait_for("heard enough", times=2)
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
 
