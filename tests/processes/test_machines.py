@@ -222,7 +222,7 @@ from busflow import Node, timer
 class Busy(Node):
     @timer(0.01)
     def be_busy(self) -> None:
-        threading.Event().wait(0.2)  # in which nothing else is done in its process
+        threading.Event().wait(0.1)  # in which nothing else is done in its process
 """
 
 

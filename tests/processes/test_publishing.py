@@ -43,13 +43,13 @@ processes: {near: , far: }
 nodes:
   one: {plugin: listener}
   two: {plugin: listener, process: near}
-  three: {plugin: listener, process: far, parameters: {busy_s: 0.2}}
+  three: {plugin: listener, process: far, parameters: {busy_s: 0.1}}
 """
 
 
 @pytest.fixture
 def run(start):
-    """Three processes that receive a topic; one of them has no time for it but every 0.2 s."""
+    """Three processes that receive a topic; one of them has no time for it but every 0.1 s."""
     run = start(THREE, "--watchdog", "off", files={"plugins/listener.py": LISTENER})
     run.wait_for("listens", times=3)
     return run

@@ -47,10 +47,9 @@ class Outside:
 
         return publish
 
-    async def is_let_in(self, count=1):
-        """Wait until so many of them publish here."""
-        topic = self._looked.graph.bus.topics["/map"]
-        await self._looked.until(lambda: len(topic.publishers) == count)
+    async def settle(self):
+        """Wait until they know of what has just subscribed here."""
+        await self._looked.ask(self._looked.peer.settle)
 
 
 @pytest.fixture
@@ -77,7 +76,7 @@ async def test_one_that_comes_after_a_volatile_one_has_what_is_kept_and_the_othe
         publish = await others.advertises(depth=3)
         await publish(1, 2, 3, 4)
         volatile = looked.graph.subscribe(Int64, "map")
-        await others.is_let_in()
+        await others.settle()
         late = looked.graph.subscribe(Int64, "map", qos=latched(10))
         assert await taken(late, 3) == [2, 3, 4]
         await publish(5)
@@ -92,7 +91,7 @@ async def test_what_was_seen_already_comes_after_what_was_published_earlier_and_
         publish = await others.advertises()
         await publish(1, 2, 3)
         volatile = looked.graph.subscribe(Int64, "map")
-        await others.is_let_in()
+        await others.settle()
         await publish(4, 5)
         assert await taken(volatile, 2) == [4, 5]
         late = looked.graph.subscribe(Int64, "map", qos=latched(10))
@@ -125,7 +124,7 @@ async def test_nothing_is_missed_or_comes_twice_while_much_is_published(outside)
     async with outside() as (looked, others):
         publish = await others.advertises(depth=1000)
         looked.graph.subscribe(Int64, "map")
-        await others.is_let_in()
+        await others.settle()
         speaking = asyncio.create_task(publish(*range(1, 301)))
         topic = looked.graph.bus.topics["/map"]
         late = []
@@ -142,7 +141,7 @@ async def test_a_publisher_that_comes_later_still_is_asked_too(outside):
     async with outside() as (looked, others):
         publish = await others.advertises()
         volatile = looked.graph.subscribe(Int64, "map")
-        await others.is_let_in()
+        await others.settle()
         late = looked.graph.subscribe(Int64, "map", qos=latched(10))
         await publish(1)
         assert await taken(late, 1) == [1]
@@ -180,7 +179,7 @@ async def test_one_that_leaves_at_once_leaves_nothing_behind(outside):
         publish = await others.advertises()
         await publish(1, 2)
         volatile = looked.graph.subscribe(Int64, "map")
-        await others.is_let_in()
+        await others.settle()
         gone = looked.graph.subscribe(Int64, "map", qos=latched(5))
         gone.close()
         late = looked.graph.subscribe(Int64, "map", qos=latched(5))
