@@ -17,10 +17,10 @@ class Number(Message, package="test"):
     data: int = 0
 
 
-def block(seconds):
-    """Keep the thread busy in Python, as a handler that computes does."""
-    end = perf_counter() + seconds
-    while perf_counter() < end:
+def block(told):
+    """Keep the thread busy in Python, as a handler that computes does, until that is told."""
+    end = perf_counter() + 60
+    while not told.is_set() and perf_counter() < end:
         pass
 
 
@@ -30,13 +30,13 @@ class Blocking(Node):
     numbers = publisher(Number, "numbers")
 
     def in_(self, where):
-        self.where = where
+        self.where, self.told = where, threading.Event()
         return self
 
     def work(self, here):
         if self.where == here:
             self.where = "nowhere"
-            block(5 * BOUND_S)
+            block(self.told)
 
     async def run(self):
         await asyncio.sleep(0.01)
@@ -87,9 +87,11 @@ def test_a_handler_that_blocks_is_named_with_its_stack(where):
         def sink(record):  # on the watchdog's thread
             if record.values.get("handler") == handler:
                 log.append(record)
+                blocking.told.set()
                 loop.call_soon_threadsafe(told.set)
 
-        graph = Graph([Blocking().in_(where)], watchdog_s=BOUND_S, sinks=(sink,))
+        blocking = Blocking().in_(where)
+        graph = Graph([blocking], watchdog_s=BOUND_S, sinks=(sink,))
         async with graph, asyncio.timeout(60):
             await told.wait()
         return log, graph.report()
