@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from busflow.cli import main
 from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
@@ -25,6 +26,7 @@ from busflow.wire.peer import join
 from busflow.wire.typesupport import TypeSupport
 
 PATIENCE_S = 60.0
+Refused = Callable[..., tuple[int, str]]
 TRIGGER = TypeSupport(Trigger.Request).encode(Trigger.Request())
 
 
@@ -185,16 +187,18 @@ def served_odds(serving_odds: Served) -> Iterator[Served]:
         yield serving_odds
 
 
-def refused(place: Any, *arguments: str) -> tuple[int, str]:
-    done = subprocess.run(
-        [sys.executable, "-m", "busflow", "foxglove", *arguments],
-        env=place.environment,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_S,
-    )
-    assert done.stdout == ""
-    return done.returncode, done.stderr
+@pytest.fixture
+def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Refused:
+    """The command in this process, where it serves nothing."""
+
+    def refused(place: Any, *arguments: str) -> tuple[int, str]:
+        place.look(monkeypatch)
+        code = main(["foxglove", *arguments])
+        out, err = capsys.readouterr()
+        assert out == ""
+        return code, err
+
+    return refused
 
 
 # Topics.
@@ -586,7 +590,7 @@ def test_the_end_of_the_run_is_told_and_ends_it(place: Any, start_run: Any, proj
 # Errors.
 
 
-def test_a_port_that_is_taken_is_one_error(lab1: Any):
+def test_a_port_that_is_taken_is_one_error(refused: Refused, lab1: Any):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         code, told = refused(lab1[0], "--port", str(port))
@@ -608,14 +612,14 @@ def test_a_port_that_is_taken_is_one_error(lab1: Any):
         (["--host", "no such host.invalid"], 2, "cannot be listened at"),
     ],
 )
-def test_a_mistake_is_one_error(lab1: Any, arguments: list[str], code: int, told: str):
+def test_a_mistake_is_one_error(refused: Refused, lab1: Any, arguments: list[str], code: int, told: str):
     found, printed = refused(lab1[0], *arguments)
     assert found == code
     assert told in printed
     assert "Traceback" not in printed
 
 
-def test_without_a_run_it_says_so(place: Any):
+def test_without_a_run_it_says_so(refused: Refused, place: Any):
     code, told = refused(place)
     assert (code, told.splitlines()[0]) == (
         4,

@@ -252,6 +252,7 @@ def until(condition):
     end = time.monotonic() + PATIENCE_S
     while not condition():
         assert time.monotonic() < end, "it never came"
+        threading.Event().wait(0.02)  # to ask without a pause would take a core, from who is asked too
 
 
 def is_balanced(log: str) -> bool:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import zlib
 from contextlib import suppress
+from functools import cache
 
 import lz4.frame
 import pytest
@@ -50,9 +51,8 @@ def file_of(path, *records, end=b""):
     return path
 
 
-def chunk(data, packed, compression, size=None, crc=None):
-    size = len(data) if size is None else size
-    return Chunk(compression, packed, 0, 0, zlib.crc32(data) if crc is None else crc, size)
+def chunk(data, packed, compression):
+    return Chunk(compression, packed, 0, 0, zlib.crc32(data), len(data))
 
 
 def message(number, data=b"", channel=1):
@@ -132,12 +132,19 @@ def test_bytes_that_are_put_anywhere_are_noticed_or_change_nothing(tmp_path_fact
     check_prefix(tmp_path_factory.getbasetemp() / "put.mcap", content[:at] + inserted + content[at + over :], truth)
 
 
+@cache
+def packed_zeros(compression):
+    """Many, packed small; how many, and their CRC."""
+    zeros = bytes(400 << 20)
+    packed = {"zstd": zstandard.compress, "lz4": lz4.frame.compress}[compression](zeros)
+    return packed, len(zeros), zlib.crc32(zeros)
+
+
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 @pytest.mark.parametrize("size", [None, 10, 100 << 20, (1 << 64) - 1], ids=["true", "small", "large", "absurd"])
 def test_a_chunk_that_grows_beyond_bounds_is_refused_before_it_is_unpacked(tmp_path, compression, size):
-    pack = {"zstd": zstandard.compress, "lz4": lz4.frame.compress}[compression]
-    zeros = bytes(400 << 20)
-    path = file_of(tmp_path / "bomb.mcap", chunk(zeros, pack(zeros), compression, size=size))
+    packed, length, crc = packed_zeros(compression)
+    path = file_of(tmp_path / "bomb.mcap", Chunk(compression, packed, 0, 0, crc, length if size is None else size))
     found, damage = in_little_memory(path)
     assert found == 0
     assert "a chunk is damaged" in damage
