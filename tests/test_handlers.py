@@ -118,10 +118,13 @@ def test_a_depth_that_cannot_be_is_refused(depth):
 
 
 def harnessed(node_class):
+    from busflow.clock import SystemClock
+    from busflow.log import Log
     from busflow.node import runtime_of  # the way of a pre-flight check, without its report
     from busflow.surroundings import Surroundings
 
-    runtime_of(node_class()).declare(Surroundings(None, None))
+    clock = SystemClock()
+    runtime_of(node_class()).declare(Surroundings(clock, Log(clock)))
 
 
 def test_a_timer_answers_no_service():

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from busflow.launchfile.network import Endpoint, NetworkSpec
 
+_FIRST_S = 0.5
+"""Who was linked for so long when another run of its machine came, was there before: a newcomer sees all at once."""
 _LATE_S = 2.0
 """How long a machine may take before it is told that it is missing."""
 _NAMESAKE_S = 3.0
@@ -87,7 +89,7 @@ class Machines:
             self._namesake = None
         if there:
             now_s = self._seconds()
-            came_first = any(each.linked and now_s - each.changed_s > _LATE_S for each in self._machines.values())
+            came_first = any(each.linked and now_s - each.changed_s > _FIRST_S for each in self._machines.values())
             judge = self._stay if came_first else self._give_way
             self._namesake = asyncio.get_running_loop().call_later(_NAMESAKE_S, judge)
 

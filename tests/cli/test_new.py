@@ -1,5 +1,6 @@
 """`busflow new` makes a project that is right as it stands, or nothing at all."""
 
+import os
 import resource
 import subprocess
 import sys
@@ -111,7 +112,8 @@ def test_half_a_project_is_not_left_behind(here: Path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
     command = [sys.executable, "-m", "busflow", "new", "rover"]
-    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_space)
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}  # or half a module would be left behind
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=no_space, env=environment)
     assert done.returncode == 2
     assert done.stderr.startswith("error: cannot write ")
     assert list(here.iterdir()) == []

@@ -115,11 +115,15 @@ class Terminal:
 
 
 def take_terminal() -> None:
-    """In the child: make the pseudo-terminal the one whose Ctrl-C reaches it."""
+    """In the child: make the pseudo-terminal the one whose Ctrl-C reaches it, and its end the child's too.
+
+    Whoever runs the tests may have done so with `nohup`, which all their processes would inherit.
+    """
     import fcntl
     import termios
 
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture
