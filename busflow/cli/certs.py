@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_columns
+from busflow.cli.table import Column, print_table
 from busflow.errors import ExitCode
 from busflow.text import printable
 
@@ -80,7 +80,8 @@ def show(folder: Path) -> int:
 
     authority = Authority.open(folder, to_sign=False)
     made = authority.made()
-    print_columns([("NAME", "ADDRESSES", "UNTIL", "STATE"), *map(_row, made)])
+    state = Column("STATE", folds=True)
+    print_table(map(_row, made), Column("NAME"), Column("ADDRESSES", folds=True), Column("UNTIL"), state)
     return ExitCode.DIFFERENT if any(each.fault for each in made) else ExitCode.OK
 
 

@@ -13,7 +13,8 @@ import click
 
 import busflow
 from busflow.cli.joining import complete_runs, print_answer
-from busflow.cli.output import near, print_columns, print_problems
+from busflow.cli.output import near, print_problems
+from busflow.cli.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 
 if TYPE_CHECKING:
@@ -157,14 +158,16 @@ def _by_run(findings: list[Problem], examined: list[_Examined]) -> Iterator[tupl
 
 def _print(folders: list[Folder], examined: list[_Examined], findings: list[Problem]) -> None:
     versions = _versions()
-    print_columns(
+    print_table(
         [
             ("busflow", versions["busflow"]),
             ("Python", f"{versions['python']} on {platform.system()} {platform.release()}"),
             ("Zenoh", versions["zenoh"] or "missing"),
             *(("runs in", f"{each.path}: {_state(each)}") for each in folders),
             *((each.present.run.name, _sentence(each)) for each in examined),
-        ]
+        ],
+        Column(),
+        Column(folds=True),
     )
     if not examined:
         click.echo("nothing is running")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
-from busflow.cli.output import columns
+from busflow.cli.table import Column, bare, table_lines
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -89,15 +89,15 @@ class Drawing:
     def _service(self, name: str, type_: str) -> _Service:
         return self._services.setdefault(name, _Service(type_))
 
-    def text(self) -> Iterator[str]:
-        """Lines for people: under each node what it publishes to whom and answers to whom; last what nobody does."""
+    def text(self, width: int | None = None) -> Iterator[str]:
+        """Lines for people, no longer than that: under each node what it publishes to whom and answers to whom."""
         for node, plugin in self._nodes.items():
-            yield f"{node}  ({printable(plugin)})"
-            yield from self._text_of(node)
-        left = list(self._text_of(None))
+            yield from table_lines([(node, f"({printable(plugin)})")], width=width)
+            yield from self._text_of(node, width)
+        left = list(self._text_of(None, width))
         yield from ("nobody", *left) if left else ()
 
-    def _text_of(self, node: str | None) -> Iterator[str]:
+    def _text_of(self, node: str | None, width: int | None) -> Iterator[str]:
         rows = [
             (name, topic.type, "→", ", ".join(topic.receivers) or "nobody")
             for name, topic in self._topics.items()
@@ -108,7 +108,8 @@ class Drawing:
             for name, service in self._services.items()
             if (node in service.servers if node else not service.servers)
         ]
-        yield from (f"  {line}" for line in columns(rows))
+        receivers = Column(folds=True)
+        yield from table_lines(rows, Column(), Column(short=bare), Column(), receivers, indent="  ", width=width)
 
     def mermaid(self) -> Iterator[str]:
         """A Mermaid flowchart: nodes are boxes, topics are round, services have six corners."""

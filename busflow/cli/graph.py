@@ -8,6 +8,7 @@ import click
 
 from busflow.cli.joining import complete_runs, joined, print_answer
 from busflow.cli.launching import Given, launch_file
+from busflow.cli.table import terminal_width
 
 if TYPE_CHECKING:
     from busflow.cli.drawing import Drawing
@@ -43,7 +44,8 @@ def graph(
     if as_json or form == "json":
         print_answer(drawing.data())
     else:
-        click.echo("\n".join({"text": drawing.text, "mermaid": drawing.mermaid, "dot": drawing.dot}[form]()))
+        lines = {"text": lambda: drawing.text(terminal_width()), "mermaid": drawing.mermaid, "dot": drawing.dot}[form]
+        click.echo("\n".join(lines()))
     return 0
 
 

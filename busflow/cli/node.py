@@ -9,7 +9,8 @@ import click
 
 from busflow.cli.joining import complete_nodes, joined, joins, print_answer
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_columns, tell
+from busflow.cli.output import tell
+from busflow.cli.table import Column, print_table, print_text
 from busflow.text import printable
 from busflow.wire.view import is_hidden
 
@@ -24,6 +25,17 @@ _EXAMPLES = """\b
 Examples:
   busflow node list -v
   busflow node info sensor_processor"""
+
+_COLUMNS = (
+    Column("NODE"),
+    Column("STATE"),
+    Column("PLUGIN", goes=1),
+    Column("PROCESS", goes=2),
+    Column("PID", goes=3),
+    Column("PUB"),
+    Column("SUB"),
+    Column("RESTARTS"),
+)
 
 node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", epilog=_EXAMPLES)
 
@@ -43,7 +55,7 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
     if count:
         click.echo(len(nodes))
     elif verbose:
-        print_columns([("NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB", "RESTARTS"), *map(_row, nodes)])
+        print_table(map(_row, nodes), *_COLUMNS)
     else:
         click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
     _tell_failures(nodes)
@@ -72,8 +84,9 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int
         return 0
     click.echo(printable(found.name))
     for title, rows in {**shown, "Action Servers": [], "Action Clients": []}.items():
-        lines = [f"    {printable(topic)}: {printable(type_)}\n" for topic, type_ in rows]
-        click.echo(f"  {title}:\n{''.join(lines) or chr(10)}", nl=False)
+        click.echo(f"  {title}:" + ("" if rows else "\n"))
+        for topic, type_ in rows:
+            print_text(f"    {topic}:", type_, indent="  ")
     details = found.details
     click.echo(f"  State: {_state(found)}")
     if details:

@@ -1,11 +1,11 @@
-"""What commands print: problems and errors, JSON that every reader accepts, and columns."""
+"""What commands print: problems and errors, and JSON that every reader accepts."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 
 import click
 
@@ -45,24 +45,6 @@ def print_json(data: object) -> None:
 def json_text(data: object) -> str:
     """Data as JSON that every reader accepts; ASCII only, so that nothing in it can steer a terminal."""
     return json.dumps(finite(data), indent=2, default=str, allow_nan=False)
-
-
-def print_columns(rows: Iterable[Sequence[object]], *, indent: str = "") -> None:
-    """Print rows with their columns aligned, control characters escaped."""
-    for line in columns(rows):
-        click.echo(indent + line)
-
-
-def columns(rows: Iterable[Sequence[object]]) -> Iterator[str]:
-    """The rows as lines.
-
-    >>> list(columns([("a", 1, ""), ("long", "", "x")]))
-    ['a     1', 'long     x']
-    """
-    table = [[printable(cell) for cell in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    for row in table:
-        yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
 def near(file: str) -> str:

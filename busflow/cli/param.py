@@ -15,7 +15,7 @@ from click.shell_completion import CompletionItem
 
 from busflow.cli.joining import complete_nodes, joined, joins, print_answer
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_columns
+from busflow.cli.table import Column, print_table
 from busflow.errors import NoSuchTarget
 from busflow.text import did_you_mean, printable
 
@@ -168,7 +168,8 @@ def sources(run: str | None, node: str | None, as_json: bool) -> int:
     for name, rows in found.items():
         if node is None:
             click.echo(f"{printable(name)}:")
-        print_columns([(row["name"], _value(row), row["source"]) for row in rows], indent="  ")
+        told = [(row["name"], _value(row), row["source"]) for row in rows]
+        print_table(told, Column(), Column(folds=True), Column(folds=True), indent="  ")
     return 0
 
 

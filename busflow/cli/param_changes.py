@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from busflow.cli.joining import complete_nodes, joined, joins, print_answer, print_line
-from busflow.cli.output import near, print_columns, tell
+from busflow.cli.output import near, tell
 from busflow.cli.param import complete_parameters, full_name, parameters_of
+from busflow.cli.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
 
@@ -91,7 +92,9 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
         rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
     else:
-        print_columns((each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found)
+        told = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
+        value = Column(folds=True)
+        print_table(told, Column(), value, Column(), value, value)
     return ExitCode.DIFFERENT if found else ExitCode.OK
 
 

@@ -12,7 +12,7 @@ import click
 
 from busflow import names
 from busflow.blame import shown
-from busflow.cli.output import print_columns
+from busflow.cli.table import Column, print_table, print_text
 from busflow.clock import SystemClock
 from busflow.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
 from busflow.errors import InvalidParameter, LaunchError
@@ -25,7 +25,6 @@ from busflow.node import default_name, parameters_class
 from busflow.parameters import ParameterInfo, describe
 from busflow.plugins import load
 from busflow.supervision import Supervision
-from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.node import Node
@@ -65,7 +64,8 @@ class Sheet:
 
     def print(self) -> None:
         """Print the sheet for a person."""
-        click.echo(f"{printable(self.name)}: {printable(self.summary)}\n  {printable(self.file)}")
+        print_text(f"{self.name}: {self.summary}", indent="  ")
+        print_text(f"  {self.file}")
         tables = {
             "Parameters": [_row(each) for each in self.parameters],
             "Publishes": self.publishes,
@@ -74,9 +74,11 @@ class Sheet:
         }
         for title, rows in tables.items():
             click.echo(f"\n{title}:" if rows else f"\n{title}: nothing")
-            print_columns(rows, indent="  ")
+            last = (Column(),) * (len(rows[0]) - 1) if rows else ()
+            print_table(rows, *last, Column(folds=True), indent="  ")
         if not self.complete:
-            click.echo("\nA parameter without a default may decide about more topics and services.")
+            click.echo()
+            print_text("A parameter without a default may decide about more topics and services.")
 
 
 def sheet(reference: str, folders: Sequence[Path]) -> Sheet:

@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_columns, print_json
+from busflow.cli.output import print_json
+from busflow.cli.table import Column, print_table
 from busflow.plugins import built_in, find
 from busflow.text import printable
 
@@ -51,7 +52,8 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     if as_json:
         print_json([asdict(each) for each in found])
         return 0
-    print_columns((each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found)
+    rows = [(each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found]
+    print_table(rows, Column(), Column(folds=True))
     if nothing:
         click.echo(f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed", err=True)
     return 0

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.joining import print_line
-from busflow.cli.output import near, print_columns, tell
+from busflow.cli.output import near, tell
+from busflow.cli.table import Column, print_table
 
 if TYPE_CHECKING:
     from busflow.wire.roll_call import PresentRun
@@ -19,7 +20,15 @@ Examples:
   busflow ps
   busflow ps --json | jq -r .run"""
 
-_HEAD = ("RUN", "FILE", "PID", "SINCE", "AGE", "NODES", "STATE")
+_COLUMNS = (
+    Column("RUN"),
+    Column("FILE", folds=True),
+    Column("PID", folds=True),
+    Column("SINCE", goes=1),
+    Column("AGE"),
+    Column("NODES"),
+    Column("STATE", folds=True),
+)
 _NS_PER_S = 1_000_000_000
 
 
@@ -40,7 +49,7 @@ def ps(as_json: bool) -> int:
     if not found:
         click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
         return 0
-    print_columns([_HEAD, *(_row(each) for each in found)])
+    print_table(map(_row, found), *_COLUMNS)
     for each in found:
         if each.silence:
             tell(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")

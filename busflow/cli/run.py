@@ -97,13 +97,13 @@ def run(
 def _help(context: click.Context, file: Path | None) -> int:
     click.echo(context.get_help())
     if file is not None:
-        from busflow.cli.output import print_columns
+        from busflow.cli.table import Column, print_table
         from busflow.launchfile.load import read_arguments
 
         rows = [_row(each) for each in read_arguments(file)]
         shown = printable(file)
         click.echo(f"\nArguments of {shown}:" if rows else f"\n{shown} takes no arguments.")
-        print_columns(rows, indent="  ")
+        print_table(rows, Column(), Column(), Column(), Column(), Column(folds=True), indent="  ")
     return 0
 
 

@@ -9,7 +9,7 @@ import click
 from busflow.cli.joining import complete_services, full_type, joined, joins, print_answer
 from busflow.cli.launching import duration
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_columns
+from busflow.cli.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import did_you_mean, printable
 
@@ -51,7 +51,7 @@ def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> int:
         click.echo(len(services))
     else:
         for each in services:
-            click.echo(printable(f"{each.name} [{each.type}]" if show_types else each.name))
+            print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
     return 0
 
 
@@ -104,7 +104,7 @@ def info(run: str | None, name: str, as_json: bool) -> int:
     click.echo(f"Clients count: {len(found.subscriptions)}")
     click.echo(f"Services count: {len(found.publishers)}")
     for word, rows in accounts.items():
-        print_columns([(word[:-1], each["node"], *_counts(each)) for each in rows], indent="  ")
+        print_table([(word[:-1], each["node"], *_counts(each)) for each in rows], indent="  ")
     return 0
 
 

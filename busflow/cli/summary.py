@@ -2,51 +2,38 @@
 
 from __future__ import annotations
 
-import io
-import sys
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from busflow.cli.output import colour
+from busflow.cli.table import Column, bare, print_table, print_text
 from busflow.recording.count import counted
 from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.report import NodeReport, ProcessReport, RecordingReport, Report
 
-_WIDE = 200
-"""Characters of a line where standard output is a file or a pipe: nothing is cut."""
-
 
 def print_summary(report: Report) -> None:
     """Print the tables on standard output."""
-    terminal = sys.stdout is not None and sys.stdout.isatty()  # pyright: ignore[reportUnnecessaryComparison]  # `>&-` closes it
-    text = io.StringIO()
-    console = Console(
-        file=text,
-        force_terminal=terminal if (wanted := colour()) is None else wanted,
-        width=None if terminal else _WIDE,
-        markup=False,
-        highlight=False,
-        emoji=False,
-    )
+    click.echo()
     ended = f"exit code {int(report.exit_code)}"
-    console.print(
-        f"\n{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
+    print_text(
+        f"{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
     )
-    for table in (_topics(report), _services(report), _timers(report)):
-        if table.row_count:
-            console.print()
-            console.print(table)
+    told = report.as_json()
+    for rows, columns in (
+        (list(topic_rows(told["topics"], report.duration_s)), TOPIC_COLUMNS),
+        (list(_services(report)), _SERVICE_COLUMNS),
+        (list(_timers(report)), _TIMER_COLUMNS),
+    ):
+        if rows:
+            click.echo()
+            print_table(rows, *columns)
     for remark in _remarks(report):
-        console.print(f"\n{remark}")
-    lines = (line.rstrip() for line in text.getvalue().splitlines())
-    click.echo("\n".join(lines), color=True)  # rich has decided about colour already
+        click.echo()
+        print_text(remark)
 
 
 def _remarks(report: Report) -> Iterator[str]:
@@ -93,31 +80,48 @@ def _fortunes(process: ProcessReport) -> str:
     return f"process {printable(process.name)}{anew}{last}" if anew else printable(process.fates[-1])
 
 
-def _topics(report: Report) -> Table:
-    table = _table("topic", "type", "published", "rate", "delivered", "dropped", "queued")
-    for topic in report.topics:
-        rate = topic.published / report.duration_s if report.duration_s > 0 else 0.0
-        _row(table, topic.name, topic.type, topic.published, f"{rate:.1f} Hz", "", "", "")
-        for line in topic.subscriptions:
-            queue = f"depth {line.depth}, {line.overflow}"
-            _row(table, f"  → {line.node}", queue, line.published, "", line.delivered, line.dropped, line.queued)
-    return table
+TOPIC_COLUMNS = (
+    Column("topic"),
+    Column("type", short=bare, goes=1),
+    Column("published", right=True),
+    Column("rate", right=True, goes=2),
+    Column("delivered", right=True),
+    Column("dropped", right=True),
+    Column("queued", right=True),
+)
 
 
-def _services(report: Report) -> Table:
+def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool = False) -> Iterator[tuple[Any, ...]]:
+    """The ledger of topics as a report's JSON has them, if wanted with the reasons why messages were dropped."""
+    for topic in topics:
+        rate = topic["published"] / seconds if seconds > 0 else 0.0
+        yield topic["name"], topic["type"], topic["published"], f"{rate:.1f} Hz", "", "", ""
+        for line in topic["subscriptions"]:
+            drops = ", ".join(f"{count} {word}" for word, count in line["drops"].items()) if why else ""
+            dropped = f"{line['dropped']} ({drops})" if drops else line["dropped"]
+            queue = f"depth {line['depth']}, {line['overflow']}"
+            yield f"  → {line['node']}", queue, line["published"], "", line["delivered"], dropped, line["queued"]
+
+
+_SERVICE_COLUMNS = (
+    Column("service"),
+    Column("type", short=bare, goes=1),
+    *(Column(title, right=True) for title in ("calls", "answered", "failed", "timed out", "waiting")),
+)
+
+
+def _services(report: Report) -> Iterator[tuple[object, ...]]:
     """The services that were asked; the report has the others too."""
-    table = _table("service", "type", "calls", "answered", "failed", "timed out", "waiting")
     for service in report.services:
         if not any(line.received for line in service.servers) and not any(line.called for line in service.clients):
             continue
-        _row(table, service.name, service.type, "", "", "", "", "")
+        yield service.name, service.type, "", "", "", "", ""
         for line in service.servers:
             failed = line.failed + line.refused + line.lost
-            _row(table, f"  ← {line.node}", f"depth {line.depth}", line.received, line.served, failed, "", line.waiting)
+            yield f"  ← {line.node}", f"depth {line.depth}", line.received, line.served, failed, "", line.waiting
         for line in service.clients:
             failed = line.failed - line.timed_out
-            _row(table, f"  → {line.node}", "", line.called, line.answered, failed, line.timed_out, line.waiting)
-    return table
+            yield f"  → {line.node}", "", line.called, line.answered, failed, line.timed_out, line.waiting
 
 
 def _recording(recording: RecordingReport) -> str:
@@ -128,24 +132,21 @@ def _recording(recording: RecordingReport) -> str:
     return f"{shown}, INCOMPLETE, {recording.missed} missed: {printable(recording.why, limit=400)}"
 
 
-def _timers(report: Report) -> Table:
-    table = _table("node", "timer", "period", "fired", "missed", "late p50", "late p99")
+_TIMER_COLUMNS = (
+    Column("node"),
+    Column("timer"),
+    Column("period", right=True, goes=2),
+    Column("fired", right=True),
+    Column("missed", right=True),
+    Column("late p50", right=True, goes=1),
+    Column("late p99", right=True),
+)
+
+
+def _timers(report: Report) -> Iterator[tuple[object, ...]]:
     for timer in report.timers:
         late = (_milliseconds(timer.lateness_p50_s), _milliseconds(timer.lateness_p99_s))
-        _row(table, timer.node, timer.name, f"{timer.period_s:g} s", timer.fired, timer.missed, *late)
-    return table
-
-
-def _table(*titles: str) -> Table:
-    """A table whose first two columns are text and the others numbers."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for index, title in enumerate(titles):
-        table.add_column(title, justify="left" if index < 2 else "right", overflow="fold")
-    return table
-
-
-def _row(table: Table, *cells: object) -> None:
-    table.add_row(*(Text(printable(cell)) for cell in cells))
+        yield timer.node, timer.name, f"{timer.period_s:g} s", timer.fired, timer.missed, *late
 
 
 def _milliseconds(seconds: float | None) -> str:

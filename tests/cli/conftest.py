@@ -1,13 +1,16 @@
 """Small launch files with two nodes each: one in a folder of its own, and one that runs while commands look at it."""
 
 import os
+import pty
+import re
 import signal
 import subprocess
 import sys
 import tempfile
+import termios
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -390,3 +393,27 @@ def ros2_file() -> Callable[[str], str]:
         return "".join(f"{line}\n" for line in (ROS2 / f"{name}.txt").read_text(encoding="utf-8").splitlines()[1:-1])
 
     return read
+
+
+@pytest.fixture
+def in_terminal() -> Callable[..., list[str]]:
+    """Runs the command in a real terminal of so many columns; the lines that it writes there."""
+
+    def run(columns: int, *arguments: str) -> list[str]:
+        screen, terminal = pty.openpty()
+        termios.tcsetwinsize(terminal, (24, columns))
+        environment = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "NO_COLOR")}
+        command = [sys.executable, "-m", "busflow", *arguments]
+        shown = bytearray()
+        with subprocess.Popen(
+            command, stdout=terminal, stderr=subprocess.DEVNULL, env={**environment, "TERM": "xterm"}
+        ) as process:
+            os.close(terminal)
+            with suppress(OSError):  # how Linux says that nobody has the terminal any more
+                while part := os.read(screen, 65536):
+                    shown += part
+        os.close(screen)
+        assert process.returncode == 0
+        return re.sub(r"\x1b\[[0-9;]*m", "", shown.decode()).splitlines()
+
+    return run

@@ -11,7 +11,8 @@ import click
 
 from busflow.cli.bag.naming import reads
 from busflow.cli.joining import print_answer
-from busflow.cli.output import print_columns, tell
+from busflow.cli.output import tell
+from busflow.cli.table import Column, bare, print_table
 from busflow.recording.count import counted
 from busflow.text import printable
 
@@ -135,15 +136,12 @@ def _topic(channel: Channel, bag: Bag) -> dict[str, Any]:
 
 def _show(bag: Bag, told: dict[str, Any]) -> None:
     click.echo(f"{printable(bag.path.name)}")
-    print_columns([row for row in _rows(bag, told) if row[1] not in (None, "")], indent="  ")
+    rows = [row for row in _rows(bag, told) if row[1] not in (None, "")]
+    print_table(rows, Column(), Column(folds=True), indent="  ")
     if told["topics"]:
         click.echo()
-        print_columns(
-            [
-                ("topic", "type", "messages", "rate"),
-                *((each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in told["topics"]),
-            ]
-        )
+        rows = [(each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in told["topics"]]
+        print_table(rows, Column("topic"), Column("type", short=bare), Column("messages"), Column("rate"))
 
 
 def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:

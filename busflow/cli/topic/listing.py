@@ -9,6 +9,7 @@ import click
 
 from busflow.cli.joining import complete_topics, complete_types, full_type, joined, joins, print_answer
 from busflow.cli.output import tell
+from busflow.cli.table import print_text
 from busflow.errors import NoSuchTarget
 from busflow.text import did_you_mean, printable
 
@@ -42,7 +43,7 @@ def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden:
         _print_ends("Subscribed", "subscriber", ((each, each.subscriptions) for each in topics))
     else:
         for each in topics:
-            click.echo(printable(f"{each.name} [{each.type}]" if show_types else each.name))
+            print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
     return 0
 
 
@@ -96,7 +97,7 @@ def _print_ends(title: str, word: str, topics: Iterable[tuple[TopicView, tuple[E
     for topic, ends in topics:
         if ends:
             plural = "" if len(ends) == 1 else "s"
-            click.echo(printable(f" * {topic.name} [{topic.type}] {len(ends)} {word}{plural}"))
+            print_text(f" * {topic.name}", f"[{topic.type}]", f"{len(ends)} {word}{plural}", indent="  ")
     click.echo()
 
 

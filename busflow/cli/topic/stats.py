@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import click
 
 from busflow.cli.joining import complete_topics, joined, joins, print_answer
-from busflow.cli.output import print_columns
+from busflow.cli.summary import TOPIC_COLUMNS, topic_rows
+from busflow.cli.table import print_table
 
 _EXAMPLES = """\b
 Examples:
@@ -32,8 +33,7 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
     if as_json:
         print_answer({"run": name, "duration_s": seconds, "topics": topics})
         return 0
-    titles = ("topic", "type", "published", "rate", "delivered", "dropped", "queued")
-    print_columns([titles, *(row for topic in topics for row in _rows(topic, seconds))])
+    print_table(topic_rows(topics, seconds, why=True), *TOPIC_COLUMNS)
     return 0
 
 
@@ -59,21 +59,3 @@ def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
         "subscriptions": [each for line in lines for each in line["subscriptions"]],
         "losses": dict(losses),
     }
-
-
-def _rows(topic: Mapping[str, Any], seconds: float) -> Iterator[tuple[object, ...]]:
-    rate = topic["published"] / seconds if seconds > 0 else 0.0
-    yield topic["name"], topic["type"], topic["published"], f"{rate:.1f} Hz", "", "", ""
-    for line in topic["subscriptions"]:
-        counts = line["delivered"], line["dropped"], line["queued"]
-        why = ", ".join(f"{count} {word}" for word, count in line["drops"].items())
-        dropped = f"{counts[1]} ({why})" if why else counts[1]
-        yield (
-            f"  → {line['node']}",
-            f"depth {line['depth']}, {line['overflow']}",
-            line["published"],
-            "",
-            counts[0],
-            dropped,
-            counts[2],
-        )
