@@ -12,7 +12,7 @@ from busflow.recording.count import counted
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.report import NodeReport, ProcessReport, RecordingReport, Report
+    from busflow.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport
 
 
 def print_summary(report: Report) -> None:
@@ -25,7 +25,7 @@ def print_summary(report: Report) -> None:
     told = report.as_json()
     for rows, columns in (
         (list(topic_rows(told["topics"], report.duration_s)), TOPIC_COLUMNS),
-        (list(_services(report)), _SERVICE_COLUMNS),
+        _services(report),
         (list(_timers(report)), _TIMER_COLUMNS),
     ):
         if rows:
@@ -103,25 +103,54 @@ def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool
             yield f"  → {line['node']}", queue, line["published"], "", line["delivered"], dropped, line["queued"]
 
 
-_SERVICE_COLUMNS = (
-    Column("service"),
-    Column("type", short=bare, goes=1),
-    *(Column(title, right=True) for title in ("calls", "answered", "failed", "timed out", "waiting")),
-)
+_CALLS = ("calls", "answered", "failed", "refused", "timed out", "withdrawn", "cancelled", "lost", "waiting")
+"""What becomes of calls: those of a line are the sum of what follows, whichever end of a service it is about."""
+_ALWAYS = {"calls", "answered", "failed", "waiting"}
 
 
-def _services(report: Report) -> Iterator[tuple[object, ...]]:
-    """The services that were asked; the report has the others too."""
-    for service in report.services:
-        if not any(line.received for line in service.servers) and not any(line.called for line in service.clients):
-            continue
-        yield service.name, service.type, "", "", "", "", ""
-        for line in service.servers:
-            failed = line.failed + line.refused + line.lost
-            yield f"  ← {line.node}", f"depth {line.depth}", line.received, line.served, failed, "", line.waiting
-        for line in service.clients:
-            failed = line.failed - line.timed_out
-            yield f"  → {line.node}", "", line.called, line.answered, failed, line.timed_out, line.waiting
+def _services(report: Report) -> tuple[list[tuple[object, ...]], tuple[Column, ...]]:
+    """The services that were asked, with what became of any call; the report has the other services too."""
+    asked = [each for each in report.services if any(_received(each))]
+    lines = [(each, [*_served(each), *_called(each)]) for each in asked]
+    shown = [word for word in _CALLS if word in _ALWAYS or any(line[2].get(word) for _, all_ in lines for line in all_)]
+    rows: list[tuple[object, ...]] = []
+    for service, ends in lines:
+        rows.append((service.name, service.type, *("" for _ in shown)))
+        rows += [(node, depth, *(counts.get(word, "") for word in shown)) for node, depth, counts in ends]
+    titles = (Column(word, right=True) for word in shown)
+    return rows, (Column("service"), Column("type", short=bare, goes=1), *titles)
+
+
+def _received(service: ServiceReport) -> Iterator[int]:
+    yield from (line.received for line in service.servers)
+    yield from (line.called for line in service.clients)
+
+
+def _served(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+    for line in service.servers:
+        counts = {
+            "calls": line.received,
+            "answered": line.served,
+            "failed": line.failed,
+            "refused": line.refused,
+            "withdrawn": line.withdrawn,
+            "lost": line.lost,
+            "waiting": line.waiting,
+        }
+        yield f"  ← {line.node}", f"depth {line.depth}", counts
+
+
+def _called(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+    for line in service.clients:
+        counts = {
+            "calls": line.called,
+            "answered": line.answered,
+            "failed": line.failed - line.timed_out,
+            "timed out": line.timed_out,
+            "cancelled": line.cancelled,
+            "waiting": line.waiting,
+        }
+        yield f"  → {line.node}", "", counts
 
 
 def _recording(recording: RecordingReport) -> str:
