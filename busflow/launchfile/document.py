@@ -9,10 +9,10 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 import yaml
 
@@ -33,6 +33,10 @@ _UNREADABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\u
 _BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xfe\xff": "UTF-32"}
 
 
+Doubled: TypeAlias = Callable[[Problem, Value], None]
+"""Told of a key that stands twice, with what it first stated."""
+
+
 @dataclass(slots=True)
 class Limits:
     """What may still be read: one for all the files of a launch."""
@@ -40,7 +44,13 @@ class Limits:
     values: int = MAX_VALUES
 
 
-def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = (), limits: Limits | None = None) -> Value:
+def read_file(
+    path: Path,
+    shown: str,
+    included_from: tuple[Place, ...] = (),
+    limits: Limits | None = None,
+    doubled: Doubled | None = None,
+) -> Value:
     """The content of a YAML file.
 
     Args:
@@ -48,6 +58,9 @@ def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = (), lim
         shown: What an error calls it: the path as the user wrote it.
         included_from: The `include` entries that led here, innermost first.
         limits: What is left of a launch's limits.
+        doubled: Told of keys that stand twice, instead of an error. Their mappings are laid on each other; of other
+            values the first one holds. Where such a key comes after another one that is empty, as what should stand
+            below it does, it is a member of that.
 
     Raises:
         LaunchError: The file cannot be read, or is not what this module takes.
@@ -57,7 +70,7 @@ def read_file(path: Path, shown: str, included_from: tuple[Place, ...] = (), lim
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _refusal("unreadable-file", f"cannot read {shown}: {reason}", None, None, included_from) from None
-    return parse(raw, shown, included_from, limits)
+    return parse(raw, shown, included_from, limits, doubled=doubled)
 
 
 def parse(
@@ -66,6 +79,7 @@ def parse(
     included_from: tuple[Place, ...] = (),
     limits: Limits | None = None,
     loader: Any = None,
+    doubled: Doubled | None = None,
 ) -> Value:
     """The one document of a YAML text.
 
@@ -80,7 +94,7 @@ def parse(
         fix = "split it with `include:` or `parameters_from:`"
         raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
     text = _decoded(raw, file, included_from)
-    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits)
+    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits, doubled=doubled)
     return builder.build(text, loader)
 
 
@@ -127,12 +141,14 @@ class _Builder:
         included_from: tuple[Place, ...],
         limits: Limits | None,
         shift: int = 0,
+        doubled: Doubled | None = None,
     ) -> None:
         self._lines = lines
         self._file = file
         self._source = source
         self._included_from = included_from
         self._shift = shift
+        self._doubled = doubled
         self._limits = limits or Limits()
         self._problems: list[Problem] = []
 
@@ -203,12 +219,26 @@ class _Builder:
             self._check_plain(item)
             name: str = item.value
             place = self._place_of(item)
-            first = members.get(name)
-            if first is not None and first.key is not None:
-                message = f"the key {name} stands twice; it was first at {first.key}"
-                self._refuse("duplicate-key", message, "leave one of them out", item)
-            members[name] = self._node(next(events), events, depth + 1, place)
+            value = self._node(next(events), events, depth + 1, place)
+            if name in members:
+                self._twice(members, name, value)
+            else:
+                members[name] = value
         return members
+
+    def _twice(self, members: dict[str, Value], name: str, second: Value) -> None:
+        """A key of a mapping once more."""
+        first, owner = members[name], _owner(members, name)
+        if self._doubled is None:
+            self._keep(twice(name, first, second))
+        elif owner is not None:
+            content = {**members[owner].members, name: second}
+            members[owner] = replace(members[owner], content=content)
+        else:
+            problem = twice(name, first, second)
+            self._doubled(_included(problem, self._included_from), first)
+            if isinstance(first.content, dict) and isinstance(second.content, dict):
+                members[name] = replace(first, content=first.merged(second).content)
 
     def _check_plain(self, event: Any) -> None:
         """Refuse what would make YAML more than data."""
@@ -223,7 +253,10 @@ class _Builder:
             self._refuse("escape", "half of a surrogate pair is not a character", r"write \UXXXXXXXX", event)
 
     def _refuse(self, code: str, message: str, fix: str, event: Any) -> None:
-        self._problems.append(Problem(code, message, fix, self._place_of(event)))
+        self._keep(Problem(code, message, fix, self._place_of(event)))
+
+    def _keep(self, problem: Problem) -> None:
+        self._problems.append(problem)
         if len(self._problems) >= MAX_PROBLEMS:
             self.finish()
 
@@ -246,6 +279,21 @@ class _Builder:
         if width is None:
             width = len(excerpt.rstrip()) - column - shift
         return Place(self._file, line + 1, column + shift + 1, max(1, width), excerpt)
+
+
+def twice(name: str, first: Value, second: Value) -> Problem:
+    """A key that stands twice."""
+    message = f"the key {name} stands twice; it was first at {first.key}"
+    return Problem("duplicate-key", message, "leave one of them out", second.key)
+
+
+def _owner(members: dict[str, Value], name: str) -> str | None:
+    """The empty key that a key which is there already comes after, if an empty key is before the first one, too."""
+    keys = list(members)
+    empty = [key for key, value in members.items() if value.content is None or value.beside]
+    if not empty or not keys.index(empty[0]) < keys.index(name) < keys.index(empty[-1]):
+        return None
+    return empty[-1] if name not in members[empty[-1]].members else None
 
 
 def event_stream(text: str, loader: Any = None) -> Iterator[Any]:

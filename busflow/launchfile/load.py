@@ -17,13 +17,15 @@ from busflow.errors import Fault, KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
 from busflow.launchfile.build import Builder, variables
 from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
-from busflow.launchfile.document import Limits, read_file
+from busflow.launchfile.document import Doubled, Limits, read_file
 from busflow.launchfile.expand import Expander
 from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.groups import Flat, Included
+from busflow.launchfile.key_faults import key_faults, meant, wants_list
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
-from busflow.launchfile.model import LaunchKeys, key_faults
+from busflow.launchfile.misplaced import set_right
+from busflow.launchfile.model import LaunchKeys
 from busflow.launchfile.network_builder import anchored
 from busflow.launchfile.problems import Problems
 from busflow.launchfile.profiles import chosen, from_command_line, readable
@@ -143,7 +145,7 @@ class _Loader:
         self, path: Path, given: Mapping[str, Value], changes: Iterable[override.Override], asked: Sequence[Value] = ()
     ) -> LaunchDescription | None:
         """The description of a file under what the command line or a caller says."""
-        root = self._read(path, None, ())
+        root = self._launch_file(path, None, ())
         if root is None:
             return None
         root = chosen(root, asked, Scope(self._environment), self.problems)
@@ -172,7 +174,24 @@ class _Loader:
                     problem = problem_at("unused-argument", message, fix, key_origin(entry))
                     yield replace(problem, severity=Severity.WARNING)
 
-    def _read(self, path: Path, entry: Value | None, via: tuple[Place, ...]) -> Value | None:
+    def _launch_file(self, path: Path, entry: Value | None, via: tuple[Place, ...]) -> Value | None:
+        """A launch file's content, each key on the level where it can stand."""
+        doubled: list[Place | None] = []  # the keys whose value is one of two
+
+        def note(problem: Problem, first: Value) -> None:
+            self.problems.add(problem)
+            doubled.append(None if isinstance(first.content, dict) else first.key)
+
+        root = self._read(path, entry, via, note)
+        if root is None:
+            return None
+        root = set_right(root, self.problems)
+        # Which plugin is meant is not known, and so nothing of what the node should have.
+        return _without(root, [at for at, each in root.leaves() if "plugin" in at[-1:] and each.key in doubled])
+
+    def _read(
+        self, path: Path, entry: Value | None, via: tuple[Place, ...], doubled: Doubled | None = None
+    ) -> Value | None:
         """A file's content. What keeps it from being read is told at the `entry` that names it."""
         if self._limits.values < 0:
             raise LaunchError([])  # a file before this one was too large, and that is told
@@ -181,7 +200,7 @@ class _Loader:
             raise LaunchError([])
         self.files.append(path)
         try:
-            return read_file(path, str(path), via, self._limits)
+            return read_file(path, str(path), via, self._limits, doubled)
         except LaunchError as error:
             for problem in error.problems:
                 if problem.code == "unreadable-file":
@@ -243,7 +262,7 @@ class _Loader:
             self._tell("too-many-files", message, "include the files side by side", stated)
             return None
         via = (stated.origin.place, *stated.origin.included_from) if stated.origin.place is not None else ()
-        root = self._read(target, stated, via)
+        root = self._launch_file(target, stated, via)
         if root is None:
             return None
         asked = [entry.members["profile"]] if include.keys.profile is not None else []
@@ -308,7 +327,7 @@ class _Loader:
             self.problems.add(*problems(_once(told, tree), tree, noun="key"))
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
-            tree = _without(tree, (fault.path for fault in faults))
+            tree = _mended(tree, faults)
 
     def _tell(self, code: str, message: str, fix: str | None, entry: Value | None) -> None:
         """A problem at the value that names a file, or at no place for the launch file itself."""
@@ -323,6 +342,20 @@ def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
         place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
         found.setdefault((place, fault.code, fault.path[-1:]) if place is not None else fault, fault)
     return list(found.values())
+
+
+def _mended(tree: Value, faults: Iterable[Fault]) -> Value:
+    """The tree without what is wrong; with what is surely meant in its place, that nothing is missing for a typo."""
+    wrong: list[KeyPath] = []
+    for fault in faults:
+        key, found = meant(fault), tree.nearest(fault.path)
+        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
+            tree = tree.with_member(path, found)
+        if wants_list(fault) and isinstance(found.content, str):
+            tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
+        else:
+            wrong.append(fault.path)
+    return _without(tree, wrong)
 
 
 def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
-from busflow.annotation import StrictModel, at, split
+from busflow.annotation import StrictModel
 from busflow.duration import PATTERN, parse_duration
-from busflow.errors import Fault
 from busflow.launchfile.description import ClockMode, Compression, OnDrop
 from busflow.launchfile.roles import Role
 from busflow.patterns import check_pattern
 from busflow.supervision import Condition, OnExit, Restart, RestartPolicy
-from busflow.validation import faults
 
 _ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
 Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
@@ -373,28 +370,3 @@ ORDER = (
     *("namespace", "clock", "seed", "record", "expect", "shutdown"),
 )
 """The keys of a launch file in the order in which a person would write them."""
-
-
-def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:
-    """The keys of a launch file as a model, or all that is wrong with them."""
-    try:
-        return LaunchKeys.model_validate(data), ()
-    except ValidationError as error:
-        return None, tuple(_named(fault) for fault in faults(error, LaunchKeys, data, noun="key"))
-
-
-def _named(fault: Fault) -> Fault:
-    """The fault in a launch file's words: a key that a later version will know is not a typo."""
-    if not fault.path:
-        message = fault.message.replace("the keys", "a launch file")
-        return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
-    message = fault.message.replace(" or null", "")  # which is the same as not stated
-    fault = replace(fault, message=message.replace("RecordKeys", "a file such as run.mcap, or a mapping"))
-    if fault.path[-2:] == ("restart", "policy"):  # which is mostly written as one word
-        fault = replace(fault, message=fault.message.replace(".restart.policy", ".restart"))
-    owner, _ = split(at(LaunchKeys, fault.path[:-1])[0])
-    later = getattr(owner, "later", {})
-    if fault.code != "unknown" or fault.path[-1] not in later:
-        return fault
-    message = f"{fault.message.removeprefix('unknown ')} is not in this version yet"
-    return replace(fault, message=message, fix=later[fault.path[-1]], code="later")

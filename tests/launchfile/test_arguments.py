@@ -78,7 +78,7 @@ def test_a_caller_passes_typed_values(folder, value: object):
         ("gains:=[1, -1]", 12, "argument gains[1] must be at least 0, got -1", None),
         ("gains:=[.nan]", 9, "argument gains[0] must be at least 0, got .nan", None),
         ("gains:=5", 8, "argument gains must be a list[float], got 5", None),
-        ("gains:=[1", 8, "this bracket is never closed with ']'", None),
+        ("gains:=[1", 8, "this bracket is never closed with ']'", "write ] where it ends"),
         ("names:=[1]", 9, "argument names[0] must be text, got 1", 'quote it: "1"'),
         ("side:=rigth", 7, "argument side must be one of left, right, on, got text 'rigth'", "did you mean 'right'?"),
         ("rate_hz=50", 1, "this is not an argument", "write name:=value, for instance rate_hz:=50"),

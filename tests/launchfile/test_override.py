@@ -74,7 +74,7 @@ def test_what_is_not_set_keeps_its_origin(folder):
         ("sed=1", 1, "sed cannot be set", "did you mean 'seed'?"),
         ("seed=x", 6, "seed must be a whole number, got text 'x'", None),
         ("name=", 6, "there is no value", "for an empty text write name='\"\"'"),
-        ("nodes.talker.parameters.gains=[1", 31, "this bracket is never closed with ']'", None),
+        ("nodes.talker.parameters.gains=[1", 31, "this bracket is never closed with ']'", "write ] where it ends"),
     ],
 )
 def test_a_wrong_override_is_told_at_its_column(folder, text: str, column: int, message: str, fix: str | None):
