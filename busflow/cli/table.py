@@ -197,6 +197,36 @@ def _aligned(cell: str, lane: _Lane, width: int) -> str:
     return space + cell if lane.column.right else cell + space
 
 
+def narrowed(
+    rows: Iterable[Sequence[str]], columns: Sequence[Column], room: int, *, gap: int
+) -> tuple[list[Column], list[tuple[str, ...]]]:
+    """The columns and cells that have room side by side, a line for each row: names, in the first, give way first."""
+    table = list(rows)
+    names, *others = [_Lane(column, tuple(row[place] for row in table)) for place, column in enumerate(columns)]
+    tried = list(_reductions([_elided(names, max(_NARROWEST, room // 2)), *others]))
+    left = next((each for each in tried if sum(lane.width + gap for lane in each) <= room), tried[-1])
+    name_room = room - gap - sum(lane.width + gap for lane in left[1:])
+    shown = [_elided(left[0], name_room), *left[1:]]
+    return [lane.column for lane in shown], list(zip(*(lane.cells for lane in shown), strict=True))
+
+
+def _elided(lane: _Lane, width: int) -> _Lane:
+    return replace(lane, cells=tuple(elided(cell, max(width, _width(lane.column.title))) for cell in lane.cells))
+
+
+def elided(name: str, width: int) -> str:
+    """The end of a name, which says most, of at most this many characters.
+
+    >>> elided("/left/arm/joint_states", 18), elided("/joint_states", 8), elided("/imu", 8)
+    ('…/arm/joint_states', '…_states', '/imu')
+    """
+    if _width(name) <= width:
+        return name
+    end = name[len(name) - max(1, width - 1) :]
+    slash = end.find("/")
+    return "…" + (end[slash:] if 0 <= slash < len(end) - 1 else end)
+
+
 def folded(parts: Sequence[str], width: int, indent: str = "") -> list[str]:
     """Parts of a line as lines that are not longer than that, further ones indented.
 

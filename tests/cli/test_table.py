@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.cli.table import Column, bare, table_lines
+from busflow.cli.table import Column, bare, narrowed, table_lines
 
 LEDGER = (Column("topic"), Column("type", short=bare, goes=1), Column("rate", right=True, goes=2), Column("lost"))
 ROWS = [("/imu/data", "sensor_msgs/msg/Imu", "9.0 Hz", 0), ("  → /filter", "depth 5, drop_oldest", "", 12)]
@@ -74,6 +74,29 @@ def test_a_column_that_folds_takes_several_lines_with_its_words_whole():
         "noise",
     ]
     assert laid(30, [("from", "/a/b " + "x" * 26)], columns) == ["from", "  /a/b", "  " + "x" * 26]
+
+
+@pytest.mark.parametrize(
+    ("room", "titles", "first"),
+    [
+        (
+            80,
+            ["topic", "type", "rate", "lost"],
+            ("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", "0"),
+        ),
+        (60, ["topic", "type", "rate", "lost"], ("/left/arm/joint_states", "JointState", "9.0 Hz", "0")),
+        (48, ["topic", "rate", "lost"], ("/left/arm/joint_states", "9.0 Hz", "0")),
+        (40, ["topic", "rate", "lost"], ("…/arm/joint_states", "9.0 Hz", "0")),
+        (20, ["topic", "lost"], ("…oint_states", "0")),
+    ],
+)
+def test_where_each_row_has_one_line_names_give_way_before_figures(
+    room: int, titles: list[str], first: tuple[str, ...]
+):
+    rows = [("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", "0"), ("/imu", "a/b/C", "", "12")]
+    columns, cells = narrowed(rows, LEDGER, room, gap=2)
+    assert [column.title for column in columns] == titles
+    assert cells[0] == first
 
 
 def test_wide_characters_take_two_places():

@@ -37,13 +37,13 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
             await pilot.pause(0.02)
 
 
-def driven(play: Callable[[Top, Pilot[None]], Any]) -> None:
+def driven(play: Callable[[Top, Pilot[None]], Any], size: tuple[int, int] = (160, 50)) -> None:
     """Run the screen on the lab that runs, and play on its keys."""
 
     async def go() -> None:
         with join() as peer:
             app = Top(peer, 0.1)
-            async with app.run_test(size=(160, 50)) as pilot:
+            async with app.run_test(size=size) as pilot:
                 await until(pilot, lambda: bool(rows(app, "topics")))
                 await play(app, pilot)
 
@@ -60,6 +60,43 @@ def test_nodes_topics_and_rates_are_shown():
         assert int(published) > 0
         assert rows(app, "nodes")["/imu_publisher"][1:3] == ["running", "imu_publisher"]
         assert "imu_lab" in text(app, "head")
+
+    driven(play)
+
+
+@pytest.mark.usefixtures("lab")
+@pytest.mark.parametrize("size", [(80, 24), (60, 24), (40, 20)], ids="{0[0]}x{0[1]}".format)
+def test_in_a_small_terminal_the_figures_are_in_sight_and_no_room_is_wasted(size: tuple[int, int]):
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        await until(pilot, lambda: bool(app.query_one("#log", RichLog).lines))
+        for name, figures in (("topics", {"Hz", "dropped", "queued"}), ("nodes", {"state", "dropped"})):
+            table: DataTable[Any] = app.query_one(f"#{name}", DataTable)
+            await until(pilot, lambda table=table: 0 < table.virtual_size.width <= table.size.width)
+            assert figures <= {str(column.value) for column in table.columns}
+            assert table.size.width == size[0]
+        await until(pilot, lambda: app.query_one("#topics").size.height == 1 + len(rows(app, "topics")))
+        await until(pilot, lambda: app.query_one("#log").size.height <= len(app.query_one("#log", RichLog).lines))
+        assert not app.query_one("#detail").display
+
+    driven(play, size)
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_tables_follow_the_terminal_and_what_is_chosen_stays_so():
+    def titles(app: Top) -> list[str]:
+        return [str(column.value) for column in app.query_one("#topics", DataTable).columns]
+
+    async def play(app: Top, pilot: Pilot[None]) -> None:
+        table: DataTable[Any] = app.query_one("#topics", DataTable)
+        await until(pilot, lambda: "type" in titles(app) and table.row_count > 2)
+        table.move_cursor(row=2)
+        await pilot.resize_terminal(40, 24)
+        await until(pilot, lambda: "type" not in titles(app))
+        assert table.cursor_row == 2
+        await pilot.press("e")
+        await until(pilot, lambda: app.query_one("#detail").size.width >= 36)
+        await pilot.press("e")
+        await until(pilot, lambda: not app.query_one("#detail").display)
 
     driven(play)
 

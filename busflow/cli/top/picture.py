@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
+from busflow.cli.table import Column, bare
 from busflow.text import printable
 from busflow.wire.view import GraphView, TopicView
 
@@ -45,8 +46,23 @@ class TopicRow:
 
 _PLOTTABLE = 16
 """How many numbers of one array can be plotted."""
-TOPIC_COLUMNS = ("topic", "type", "Hz", "published", "ends", "dropped", "queued")
-NODE_COLUMNS = ("node", "state", "plugin", "publishes", "receives", "dropped")
+TOPIC_COLUMNS = (
+    Column("topic"),
+    Column("type", short=bare, goes=1),
+    Column("Hz"),
+    Column("published", goes=3),
+    Column("ends", goes=2),
+    Column("dropped"),
+    Column("queued"),
+)
+NODE_COLUMNS = (
+    Column("node"),
+    Column("state"),
+    Column("plugin", goes=1),
+    Column("publishes", goes=2),
+    Column("receives", goes=3),
+    Column("dropped"),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, ClassVar, cast
 
@@ -18,6 +18,8 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Footer, Input, RichLog, Sparkline, Static
 from textual.widgets.data_table import RowDoesNotExist
 
+from busflow.cli.output import near
+from busflow.cli.table import Column, narrowed
 from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
 from busflow.clock import perf_counter
 from busflow.errors import BusflowError, ExitCode
@@ -40,13 +42,21 @@ class Top(App[None]):
 
     TITLE = "busflow top"
     CSS = """
-    DataTable { height: 1fr; }
-    #nodes { height: 40%; }
-    #detail { width: 40%; border-left: solid $accent; padding: 0 1; }
-    #log { height: 30%; border-top: solid $accent; }
+    DataTable { height: auto; scrollbar-size-vertical: 1; }
+    #body { height: 1fr; }
+    #topics { max-height: 65%; }
+    #nodes { height: 1fr; }
+    #detail { display: none; width: 40%; border-left: solid $accent; padding: 0 1; }
+    #log { height: auto; min-height: 2; max-height: 30vh; border-top: solid $accent; scrollbar-size-vertical: 1; }
     #plot { height: 4; }
     #field { display: none; }
     #head { height: 1; background: $accent; color: $text; }
+    .-echoes #detail { display: block; }
+    .-narrow #body { layout: vertical; }
+    .-narrow #detail { width: 100%; border-left: none; border-top: solid $accent; }
+    .-narrow.-echoes #nodes { display: none; }
+    .-narrow.-echoes #tables { height: auto; }
+    .-narrow.-echoes #topics { max-height: 25vh; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         ("e", "echo", "Echo"),
@@ -58,6 +68,7 @@ class Top(App[None]):
 
     def __init__(self, peer: Peer, interval_s: float) -> None:
         super().__init__()
+        self.HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]
         self._peer, self._interval_s = peer, interval_s
         self._looks: deque[Look] = deque()
         self._paused = False
@@ -68,14 +79,14 @@ class Top(App[None]):
         self._last_log_ns = 0
 
     def compose(self) -> ComposeResult:
-        """Tables on the left, the chosen topic on the right, the log below."""
+        """Tables above the log; of the chosen topic what is echoed, beside them or below."""
         yield Static("", id="head")
-        with Horizontal():
-            with Vertical():
+        with Horizontal(id="body"):
+            with Vertical(id="tables"):
                 yield DataTable[str](id="topics", cursor_type="row", zebra_stripes=True)
                 yield DataTable[str](id="nodes", cursor_type="row")
             with Vertical(id="detail"):
-                yield Static("e: echo the chosen topic\np: plot a number of it", id="message")
+                yield Static("", id="message")
                 yield Input(placeholder="which number, e.g. linear_acceleration.z", id="field")
                 yield Sparkline([], id="plot")
         yield RichLog(id="log", max_lines=_LOGGED, wrap=True)
@@ -83,9 +94,6 @@ class Top(App[None]):
 
     def on_mount(self) -> None:
         """Lay out the tables and begin to look."""
-        for name, columns in (("topics", TOPIC_COLUMNS), ("nodes", NODE_COLUMNS)):
-            for column in columns:
-                self._table(name).add_column(column, key=column)
         self._table("topics").focus()
         self.run_worker(self._look_again_and_again, thread=True, exit_on_error=True)
 
@@ -126,30 +134,48 @@ class Top(App[None]):
             self._looks.popleft()
         self._looks.append(look)
         state = "paused" if self._paused else f"every {self._interval_s:g} s"
-        self._tell(f"{run['name']}  {run['file']}  up {run['elapsed_s']:.0f} s  pid {run['pid']}  ({state})")
-        self._fill("topics", [row.cells() for row in topic_rows(look, self._looks[0])])
-        self._fill("nodes", [row.cells() for row in node_rows(look)])
+        told = f"up {run['elapsed_s']:.0f} s  ({state})  pid {run['pid']}"
+        self._tell(f"{run['name']}  {told}  {near(run['file'] or '')}")
+        self._fill_tables()
         log = self.query_one("#log", RichLog)
         for line in log_lines:
             style = next((style for level, style in _LEVELS.items() if line["level"] >= level), "")
             log.write(Text(printable(f"{line['node']}: {line['text']}"), style))
 
-    def _fill(self, name: str, rows: list[tuple[str, ...]]) -> None:
+    def on_resize(self) -> None:
+        """Lay out the tables anew."""
+        self.call_after_refresh(self._fill_tables)
+
+    def _fill_tables(self) -> None:
+        if self._looks:
+            now = self._looks[-1]
+            self._fill("topics", TOPIC_COLUMNS, [row.cells() for row in topic_rows(now, self._looks[0])])
+            self._fill("nodes", NODE_COLUMNS, [row.cells() for row in node_rows(now)])
+
+    def _fill(self, name: str, columns: Sequence[Column], rows: list[tuple[str, ...]]) -> None:
         """Bring a table up to date row by row, so that the cursor stays where it is."""
         table = self._table(name)
-        keys = {row[0] for row in rows}
+        room = table.scrollable_content_region.width or self.size.width
+        left, shown = narrowed(rows, columns, room, gap=2 * table.cell_padding)
+        titles, keys = [column.title for column in left], [row[0] for row in rows]
+        chosen = table.cursor_row
+        if anew := titles != [str(column.value) for column in table.columns]:
+            table.clear(columns=True)
+            for title in titles:
+                table.add_column(title, key=title)
         for key in [each.value for each in table.rows if each.value not in keys]:
             table.remove_row(str(key))
-        columns = [str(column.value) for column in table.columns]
-        for row in rows:
-            cells = [Text(cell, _style(name, column, cell)) for column, cell in zip(columns, row, strict=True)]
+        for key, row in zip(keys, shown, strict=True):
+            cells = [Text(cell, _style(name, title, cell)) for title, cell in zip(titles, row, strict=True)]
             try:
-                table.get_row_index(row[0])
+                table.get_row_index(key)
             except RowDoesNotExist:
-                table.add_row(*cells, key=row[0])
+                table.add_row(*cells, key=key)
             else:
-                for column, cell in zip(columns, cells, strict=True):
-                    table.update_cell(row[0], column, cell, update_width=True)
+                for title, cell in zip(titles, cells, strict=True):
+                    table.update_cell(key, title, cell, update_width=True)
+        if anew:
+            table.move_cursor(row=chosen)
 
     def _tell(self, text: str) -> None:
         self.query_one("#head", Static).update(Text(printable(text)))
@@ -181,7 +207,9 @@ class Top(App[None]):
         topic = self._chosen()
         if topic is None or self._echoed == topic.name:
             self._echoed = None
+            self.screen.remove_class("-echoes")
             return
+        self.screen.add_class("-echoes")
         self._echoed, self._field = topic.name, None
         self._numbers.clear()
         self.query_one("#plot", Sparkline).data = []
