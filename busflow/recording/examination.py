@@ -54,6 +54,9 @@ class Examination:
     """What was looked at, and what was found."""
 
     messages: int = 0
+    """Those that were read, which are those before the damage where there is any."""
+    there: int = 0
+    """Those that are there: more than were read, where some lie behind the damage."""
     chunks: int = 0
     findings: list[Finding] = field(default_factory=list[Finding])
 
@@ -65,27 +68,39 @@ class Examination:
 def examine(bag: Bag, on_message: Callable[[], None] = lambda: None) -> Examination:
     """Read all of a bag, and find what is wrong with it."""
     found = Examination()
-    for file in bag.files:
-        if isinstance(file, McapFile):
-            _Structure(file.path, found).examine()
-    _examine_account(bag, found, _examine_messages(bag, found, on_message))
+    lying = {
+        file.path: _Structure(file.path, found, accounted=bag.ledger is not None).examine()
+        for file in bag.files
+        if isinstance(file, McapFile)
+    }
+    read = _examine_messages(bag, found, on_message)
+    whole = [sum(lying.get(file.path, 0) for file in series.files) for series in bag.series]
+    there = list(map(max, read, whole))
+    found.there = sum(there)
+    _examine_account(bag, found, there)
     return found
 
 
 class _Structure:
     """The records of one file, as they lie there."""
 
-    def __init__(self, path: Path, found: Examination) -> None:
-        self._path, self._name, self._found = path, str(path), found
+    def __init__(self, path: Path, found: Examination, *, accounted: bool) -> None:
+        self._path, self._name, self._found, self._accounted = path, str(path), found, accounted
+        self._damages = 0
+        self._behind_damage = False
+        """Whether what comes now is about a chunk that could not be read."""
         self._counts: Counter[int] = Counter()
         self._chunk: tuple[Chunk, int] | None = None
         self._index: dict[int, list[tuple[int, int]]] = {}
         """Of each channel the times of its messages in the chunk, and where they are."""
 
-    def examine(self) -> None:
-        """Read the file."""
+    def examine(self) -> int:
+        """Read the file; how many messages lie in it."""
         with Contents(self._path) as contents:
             for found in contents.beyond_damage():
+                if len(contents.damages) > self._damages:
+                    self._end_chunk()
+                    self._damages, self._behind_damage = len(contents.damages), True
                 self._look(found)
             self._end_chunk()
             unfinished = contents.unfinished
@@ -93,6 +108,7 @@ class _Structure:
                 self._tell_damage(damage, cut=unfinished is not None and damage is contents.damages[-1])
             if unfinished is not None and not contents.damages:
                 self._add(Kind.WRONG, "damaged", unfinished.reason, unfinished.offset)
+        return sum(self._counts.values())
 
     def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
         if cut:
@@ -112,8 +128,11 @@ class _Structure:
         match record:
             case Chunk():
                 self._end_chunk()
+                self._behind_damage = False
                 self._found.chunks += 1
                 self._chunk = record, found.offset
+            case records.MessageIndex() if self._behind_damage:
+                pass
             case records.MessageIndex():
                 self._look_at_index(record, found.offset)
             case records.Statistics():
@@ -138,6 +157,8 @@ class _Structure:
         self._index.clear()
 
     def _look_at_statistics(self, statistics: records.Statistics, offset: int) -> None:
+        if self._damages and self._accounted:
+            return  # the ledger tells what the damage has taken
         stated = {number: count for number, count in statistics.channel_message_counts.items() if count}
         total = sum(self._counts.values())
         if (stated and stated != dict(self._counts)) or statistics.message_count != total:

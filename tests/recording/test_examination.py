@@ -23,10 +23,10 @@ def found_in(path):
 MINE = {"format": "1"}
 
 
-def write(path, *messages, facts=MINE, ledger=None, definition=b"bool data\n", metadata=None):
+def write(path, *messages, facts=MINE, ledger=None, definition=b"bool data\n", metadata=None, **settings):
     """A recording of messages that are given as their number and their bytes."""
     with path.open("wb") as stream:
-        writer = Writer(stream, enable_data_crcs=True)
+        writer = Writer(stream, enable_data_crcs=True, **settings)
         writer.start("ros2", "a test")
         if facts:
             writer.add_metadata("busflow", facts)
@@ -107,6 +107,21 @@ def test_a_cut_is_something_missing_and_a_flipped_bit_is_wrong(numbers):
     flipped[len(content) // 2] ^= 1
     numbers.write_bytes(flipped)
     assert {kind for kind, _ in found_in(numbers)[0]} == {"wrong"}
+
+
+def test_what_a_damage_has_taken_is_counted_once(tmp_path):
+    ledger = RIGHT | {"recorded": "400"}
+    path = write(tmp_path / "a.mcap", *((number, TRUE) for number in range(1, 401)), ledger=ledger, chunk_size=1000)
+    content = bytearray(path.read_bytes())
+    with Contents(path) as contents:
+        second = [found.offset for found in contents.beyond_damage() if isinstance(found.record, Chunk)][1]
+    content[second + 60] ^= 0xFF
+    path.write_bytes(content)
+    with Bag(path) as bag:
+        found = examine(bag)
+    assert [each.code for each in found.findings] == ["damaged", "damaged", "ledger"]
+    assert found.findings[-1].message == f"400 messages were recorded, and {found.there} are there"
+    assert 0 < found.messages < found.there < 400
 
 
 def test_no_bit_flips_unnoticed_where_there_is_a_crc_of_all(tmp_path):

@@ -49,6 +49,7 @@ def verify(file: Path, as_json: bool) -> int:
                 "ok": code is ExitCode.OK,
                 "complete": complete,
                 "messages": found.messages,
+                "there": found.there,
                 "chunks": found.chunks,
                 "findings": [asdict(each) for each in found.findings],
             }
@@ -58,7 +59,10 @@ def verify(file: Path, as_json: bool) -> int:
         where = f"{each.file} at byte {each.offset}: " if each.offset is not None else ""
         tell(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
     verdict = {ExitCode.OK: "all is right", ExitCode.INCOMPLETE: "INCOMPLETE"}.get(code, "NOT RIGHT")
-    click.echo(f"{file}: {verdict}: {counted(found.messages, 'message was', 'messages were')} read")
+    read = counted(found.messages, "message was", "messages were")
+    if found.there > found.messages:
+        read = f"{found.messages} of {counted(found.there, 'message')}, those before the damage, were"
+    click.echo(f"{file}: {verdict}: {read} read")
     return code
 
 

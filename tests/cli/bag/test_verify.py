@@ -1,9 +1,12 @@
 import json
+import re
 from pathlib import Path
 
 import pytest
 
 from busflow.cli import main
+from busflow.recording.chunk import Chunk
+from busflow.recording.contents import Contents
 from tests.recording.conftest import write_numbers
 
 LAB = Path(__file__).parents[3] / "configs/lab1.yaml"
@@ -50,6 +53,20 @@ def test_what_is_wrong_is_told_with_its_place(numbers, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["version"], told["ok"]) == (1, False)
     assert {each["kind"] for each in told["findings"]} == {"wrong"}
+
+
+def test_what_lies_behind_a_damage_is_counted_and_not_read(numbers, capsys):
+    with Contents(numbers) as contents:
+        second = [found.offset for found in contents.beyond_damage() if isinstance(found.record, Chunk)][1]
+    content = bytearray(numbers.read_bytes())
+    content[second + 100] ^= 0xFF
+    numbers.write_bytes(content)
+    assert main(["bag", "verify", numbers.name]) == 3
+    said = capsys.readouterr().out.splitlines()[-1]
+    assert re.fullmatch(r"numbers.mcap: NOT RIGHT: \d+ of \d+ messages, those before the damage, were read", said)
+    assert main(["bag", "verify", numbers.name, "--json"]) == 3
+    told = json.loads(capsys.readouterr().out)
+    assert 0 < told["messages"] < told["there"] < 500
 
 
 def test_what_is_none(tmp_path, capsys):
