@@ -12,6 +12,7 @@ import os
 import select
 import selectors
 import sys
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeAlias
@@ -20,6 +21,8 @@ LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 
 _SELECT_LIMIT = 1024
 """The highest file descriptor that `select()` takes on Linux is one less."""
+_ANSWER_S = 0.4
+"""How soon a loop that goes on does what it is given, also where the machine is busy."""
 _ONE = (1).to_bytes(8, sys.byteorder)
 
 
@@ -31,6 +34,14 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
             return _WokenLoop(selector)
         selector.close()
     return _Loop(selectors.DefaultSelector())
+
+
+def answers(loop: asyncio.AbstractEventLoop) -> bool:
+    """Whether an event loop does what another thread gives it, and soon."""
+    answered = threading.Event()
+    with suppress(RuntimeError):  # it is closed
+        loop.call_soon_threadsafe(answered.set)
+    return answered.wait(_ANSWER_S)
 
 
 class _Loop(asyncio.SelectorEventLoop):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import anyio
 
 from busflow.errors import ExitCode
-from busflow.event_loop import LoopFactory, new_event_loop
+from busflow.event_loop import LoopFactory, answers, new_event_loop
 from busflow.garbage import collected_in_steps, look_at_everything
 from busflow.ingredients import What
 from busflow.launchfile.placement import placed
@@ -124,13 +124,19 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + graph.around_s + 0.1)
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.around_s)
     graph.on_restart.append(look_at_everything)
     if for_s is not None and graph.clock.kind == "system":
         graph.on_ready = partial(guard.end_after, for_s)
     with guard, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
+        guard.goes_on = partial(_goes_on, graph, runner.get_loop())
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
     return graph.exit_code
+
+
+def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:
+    """Whether a run gets to its end: its nodes are over, also while the disk holds up the loop, or the loop is free."""
+    return graph.has_finished or answers(loop) or graph.has_finished

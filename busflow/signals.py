@@ -2,7 +2,8 @@
 
 Python's own handlers run on the main thread, between two of its instructions, so a node stuck in a C call would
 keep them out. The operating system's signal is therefore written to a socket, and a thread of its own reads it: it
-asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal.
+asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal. What
+a run may take beyond its nodes' grace, for the end of a recording, is for one that gets so far.
 """
 
 from __future__ import annotations
@@ -45,9 +46,18 @@ def heeded() -> tuple[signal.Signals, ...]:
 class SignalGuard:
     """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
 
-    def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float) -> None:
+    def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float, around_s: float = 0.0) -> None:
+        """A guard of one run.
+
+        Args:
+            ask_to_stop: what the first signal does.
+            grace_s: what the run has for its nodes to stop.
+            around_s: what it has beyond that for what is around them, if it `goes_on`.
+        """
+        self.goes_on: Callable[[], bool] = bool
+        """Whether the run gets any further, asked on the guard's thread."""
         self._ask_to_stop = ask_to_stop
-        self._grace_s = grace_s
+        self._grace_s, self._around_s = grace_s, around_s
         self._before: dict[signal.Signals, Any] = {}
         self._before_fd = -1
         self._code = ExitCode.FAILED
@@ -111,32 +121,42 @@ class SignalGuard:
 
     def _watch(self) -> None:
         asked = limited = False
+        more_s = 0.0  # what the run has beyond the time that passes now
         with self._reader:
             while True:
                 try:
                     received = self._reader.recv(1)
                 except TimeoutError:
                     if limited:
-                        limited = False
+                        limited, more_s = False, self._around_s
                         self._reader.settimeout(self._grace_s)
-                        continue
-                    _end_process(self._code, f"the run did not end within {self._grace_s:g} s")
-                    return
+                    elif more_s and self.goes_on():
+                        self._reader.settimeout(more_s)
+                        more_s = 0.0
+                    else:
+                        self._end(more_s)
+                        return
+                    continue
                 if not received:
                     return
                 if received[0] == _LIMITED:
                     limited = True
                     self._reader.settimeout(self._limit_s)
                 elif received[0] == _ENDED:
-                    limited = False
-                    self._reader.settimeout(self._grace_s)
+                    limited, more_s = False, 0.0
+                    self._reader.settimeout(self._grace_s + self._around_s)
                 elif received[0] in CODES:  # a signal that is somebody else's wakes us too
-                    limited = False
+                    limited, more_s = False, self._around_s
                     self._reader.settimeout(self._grace_s)
                     if asked:
                         _end_process(self._code, "ended at once, at a second signal")
                     asked, self._code = True, CODES[signal.Signals(received[0])]
                     self._ask_to_stop(self._code)
+
+    def _end(self, saved_s: float) -> None:
+        """End the process; `saved_s` is what it was not given, since it would get no further."""
+        given_s = self._grace_s + self._around_s - saved_s
+        _end_process(self._code, f"the run did not end within {given_s:g} s")
 
 
 def _heed_nothing(_number: int, _frame: FrameType | None) -> None:

@@ -366,6 +366,16 @@ def test_a_run_that_is_blocked_says_nothing_in_time_is_still_seen_and_ends_at_ct
     assert runs() == []  # whoever looks next removes what is left of it
 
 
+def test_a_recording_gives_no_more_time_to_a_run_whose_nodes_do_not_stop(start, tmp_path):
+    recorded = BLOCKED.replace('inspect="blocked"', 'inspect="blocked", record=sys.argv[1]')
+    assert recorded != BLOCKED
+    blocked = start(recorded, str(tmp_path / "blocked.mcap"))
+    blocked.wait_for("ready")
+    code, log = blocked.end()
+    assert code == 130
+    assert "the run did not end within 0.85 s" in log
+
+
 @pytest.mark.parametrize("kind", ["SlowTimer", "SlowHandler", "SlowTask", "SlowRun"])
 def test_a_node_that_is_too_slow_keeps_no_other_from_its_stop(start, tmp_path, kind):
     (tmp_path / "slow.py").write_text(SLOW)
