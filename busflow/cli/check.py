@@ -48,6 +48,7 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
     with importing():
         from busflow.ingredients import is_simulated
         from busflow.launchfile.placement import placed
+        from busflow.launchfile.problems import in_order
         from busflow.runner import Graph
         from busflow.testing.expectations import expectation_problems
 
@@ -58,13 +59,14 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
             description, about_machines = _as_seen(description, machine)
             found += about_machines
         plan = Graph([description], strict=strict).plan()
-        found += [*plan.problems, *expectation_problems(description, plan.members)]
+        found += [*plan.problems, *(expectation_problems(description, plan.members) if plan.is_whole else ())]
         placement = placed(description)
         if (placement.others or placement.elsewhere) and not is_simulated(description):
             from busflow.processes.crossing import crossing_problems
 
             found += crossing_problems(plan, placement)
         found += _about_recording(description, apart=bool(placement.others or placement.elsewhere))
+        found = in_order(found, [str(each) for each in description.files])
     return found
 
 

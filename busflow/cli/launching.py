@@ -45,8 +45,14 @@ class Given:
             LaunchError: With every problem.
         """
         description, problems = self.examine(args)
-        if problems or description is None:
+        if description is None:
             raise LaunchError(problems)
+        if problems:
+            from busflow.launchfile.problems import in_order
+            from busflow.runner import Graph
+
+            files = [str(each) for each in description.files]
+            raise LaunchError(in_order([*problems, *Graph([description]).plan().errors], files))
         return description
 
     def examine(self, args: Mapping[str, object] | None = None) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:

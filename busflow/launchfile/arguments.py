@@ -91,13 +91,13 @@ def _bind(
         included = entry.origin.included_from
         fix = f"add `{name}:` to the `args` of the include" if included else f"add {name}:=<{keys.type}> to the command"
         message = f"the argument {name} has no value"
-        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)))
+        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)), doubt=None)
         found.broken.add(name)
         return
     value, wrong = _typed(argument, stated)
     found.known[name] = replace(argument, value=value)
     if wrong:
-        resolver.problems.add(*wrong)
+        resolver.problems.add(*wrong, doubt=None)
         found.broken.add(name)
 
 

@@ -13,6 +13,7 @@ from busflow.errors import InvalidName
 from busflow.launchfile.description import (
     Argument,
     ClockSpec,
+    Doubt,
     EndpointSpec,
     LaunchDescription,
     NodeSpec,
@@ -117,7 +118,7 @@ class Builder:
         if name is not None and name != MAIN and name not in self.keys.processes:
             fix = f"{did_you_mean(name, [MAIN, *self.keys.processes])}; or add it: processes: {{{name}: {{}}}}"
             origin = node.members["process"].origin
-            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin))
+            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin), doubt=None)
         return None if name == MAIN else name
 
     def _machine(self, stated: NodeKeys, node: Value) -> str | None:
@@ -128,14 +129,14 @@ class Builder:
         if stated.machine is not None and stated.machine != (process.machine or MAIN):
             text = f"the process {stated.process} is on the machine {process.machine or MAIN}, not on {stated.machine}"
             fix = f"write machine: {stated.machine} below processes: {stated.process}, or leave it out here"
-            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin))
+            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin), doubt=None)
         return None if process.machine == MAIN else process.machine
 
     def _known_machine(self, name: str | None, entry: Value) -> str | None:
         """A machine as an entry names it; None for the main one."""
         if name is not None and name != MAIN and name not in self.keys.machines:
             text, fix = unknown_machine(name, self.keys.machines)
-            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin))
+            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin), doubt=None)
         return None if name == MAIN else name
 
     def _processes(self) -> Iterator[ProcessSpec]:
@@ -143,7 +144,7 @@ class Builder:
             stated = self.keys.processes[name]
             if name == MAIN:
                 message, fix = "main is the process that busflow run itself is", "choose another name"
-                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)))
+                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)), doubt=None)
             elif self._named(_process_name_fault, "process name", name, value):
                 env = variables(value.members.get("env", value.without(())))
                 machine = self._known_machine(stated.machine, value)
@@ -167,16 +168,16 @@ class Builder:
             if not stated.when:
                 continue
             entry = value.members.get("qos")
-            qos = self._qos(entry) if entry is not None and entry.content is not None else QoS()
-            if self._named(names.full_topic_name_fault, "topic name", name, value) and qos is not None:
+            qos = (self._qos(entry) if entry is not None and entry.content is not None else None) or QoS()
+            if self._named(names.full_topic_name_fault, "topic name", name, value):
                 found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type, stated.history))
         return found
 
     def _endpoints(self, section: Mapping[str, Value]) -> list[EndpointSpec]:
         found: list[EndpointSpec] = []
         for topic, value in section.items():
-            qos = self._qos(value)
-            if self._topic(topic, value) and qos is not None:
+            qos = self._qos(value) or QoS()
+            if self._topic(topic, value):
                 found.append(EndpointSpec(topic, qos, value, key_origin(value)))
         return found
 
@@ -185,7 +186,7 @@ class Builder:
         for name, value in stated.items():
             if name in PRESETS:
                 message, fix = f"{name} is a built-in profile", "choose another name"
-                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)))
+                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)), doubt=Doubt.QOS)
             qos = self._qos(value)
             if qos is not None:
                 found[name] = qos
@@ -201,14 +202,14 @@ class Builder:
             if value.content not in self.part.tree.section("qos"):
                 message = f"there is no QoS profile {value.content}"
                 fix = did_you_mean(value.content, known)
-                self.problems.add(problem_at("unknown-profile", message, fix, value.origin))
+                self.problems.add(problem_at("unknown-profile", message, fix, value.origin), doubt=Doubt.QOS)
             return None
         data = cast("dict[str, Any]", value.data)
         found = qos_faults(data)
         if "qos" in data:
             without = "write the profile's name, or its fields, without `qos:`"
             found = [replace(fault, fix=without) if fault.path == ("qos",) else fault for fault in found]
-        self.problems.add(*problems(found, value, noun="key"))
+        self.problems.add(*problems(found, value, noun="key"), doubt=Doubt.QOS)
         return None if found else QoS.model_validate(data)
 
     def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from busflow.launchfile.member import Member
 
 
-def conflicts(members: Sequence[Member]) -> Iterator[Problem]:
-    """Nodes of one name, and topics and services whose ends do not fit together."""
+def conflicts(members: Sequence[Member], *, qos: bool = True) -> Iterator[Problem]:
+    """Nodes of one name, and topics and services whose ends do not fit together; in `qos` too, where it is known."""
     yield from _duplicate_names(members)
     yield from _type_conflicts(members)
-    yield from _qos_conflicts(members)
+    if qos:
+        yield from _qos_conflicts(members)
     yield from _service_conflicts(members)
 
 

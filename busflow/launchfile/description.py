@@ -41,6 +41,15 @@ class OnDrop(StrEnum):
     FAIL = "fail"
 
 
+class Doubt(StrEnum):
+    """What nobody can know of a graph until a mistake in its launch file is mended."""
+
+    NODES = "nodes"  # which there are, and by which names they meet
+    PLUGINS = "plugins"  # where they are
+    PARAMETERS = "parameters"  # which are stated
+    QOS = "qos"
+
+
 @dataclass(frozen=True, slots=True)
 class RecordSpec:
     """What is to be recorded of a run, and where."""
@@ -172,5 +181,6 @@ class LaunchDescription:
     shutdown_grace_s: float | None = None
     environment: Mapping[str, str] = field(default_factory=dict[str, str])  # variables that the files state
     warnings: tuple[Problem, ...] = ()  # what is not wrong, but probably not meant
+    doubts: frozenset[Doubt] = frozenset()  # what its mistakes leave open; without one, nothing
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from busflow.errors import KeyPath, LaunchError
+from busflow.launchfile.description import Doubt
 from busflow.launchfile.document import MAX_VALUES, Limits
 from busflow.launchfile.expression import Scope
 from busflow.launchfile.faults import key_origin, problem_at
@@ -83,6 +84,7 @@ class Expander:
         resolver = Resolver(self.scope, self.problems)
         variables = resolver.resolve(stated)
         if resolver.failed:
+            self.problems.doubts.add(Doubt.NODES)
             return
         lists = {name: each.content for name, each in variables.members.items() if isinstance(each.content, list)}
         if not lists or len(lists) < len(variables.members):

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from busflow.annotation import at, split
 from busflow.errors import Fault, KeyPath
+from busflow.launchfile.description import Doubt
 from busflow.launchfile.model import LaunchKeys, NodeKeys, Section
 from busflow.text import nearest, printable
 from busflow.validation import faults
@@ -152,3 +153,27 @@ def _type(value: object) -> str:
             return type(value).__name__
         case _:
             return "str"
+
+
+_NAMELESS = {"name", "args", "env", "clock", "seed", "record", "expect", "shutdown", "processes", "machines", "network"}
+"""Keys of a launch file that decide neither which nodes there are nor how they are connected."""
+_OWN = {"restart", "depends_on", "on_exit", "process", "machine"}
+"""The like of a node."""
+
+
+def doubt_about(path: KeyPath) -> Doubt | None:
+    """What is left open where what is at a path of a launch file is not known."""
+    steps = [str(step) for step in path]
+    while steps[:1] == ["groups"] and len(steps) > 2:  # whose keys are those of a file
+        steps = steps[2:]
+    head = steps[0] if steps else ""
+    if head in _NAMELESS or head == "profiles" or head.startswith("x-"):  # one that is chosen is in the file's own keys
+        return None
+    if head == "plugins":
+        return Doubt.PLUGINS
+    key = steps[1] if head == "defaults" and len(steps) > 1 else steps[2] if head == "nodes" and len(steps) > 2 else ""
+    if head in {"qos", "topics"} or key in {"publishers", "subscriptions"}:
+        return Doubt.QOS
+    if key in {"parameters", "parameters_from"}:
+        return Doubt.PARAMETERS
+    return None if key in _OWN else Doubt.NODES

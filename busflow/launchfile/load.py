@@ -16,13 +16,13 @@ from pathlib import Path
 from busflow.errors import Fault, KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
 from busflow.launchfile.build import Builder, variables
-from busflow.launchfile.description import Argument, LaunchDescription, PluginFolder
+from busflow.launchfile.description import Argument, Doubt, LaunchDescription, PluginFolder
 from busflow.launchfile.document import Doubled, Limits, read_file
 from busflow.launchfile.expand import Expander
 from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.groups import Flat, Included
-from busflow.launchfile.key_faults import key_faults, meant, wants_list
+from busflow.launchfile.key_faults import doubt_about, key_faults, meant, wants_list
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.misplaced import set_right
 from busflow.launchfile.model import LaunchKeys
@@ -163,11 +163,11 @@ class _Loader:
             if keys.nodes:
                 message, fix = "every node is left out by its `when`: there is nothing to run", None
             self.problems.add(problem_at("no-nodes", message, fix, root.origin))
-        return replace(description, warnings=tuple(self._unused_arguments()))
+        return replace(description, warnings=tuple(self._unused_arguments()), doubts=frozenset(self.problems.doubts))
 
     def _unused_arguments(self) -> Iterator[Problem]:
         """Arguments that no expression names: whoever gives them a value waits in vain for what it does."""
-        for root, scope in self._scopes:
+        for root, scope in self._scopes if Doubt.NODES not in self.problems.doubts else ():
             for name, entry in root.section("args").items():
                 if name not in scope.used:
                     message, fix = f"nothing uses the argument {name}", f"write ${{args.{name}}} where it is meant"
@@ -179,15 +179,21 @@ class _Loader:
         doubled: list[Place | None] = []  # the keys whose value is one of two
 
         def note(problem: Problem, first: Value) -> None:
-            self.problems.add(problem)
+            self.problems.add(problem, doubt=None)
             doubled.append(None if isinstance(first.content, dict) else first.key)
 
         root = self._read(path, entry, via, note)
         if root is None:
             return None
         root = set_right(root, self.problems)
+        unsure = [path for path, each in root.leaves() if each.key in doubled]
+        self._doubt(unsure)
         # Which plugin is meant is not known, and so nothing of what the node should have.
-        return _without(root, [at for at, each in root.leaves() if "plugin" in at[-1:] and each.key in doubled])
+        return _without(root, [path for path in unsure if path[-1:] == ("plugin",)])
+
+    def _doubt(self, paths: Iterable[KeyPath]) -> None:
+        """Note what is left open where what is at these paths is not known."""
+        self.problems.doubts |= {doubt for doubt in map(doubt_about, paths) if doubt is not None}
 
     def _read(
         self, path: Path, entry: Value | None, via: tuple[Place, ...], doubled: Doubled | None = None
@@ -206,7 +212,8 @@ class _Loader:
                 if problem.code == "unreadable-file":
                     place = entry.origin.place if entry is not None else None
                     beside = Path(place.file).parent if place is not None else None
-                    self._tell(problem.code, problem.message, _neighbour(path, beside), entry)
+                    doubt = Doubt.NODES if doubled is not None else Doubt.PARAMETERS  # a launch file, or not
+                    self._tell(problem.code, problem.message, _neighbour(path, beside), entry, doubt)
                 else:
                     self.problems.add(problem)
         return None
@@ -229,7 +236,9 @@ class _Loader:
         around = replace(around, env={**stated, **around.env}, chain=(*around.chain, path.resolve()))
         scope = replace(scope, env={**scope.env, **around.env})
         expander = Expander(scope, self.problems, self._limits)
-        tree = _without(*expander.expand(root.without(("args",)).without(("profiles",))))
+        tree, failed = expander.expand(root.without(("args",)).without(("profiles",)))
+        self._doubt(failed)
+        tree = _without(tree, failed)
         if "profiles" in root.members:
             tree = tree.with_member(("profiles",), readable(root.members["profiles"], scope, self._limits))
         if "args" in root.members:
@@ -280,7 +289,8 @@ class _Loader:
             if folder.is_dir():
                 found.append(PluginFolder(folder, value.origin))
             else:
-                self._tell("missing-folder", f"there is no folder {folder}", _neighbour(folder, path.parent), value)
+                fix = _neighbour(folder, path.parent)
+                self._tell("missing-folder", f"there is no folder {folder}", fix, value, doubt=Doubt.PLUGINS)
         return found
 
     def _completed(self, path: Path, node: Value, scope: Scope) -> Value:
@@ -324,15 +334,18 @@ class _Loader:
             # What is missing only because it was wrong and left out is told already.
             told = [fault for fault in faults if first or fault.code != "missing"]
             first = False
-            self.problems.add(*problems(_once(told, tree), tree, noun="key"))
+            self.problems.add(*problems(_once(told, tree), tree, noun="key"), doubt=None)
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
-            tree = _mended(tree, faults)
+            tree, lost = _mended(tree, faults)
+            self._doubt(lost)
 
-    def _tell(self, code: str, message: str, fix: str | None, entry: Value | None) -> None:
+    def _tell(
+        self, code: str, message: str, fix: str | None, entry: Value | None, doubt: Doubt | None = Doubt.NODES
+    ) -> None:
         """A problem at the value that names a file, or at no place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(Source.CALLER)
-        self.problems.add(problem_at(code, message, fix, origin))
+        self.problems.add(problem_at(code, message, fix, origin), doubt=doubt)
 
 
 def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
@@ -344,18 +357,21 @@ def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
     return list(found.values())
 
 
-def _mended(tree: Value, faults: Iterable[Fault]) -> Value:
-    """The tree without what is wrong; with what is surely meant in its place, that nothing is missing for a typo."""
+def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
+    """The tree without what is wrong, and where that was; with what is surely meant in its place."""
     wrong: list[KeyPath] = []
+    lost: list[KeyPath] = []
     for fault in faults:
         key, found = meant(fault), tree.nearest(fault.path)
-        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
-            tree = tree.with_member(path, found)
         if wants_list(fault) and isinstance(found.content, str):
             tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
+            continue
+        wrong.append(fault.path)
+        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
+            tree = tree.with_member(path, found)
         else:
-            wrong.append(fault.path)
-    return _without(tree, wrong)
+            lost.append(fault.path)
+    return _without(tree, wrong), lost
 
 
 def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:

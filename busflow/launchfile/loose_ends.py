@@ -9,6 +9,7 @@ from busflow import rosout
 from busflow.errors import Problem, Severity
 from busflow.launchfile.faults import problem_at
 from busflow.message import type_name
+from busflow.names import resolve
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -25,8 +26,10 @@ def loose_ends(members: Sequence[Member], topics: Sequence[TopicSpec], *, strict
         topics: what the launch file says of topics.
         strict: make what is missing an error.
     """
-    yield from _idle_topic_specs(members, topics)
-    yield from _one_ended_topics(members, strict=strict)
+    meant = [name for member in members for name in _unused_names(member)]
+    yield from _idle_topic_specs(members, [each for each in topics if each.topic not in meant])
+    if not meant:
+        yield from _one_ended_topics(members, strict=strict)
     yield from _unanswered_calls(members, strict=strict)
 
 
@@ -51,6 +54,14 @@ def idle_specs(member: Member) -> Iterator[Problem]:
         if rule.match not in member.runtime.used_remaps:
             text = f"the remap of {rule.match} matches no topic or service of {spec.full_name}"
             yield problem_at("unused-remap", text, did_you_mean(rule.match, written), rule.origin)
+
+
+def _unused_names(member: Member) -> Iterator[str]:
+    """What unused remaps of a node would call its topics, were they right."""
+    spec = member.spec
+    for rule in spec.remap if spec is not None else ():
+        if spec is not None and rule.match not in member.runtime.used_remaps:
+            yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
 
 
 def _idle_topic_specs(members: Sequence[Member], topics: Sequence[TopicSpec]) -> Iterator[Problem]:

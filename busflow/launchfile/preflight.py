@@ -16,11 +16,12 @@ from busflow import parameter_events, plugins
 from busflow.blame import blame
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
 from busflow.launchfile.conflicts import conflicts
-from busflow.launchfile.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.description import Doubt, EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.faults import parameter_problems, problem_at
 from busflow.launchfile.loose_ends import idle_specs, loose_ends
 from busflow.launchfile.member import Member
 from busflow.launchfile.placement import as_seen_from, idle_places
+from busflow.launchfile.problems import in_order
 from busflow.launchfile.supervision_checks import supervision_problems
 from busflow.launchfile.value import Source
 from busflow.node import Node, parameters_class
@@ -45,6 +46,8 @@ class Plan:
 
     members: list[Member] = field(default_factory=list[Member])
     problems: list[Problem] = field(default_factory=list[Problem])
+    is_whole: bool = True
+    """Whether all nodes of the graph are among the members, and known by their right names."""
 
     @property
     def errors(self) -> list[Problem]:
@@ -72,33 +75,40 @@ class Preflight:
             plan.problems += description.warnings
             for spec in description.nodes:
                 told = len(plan.problems)
-                self._add(plan, spec, topics)
+                self._add(plan, spec, topics, description.doubts)
                 plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
         for node, supervision in nodes:
             self._declare(plan, Member(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
-        plan.problems += conflicts(plan.members)
+        doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
+        plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
         for member in plan.members:
             plan.problems += idle_specs(member)
         plan.problems += idle_places(descriptions)
-        if len(plan.members) == len(nodes) + sum(len(each.nodes) for each in descriptions):
+        number = len(nodes) + sum(len(each.nodes) for each in descriptions)
+        plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
+        if plan.is_whole:
             # Of a node that could not be built nobody knows what it publishes: the others are not to blame.
             plan.problems += loose_ends(plan.members, topics, strict=self.strict)
             plan.problems += supervision_problems(plan.members)
+        plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
 
-    def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec]) -> None:
+    def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec], doubts: frozenset[Doubt]) -> None:
         """Load a node's plugin and build the node with its parameters."""
         try:
             node_class = plugins.load(spec.plugin, spec.folders)
         except PluginError as error:
-            plan.problems.append(_at_plugin(error.problem, spec))
+            if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
+                plan.problems.append(_at_plugin(error.problem, spec))
             return
         try:
             data = cast("Mapping[str, object]", spec.parameters.data)
             parameters = validate(parameters_class(node_class), data)
         except InvalidParameter as error:
-            plan.problems += parameter_problems(error, spec)
+            told = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+            plan.problems += parameter_problems(InvalidParameter(told), spec)
+            self._stand_in(plan, spec, node_class, error, topics)
             return
         except BusflowError as error:
             plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
@@ -107,6 +117,23 @@ class Preflight:
         node = _guarded(plan, spec, f"{spec.full_name} cannot be built", build)
         if node is not None:
             self._declare(plan, Member(node, spec.plugin, spec, spec.supervision), topics)
+
+    def _stand_in(
+        self, plan: Plan, spec: NodeSpec, node_class: type[Node], error: InvalidParameter, topics: Sequence[TopicSpec]
+    ) -> None:
+        """Build a node without its wrong parameters, where they decide nothing about how it is connected."""
+        if node_class.declare is not Node.declare or node_class.__init__ is not Node.__init__:
+            return
+        right = spec.parameters.without_any(fault.path for fault in error.faults)
+        try:
+            parameters = validate(parameters_class(node_class), cast("Mapping[str, object]", right.data))
+        except BusflowError:
+            return
+        aside = Plan()  # what else is wrong with it may be wrong only without them
+        node = _guarded(aside, spec, "", lambda: node_class(parameters, name=spec.name))
+        if node is not None:
+            self._declare(aside, Member(node, spec.plugin, spec, spec.supervision), topics)
+        plan.members += aside.members
 
     def _declare(self, plan: Plan, member: Member, topics: Sequence[TopicSpec]) -> None:
         """Give a node its surroundings and let it declare its endpoints."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from busflow.errors import LaunchError, Problem, Severity
+from busflow.launchfile.description import Doubt
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -19,17 +20,20 @@ class Problems:
 
     def __init__(self) -> None:
         self._found: list[Problem] = []
+        self.doubts: set[Doubt] = set()
+        """What they leave open."""
 
     def __bool__(self) -> bool:
         return bool(self._found)
 
-    def add(self, *problems: Problem) -> None:
-        """Keep problems, each one once.
+    def add(self, *problems: Problem, doubt: Doubt | None = Doubt.NODES) -> None:
+        """Keep problems, each one once, and what they leave open.
 
         Raises:
             LaunchError: There are too many.
         """
         self._found += [each for each in dict.fromkeys(problems) if each not in self._found]
+        self.doubts |= {doubt} if problems and doubt is not None else set()
         if len(self._found) > MOST:
             raise LaunchError([])
 
@@ -40,19 +44,33 @@ class Problems:
             yield
         except LaunchError as error:
             self._found += error.problems
+            self.doubts.add(Doubt.NODES)
 
     def sorted(self, files: Iterable[str]) -> tuple[Problem, ...]:
-        """The problems by file, in this order, and line; those of no file first."""
-        order = {file: index for index, file in enumerate(files)}
-
-        def position(problem: Problem) -> tuple[int, int, int]:
-            place = problem.place
-            return (order.get(place.file, -1), place.line, place.column) if place else (-1, 0, 0)
-
-        found = sorted(self._found[:MOST], key=position)
+        """The problems in the order of these files, up to a number that still helps."""
+        found = list(in_order(self._found[:MOST], tuple(files)))
         if len(self._found) > MOST:
             found.append(Problem("more-problems", f"there are more than {MOST} problems", "begin with these"))
         return tuple(found)
+
+
+def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
+    """Problems by file, in this order, and line, each once: those of no file first, those in nodes' code last.
+
+    What is wrong in a node's code stands where its launch file names the node.
+    """
+
+    def position(problem: Problem) -> tuple[int, int, int]:
+        places = [each for each in (problem.place, *problem.included_from) if each is not None]
+        for place in places:
+            if place.file in files:
+                return files.index(place.file), place.line, place.column
+        if not places:
+            return -1, 0, 0
+        return len(files) if places[0].file.endswith(".py") else -1, places[0].line, places[0].column
+
+    found = list(problems)
+    return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
 
 
 def tell(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:

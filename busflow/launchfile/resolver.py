@@ -48,7 +48,7 @@ class Resolver:
             data, through = Template(value, content, self.scope, as_text=as_text).evaluate()
         except LaunchError as error:
             self.failed.add(path)
-            self.problems.add(*error.problems)
+            self.problems.add(*error.problems, doubt=None)  # who leaves out what has failed knows
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
@@ -58,7 +58,7 @@ class Resolver:
         stated = Value(key, key_origin(value))
         if not self.scope.each:
             message, fix = "a key cannot hold an expression", "write it out; only below for_each keys hold expressions"
-            self.problems.add(problem_at("expression", message, fix, stated.origin))
+            self.problems.add(problem_at("expression", message, fix, stated.origin), doubt=None)
             self.failed.add((*path, key))
             return key
         found = self.resolve(stated, (*path, key), as_text=True).content

@@ -380,3 +380,71 @@ def test_a_certificate_that_is_not_here_is_an_error_only_where_it_would_be_neede
 def test_a_machine_that_is_not_there_is_an_error(capsys: Captured):
     assert main(["check", "talk.yaml", "--machine", "amr"]) == 3
     assert "talk has no machine amr" in capsys.readouterr().out
+
+
+def told(capsys: Captured) -> list[str]:
+    """The errors and warnings of a report, without the name of the file."""
+    return [
+        line.removeprefix("talk.yaml:")
+        for line in capsys.readouterr().out.splitlines()
+        if ": error:" in line or ": warning:" in line
+    ]
+
+
+def test_what_a_wrong_parameter_or_profile_leaves_known_is_told_with_it_in_the_order_of_the_file(capsys: Captured):
+    replace(
+        "plugin: talker\n", "plugin: talker\n    remap: {nmbers: x}\n    publishers: {numbers: loud, nubers: loud}\n"
+    )
+    replace('rate_hz: "${args.rate_hz}"', "rate_hz: fast")
+    replace("plugin: listener\n", "plugin: listener\n    subscriptions: {numbrs: {depth: 0}}\n")
+    with Path("talk.yaml").open("a") as file:
+        file.write("topics:\n  /nmbrs: {qos: sensr}\n")
+    assert main(["check", "talk.yaml"]) == 3
+    errors = [line for line in told(capsys) if "warning" not in line]
+    assert [int(line.partition(":")[0]) for line in errors] == [8, 9, 9, 9, 10, 13, 13, 15, 15]
+    assert "the remap of nmbers matches no topic" in errors[0]
+    assert [("no QoS profile loud" in line, "does not publish nubers" in line) for line in errors[1:4]].count(
+        (True, False)
+    ) == 2
+    assert "rate_hz must be a number" in errors[4]
+    assert "does not subscribe to numbrs" in errors[5]
+    assert "depth must be at least 1" in errors[6]
+    assert "no node publishes or receives the topic /nmbrs" in errors[7]
+    assert main(["run", "talk.yaml"]) == 2
+    assert [
+        line.removeprefix("talk.yaml:") for line in capsys.readouterr().err.splitlines() if ": error:" in line
+    ] == errors
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("nodes:", "include: none.yaml\nnodes:"),  # what it holds nobody knows
+        ("plugin: talker\n", "plugin: talker\n    namespace: ${args.side}\n"),
+        ("plugin: talker\n", 'plugin: talker\n    remap: {numbers: "${args.side}"}\n'),
+        ("plugin: talker\n", "plugin: talker\n    remap: {nmbers: other}\n"),
+        ("plugin: talker\n", "plugin: talker\n    plugin: listener\n"),
+        ("plugin: talker\n", 'plugin: talker\n    for_each: {n: "${args.side}"}\n'),
+        ("plugins: [plugins]", "plugins: [plugns]"),
+        ("  talker:\n", "  talker:\n    when: ${args.side}\n"),
+        ("  talker:\n", "  tal-ker:\n"),
+    ],
+)
+def test_nothing_is_told_that_would_vanish_with_the_first_mistake(old: str, new: str, capsys: Captured):
+    replace(old, new)
+    replace("plugin: listener\n", "plugin: listener\n    depends_on: {talker: started}\n    remap: {numbers: other}\n")
+    with Path("talk.yaml").open("a") as file:
+        file.write("topics:\n  /other: {qos: sensor_data}\nexpect: {topics: {/other: {max_dropped: 1}}}\n")
+    assert main(["check", "talk.yaml"]) == 3
+    assert len(told(capsys)) == 1
+
+
+@pytest.mark.parametrize("stated", ["parameters: {limit: '${args.lmit}'}", "parameters_from: none.yaml"])
+def test_a_parameter_that_was_stated_in_vain_is_not_missing(stated: str, capsys: Captured):
+    Path("plugins/needy.py").write_text(
+        "from busflow import Node, Parameters\n\n\nclass NeedyParameters(Parameters):\n    limit: float\n\n\n"
+        "class Needy(Node):\n    parameters: NeedyParameters\n"
+    )
+    replace("plugin: listener\n", f"plugin: listener\n  needy:\n    plugin: needy\n    {stated}\n")
+    assert main(["check", "talk.yaml"]) == 3
+    assert len(told(capsys)) == 1
