@@ -29,6 +29,8 @@ _MAX = 2**63 - 1
 
 perf_counter = time.perf_counter
 """Wall time that work is budgeted by and measured with; never decides anything in simulated time."""
+monotonic = time.monotonic
+"""What an event loop on real time counts its deadlines by."""
 
 
 def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem
-from busflow.event_loop import LoopFactory, new_event_loop
+from busflow.event_loop import LoopFactory
 from busflow.ingredients import What, described, is_simulated
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.here import on_machine
 from busflow.launchfile.placement import placed
 from busflow.log import console_sink
+from busflow.loop_choice import LoopName, chosen_loop
 from busflow.program import inspectable, recorded, run_graph
 from busflow.runner import Graph
 from busflow.watchdog import BOUND_S
@@ -35,6 +36,7 @@ def run(
     record: Wanted | None = None,
     one_process: bool = False,
     machine: str | None = None,
+    event_loop: LoopName = "busflow",
 ) -> ExitCode:
     """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
 
@@ -42,7 +44,8 @@ def run(
     may give, unless it is False.
     There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
     launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
-    machines, what it places on `machine` runs, or what it places on none.
+    machines, what it places on `machine` runs, or what it places on none. Each process has an
+    event loop of its own, which is busflow's or, on real time, "uvloop" (an extra).
     A failure is told on standard error, as `busflow run` tells it.
 
     Raises:
@@ -52,8 +55,10 @@ def run(
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
     descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
     sink = console_sink(sys.stderr, colour=False)
+    simulated = any(map(is_simulated, descriptions))
+    new_loop = chosen_loop(event_loop, simulated=simulated)
     with _stated(descriptions):
-        if any(map(is_simulated, descriptions)):
+        if simulated:
             from busflow.testing.simulation import simulated_graph
 
             show = None if inspect is False else partial(inspectable, name=inspect)
@@ -66,9 +71,10 @@ def run(
         spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
         graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
         if not spread or one_process:
-            return _told(inspectable(recorded(graph, record), inspect), new_event_loop)
+            return _told(inspectable(recorded(graph, record), inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
-        return _told(graph, new_event_loop, _manned(graph, spread[0], inspect, outer, args or {}, record))
+        crew = _manned(graph, spread[0], inspect, outer, args or {}, record, event_loop)
+        return _told(graph, new_loop, crew)
 
 
 def _manned(
@@ -78,6 +84,7 @@ def _manned(
     outer: Mapping[str, str],
     args: Mapping[str, object],
     record: Wanted | None,
+    event_loop: LoopName,
 ) -> Crew:
     """The other processes of a graph, which end with it."""
     from busflow.processes.crew import Crew  # which needs Zenoh, as its members do
@@ -88,6 +95,7 @@ def _manned(
     more: dict[str, Any] = {
         "network": spread.network if spread.here is not None else None,
         "record": spec_of(record, spread.record),
+        "event_loop": event_loop,
     }
     return Crew(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
 

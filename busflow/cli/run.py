@@ -51,6 +51,13 @@ Examples:
     callback=duration_or_off,
     help="Name a handler that blocks the event loop for longer; or off.",
 )
+@click.option(
+    "--event-loop",
+    type=click.Choice(["busflow", "uvloop"]),
+    default="busflow",
+    show_default=True,
+    help="The event loop of every process of the run; uvloop is an extra.",
+)
 @click.option("--machine", metavar="NAME", help="Run what FILE places on this machine; else what it places on none.")
 @click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: each node in its own.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")

@@ -16,12 +16,13 @@ import click
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed
-from busflow.event_loop import LoopFactory, new_event_loop
+from busflow.event_loop import LoopFactory
 from busflow.ingredients import is_simulated
 from busflow.launchfile.description import RecordSpec
 from busflow.launchfile.here import on_machine
 from busflow.launchfile.placement import Spread, placed
 from busflow.log import console_sink, json_sink
+from busflow.loop_choice import chosen_loop
 from busflow.program import inspectable, recorded, run_graph
 from busflow.runner import Graph
 from busflow.watch import Watch
@@ -52,6 +53,7 @@ class Run:
         name: str | None = None,
         watchdog_s: float | None = None,
         watch: bool = False,
+        event_loop: str = "busflow",
     ) -> None:
         """A run whose log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
@@ -69,6 +71,7 @@ class Run:
         self._name = name or description.name
         self._record = _record_spec(description.record, record, record_topics)
         self._simulated = sim or is_simulated(description)
+        self._event_loop, self._new_loop = event_loop, chosen_loop(event_loop, simulated=self._simulated)
         # So is one in several processes, which have no time in common but the system's.
         self._placement = placed(description, Spread.ONE if self._simulated else Spread(spread))
         self._crew: Crew | None = None
@@ -110,12 +113,12 @@ class Run:
         # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
         # /clock lasts as long as whoever says what time it is.
         if self._spreads:
-            return nullcontext((self._manned(), new_event_loop))
+            return nullcontext((self._manned(), self._new_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
                 Watch(graph, self._description, partial(self._given.read, self._outer))
-            return nullcontext((inspectable(graph, self._inspect), new_event_loop))
+            return nullcontext((inspectable(graph, self._inspect), self._new_loop))
         from busflow.testing.simulation import simulated_graph
 
         show = None if self._inspect is False else partial(inspectable, name=self._inspect)
@@ -141,6 +144,7 @@ class Run:
             outer=self._outer,
             network=network,
             record=self._record,
+            event_loop=self._event_loop,
         )
         return graph
 

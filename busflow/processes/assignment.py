@@ -48,6 +48,8 @@ class Assignment:
     """The launch file's arguments, where no command line gives them."""
     memory: Memory
     """What its nodes were told in a life before."""
+    event_loop: str
+    """The name of the one that it has, as all processes of the run."""
     record: Mapping[str, Any] | None = None
     """What it is to record, as the words of a `Share`."""
 

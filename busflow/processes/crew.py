@@ -58,6 +58,7 @@ class Crew:
         args: Mapping[str, object] | None = None,
         network: NetworkSpec | None = None,
         record: RecordSpec | None = None,
+        event_loop: str = "busflow",
     ) -> None:
         """A crew that is started with the graph of the main process.
 
@@ -70,6 +71,7 @@ class Crew:
             args: the launch file's arguments that a program gave, and no command line.
             network: the machines of the run, where there are several.
             record: what each process is to record of itself.
+            event_loop: the name of the one that each process has.
 
         Raises:
             LaunchError: the graph cannot run in these processes, with every problem.
@@ -77,7 +79,7 @@ class Crew:
         """
         gc.freeze()  # as its members do, and for the same reason: a run ends within a second, on a busy machine too
         self._graph, self._name, self._outer, self._args = graph, name, outer, dict(args or {})
-        self._log = graph.log.bind("busflow")
+        self._event_loop, self._log = event_loop, graph.log.bind("busflow")
         plan = graph.plan()
         plan.problems += crossing_problems(plan, placement)
         if plan.errors:
@@ -94,12 +96,12 @@ class Crew:
         ]
         self._by_name = {member.name: member for member in self.members}
         self._shortcomings: list[str] = []  # of a recording that was to have none
-        self._directory: RunDirectory | None = None
-        self._membership: Membership | None = None
         self._take_part(graph)
 
     def _take_part(self, graph: Graph) -> None:
         """Begin and end with the graph of the main process."""
+        self._directory: RunDirectory | None = None
+        self._membership: Membership | None = None
         self._kill_s = _KILL_S
         if self._recording is not None:
             from busflow.recording.spool import LAST_WORDS_S
@@ -289,6 +291,7 @@ class Crew:
             path=tuple(sys.path),
             memory=member.memory,
             args=self._args,
+            event_loop=self._event_loop,
             record=self._recording.share(member.name).as_words() if self._recording else None,
         ).line()
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
+from busflow.loop_choice import chosen_loop
 from busflow.processes.assignment import Assignment
 from busflow.processes.memory import tell_changes
 from busflow.processes.voice import Voice
@@ -158,7 +159,7 @@ def _run(graph: Graph, assignment: Assignment, voice: Voice) -> ExitCode:
     graph.on_start.append(membership.begin)
     graph.on_end.append(membership.close)
     graph.around.append(together())
-    return run_graph(graph)
+    return run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
 
 
 async def _tell_how_it_stands(graph: Graph, voice: Voice) -> None:

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,8 @@ BUSFLOW = [sys.executable, "-m", "busflow"]
 pytestmark = pytest.mark.usefixtures("project")
 
 Captured = pytest.CaptureFixture[str]
+
+NEEDS_UVLOOP = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed")
 
 
 def test_a_run_logs_to_standard_error_and_ends_with_a_table(capsys: Captured):
@@ -218,11 +221,14 @@ class Talker(Node):
 """
 
 
-@pytest.mark.parametrize("watchdog", ["100ms", "off"])
-def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captured, watchdog: str):
+@pytest.mark.parametrize(
+    ("watchdog", "loop"),
+    [("100ms", "busflow"), ("off", "busflow"), pytest.param("100ms", "uvloop", marks=NEEDS_UVLOOP)],
+)
+def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captured, watchdog: str, loop: str):
     Path("plugins/talker.py").write_text(FRAGILE)
     Path("fragile.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker, restart: on-failure}}\n")
-    arguments = ["fragile.yaml", "--for", "1s", "--watchdog", watchdog, "--report", "run.json"]
+    arguments = ["fragile.yaml", "--for", "1s", "--watchdog", watchdog, "--event-loop", loop, "--report", "run.json"]
     assert main(["run", *arguments]) == 0
     captured, report = capsys.readouterr(), json.loads(Path("run.json").read_text())
     assert "/talker: failed once and was started anew once; the last time it failed in Talker.talk" in captured.out
@@ -231,6 +237,19 @@ def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captu
     told = "timer talk blocked the event loop once" in captured.out
     assert told == ("plugins/talker.py:18 in talk" in captured.err) == (watchdog != "off")
     assert [each["handler"] for each in report["blocks"]] == (["timer talk"] if told else [])
+
+
+@pytest.mark.parametrize("simulated", [True, False], ids=["simulated time", "not installed"])
+def test_an_event_loop_that_cannot_be_had_is_told_before_the_run(
+    capsys: Captured, monkeypatch: pytest.MonkeyPatch, simulated: bool
+):
+    monkeypatch.setitem(sys.modules, "uvloop", None)
+    arguments = ["--event-loop", "uvloop", "--report", "run.json", *(["--sim"] if simulated else [])]
+    assert main(["run", "talk.yaml", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert (out, Path("run.json").exists()) == ("", False)
+    assert ("simulated time has an event loop of its own" in err) is simulated
+    assert ("pip install 'busflow[uvloop]'" in err) is not simulated
 
 
 def test_a_watchdog_s_bound_is_a_duration_or_off(capsys: Captured):

@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -78,6 +80,13 @@ NODES = {
 }
 
 
+def on_each_loop(name: str, *told: str) -> list[Any]:
+    """A node on busflow's own event loop, and on the other one that a run may have; and what is told of it."""
+    missing = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed")
+    other = (name, "--event-loop", "uvloop")
+    return [pytest.param(name, *told, id=name), pytest.param(other, *told, id=f"{name}-uvloop", marks=missing)]
+
+
 class Terminal:
     """A `busflow run` in a terminal of its own."""
 
@@ -130,7 +139,7 @@ def take_terminal() -> None:
 def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
     name, *options = request.param if isinstance(request.param, tuple) else (request.param,)
     (tmp_path / "plugins").mkdir()
-    imports = "import asyncio\nimport signal\nimport time\nfrom busflow import Node, timer\n"
+    imports = "import asyncio, signal, time\nfrom busflow import Node, timer\n"
     code = f"{imports}\nclass Plugin(Node):\n{NODES[name]}"
     (tmp_path / "plugins" / f"{name}.py").write_text(code.replace("\n    ", "\n"))
     (tmp_path / "launch.yaml").write_text(f"plugins: [plugins]\nnodes:\n  {name}:\n    plugin: {name}\n")
@@ -141,7 +150,7 @@ def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Termina
     os.close(opened.mine)
 
 
-@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+@pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
 def test_ctrl_c_stops_the_nodes_and_shows_what_became_of_every_message(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.press_ctrl_c()
@@ -151,7 +160,7 @@ def test_ctrl_c_stops_the_nodes_and_shows_what_became_of_every_message(terminal:
     assert "Traceback" not in terminal.shown
 
 
-@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+@pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
 def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGTERM)
@@ -159,7 +168,7 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
     assert "closed the device" in terminal.shown
 
 
-@pytest.mark.parametrize("terminal", ["polite"], indirect=True)
+@pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
 def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGHUP)
@@ -174,7 +183,7 @@ def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
         ("asleep", "plugins/asleep.py:"),
         ("slow_to_stop", "/slow_to_stop did not stop within 0.75 s, and is given up"),
         ("thread", "exit code 130"),
-        ("pool", "exit code 130"),
+        *on_each_loop("pool", "exit code 130"),
         ("starting", "exit code 130"),
     ],
     indirect=["terminal"],
@@ -211,7 +220,7 @@ def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
     assert "Traceback" not in terminal.shown
 
 
-@pytest.mark.parametrize("terminal", ["own_signal"], indirect=True)
+@pytest.mark.parametrize("terminal", on_each_loop("own_signal"), indirect=True)
 def test_a_node_s_own_signal_neither_ends_the_run_nor_keeps_ctrl_c_from_it(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGUSR1)

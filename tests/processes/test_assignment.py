@@ -26,6 +26,7 @@ WHOLE = Assignment(
     watchdog_s=None,
     tells_at_end=True,
     path=("", "/plugins"),
+    event_loop="uvloop",
     args={"rate_hz": 50.0, "name": "é\x1b"},
     memory=Memory({"/a": {"values": {"x": float("inf")}, "set": ["x"], "times": 1}}, {"/a": 2}),
 )
