@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from busflow.errors import Problem
+from busflow.errors import Place, Problem
 from busflow.launchfile.description import PluginFolder
 from busflow.launchfile.faults import key_origin, problem_at
 from busflow.launchfile.problems import Problems
@@ -90,10 +91,13 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
 
 def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
     """Two files that one file includes: they must not differ in what the file itself leaves open."""
-    for key, node in second.nodes.members.items():
-        if key in first.nodes.members:
-            problems.add(duplicate(key, node, first.nodes.members[key]))
-    for path, value in second.tree.leaves():
+    twice = {
+        key: (node, first.nodes.members[key])
+        for key, node in second.nodes.members.items()
+        if key in first.nodes.members
+    }
+    problems.add(*_brought_twice(twice, len(own.tree.origin.included_from) + 1))
+    for path, value in second.tree.leaves() if not twice else ():  # with a namespace they may agree
         other = first.tree.find(path)
         is_open = path[:1] != ("nodes",) and own.tree.find(path) is None
         if is_open and other is not None and other.data != value.data:
@@ -101,6 +105,27 @@ def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
             fix = "state it in the file that includes both"
             problems.add(problem_at("include-conflict", message, fix, value.origin))
     return _laid(first, second)
+
+
+def _brought_twice(nodes: Mapping[str, tuple[Value, Value]], depth: int) -> Iterator[Problem]:
+    """Nodes that two includes of a file bring, told once where the later one stands."""
+    found: dict[tuple[tuple[Place, ...], Place], list[str]] = {}
+    for name, (second, first) in nodes.items():
+        here, there = second.origin.included_from[-depth:], first.origin.included_from[-depth:]
+        if here and there:
+            found.setdefault((here, there[0]), []).append(name)
+    for (here, there), names in found.items():
+        place = here[0]
+        file = place.excerpt[place.column - 1 :][: place.width]
+        which = f"{names[0]} and {len(names) - 1} more" if len(names) > 1 else names[0]
+        message = f"two includes bring the node {which}; the first is {there}"
+        fix = f"give one of the includes a namespace: {{file: {file}, namespace: left}}"
+        if there == place:  # a for_each
+            message, fix = (
+                f"this include brings the node {which} several times",
+                "namespace: ${each.…} tells them apart",
+            )
+        yield Problem("duplicate-node", message, fix, place, included_from=here[1:])
 
 
 def overlaid(included: Part, own: Part, problems: Problems) -> Part:

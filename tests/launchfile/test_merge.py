@@ -33,7 +33,7 @@ def test_the_including_file_decides_where_its_includes_disagree(folder):
 
 def test_one_file_included_twice_needs_two_namespaces(folder):
     folder.write(TALKER, "a.yaml")
-    assert "two entries are the node talker" in folder.report("include: [a.yaml, a.yaml]\n")
+    assert "two includes bring the node talker" in folder.report("include: [a.yaml, a.yaml]\n")
     found = folder.load("include: [a.yaml, {file: a.yaml, namespace: left}]\n")
     assert [each.full_name for each in found.nodes] == ["/talker", "/left/talker"]
 
