@@ -115,6 +115,7 @@ def run_graph(
     """
 
     async def main() -> None:
+        guard.hear_first()
         await graph.start()
         settle()
         if for_s is not None:

@@ -16,6 +16,7 @@ import sysconfig
 import threading
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -59,7 +60,7 @@ class SignalGuard:
         self._ask_to_stop = ask_to_stop
         self._grace_s, self._around_s = grace_s, around_s
         self._before: dict[signal.Signals, Any] = {}
-        self._before_fd = -1
+        self._before_fd = self._loop_fd = -1
         self._code = ExitCode.FAILED
         self._limit_s = 0.0
 
@@ -96,6 +97,16 @@ class SignalGuard:
             signal.signal(number, before)
         self._before.clear()
         self._writer.close()  # the guard's thread reads the end and returns
+
+    def hear_first(self) -> None:
+        """Be told of signals before the event loop that runs now, if that had them told to itself; it is told next.
+
+        The system writes to one place alone, which has to be read while a node keeps the loop from reading.
+        """
+        if self._before:
+            loop_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+            if loop_fd not in {-1, self._writer.fileno()}:
+                self._loop_fd = os.dup(loop_fd)  # whose number is somebody else's once the loop has ended
 
     def end_after(self, seconds: float) -> None:
         """Start the countdown by itself after a time that the run is given, whatever blocks it then."""
@@ -137,6 +148,7 @@ class SignalGuard:
                         self._end(more_s)
                         return
                     continue
+                self._tell_loop(received)
                 if not received:
                     return
                 if received[0] == _LIMITED:
@@ -152,6 +164,12 @@ class SignalGuard:
                         _end_process(self._code, "ended at once, at a second signal")
                     asked, self._code = True, CODES[signal.Signals(received[0])]
                     self._ask_to_stop(self._code)
+
+    def _tell_loop(self, received: bytes) -> None:
+        """Pass on what was received, the end of it all too."""
+        if self._loop_fd >= 0:
+            with suppress(OSError):  # it has ended, or has more to read than it takes
+                os.write(self._loop_fd, received) if received else os.close(self._loop_fd)
 
     def _end(self, saved_s: float) -> None:
         """End the process; `saved_s` is what it was not given, since it would get no further."""

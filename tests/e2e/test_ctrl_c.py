@@ -46,6 +46,15 @@ NODES = {
             self.log.info("ticking")
             time.sleep(3600)
     """,
+    "deaf": """
+        @timer(0.01)
+        def tick(self) -> None:
+            threading.Timer(0.1, self.log.info, ["ticking"]).start()
+            libc, lock = ctypes.CDLL(None), ctypes.create_string_buffer(128)
+            libc.pthread_mutex_init(lock, None)
+            libc.pthread_mutex_lock(lock)
+            libc.pthread_mutex_lock(lock)  # for ever, in C, which no signal ends
+    """,
     "slow_to_stop": """
         @timer(0.01)
         def tick(self) -> None:
@@ -139,7 +148,7 @@ def take_terminal() -> None:
 def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Terminal]:
     name, *options = request.param if isinstance(request.param, tuple) else (request.param,)
     (tmp_path / "plugins").mkdir()
-    imports = "import asyncio, signal, time\nfrom busflow import Node, timer\n"
+    imports = "import asyncio, ctypes, signal, threading, time\nfrom busflow import Node, timer\n"
     code = f"{imports}\nclass Plugin(Node):\n{NODES[name]}"
     (tmp_path / "plugins" / f"{name}.py").write_text(code.replace("\n    ", "\n"))
     (tmp_path / "launch.yaml").write_text(f"plugins: [plugins]\nnodes:\n  {name}:\n    plugin: {name}\n")
@@ -181,6 +190,7 @@ def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
     [
         ("busy", "plugins/busy.py:"),
         ("asleep", "plugins/asleep.py:"),
+        *on_each_loop("deaf", "plugins/deaf.py:"),
         ("slow_to_stop", "/slow_to_stop did not stop within 0.75 s, and is given up"),
         ("thread", "exit code 130"),
         *on_each_loop("pool", "exit code 130"),
