@@ -2,45 +2,93 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from busflow.cli.importing import importing
-from busflow.cli.launching import Given, launch_file
+from busflow.cli.launching import Given, launch_file, refuse_other_kinds
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
+from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
 
+_YAML = re.compile(r"\.ya?ml$")
 _EXAMPLES = """\b
 Examples:
   busflow check configs/lab1.yaml
   busflow check configs/lab1.yaml rate_hz:=50 --strict --json
+  busflow check configs/*.yaml
   busflow check configs/lab1_machines.yaml --machine arm"""
 
 
 @click.command(epilog=_EXAMPLES)
-@launch_file()
+@launch_file(rest="[FILE | NAME:=VALUE]...")
 @click.option("--machine", metavar="NAME", help="Look at it as this machine of the file would run it.")
 @click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option("-v", "--verbose", is_flag=True, help="Tell of publishers that nobody hears, too.")
 def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:
-    """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is."""
+    """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is.
+
+    Of several files each is looked at alone; NAME:=VALUE is for those that have such an argument.
+    """
     from busflow.cli.output import print_json, print_problems
 
-    found = _problems(given, machine, strict=strict)
-    failed = any(each.severity is Severity.ERROR for each in found)
-    told = [each for each in found if verbose or each.severity is not Severity.INFO]
+    files = _files(given)
+    reports: list[dict[str, object]] = []
+    failed = False
+    for each in files:
+        with click.Context(click.get_current_context().command):  # what a file states of the environment ends with it
+            found = _problems(each, machine, strict=strict)
+        is_wrong = any(problem.severity is Severity.ERROR for problem in found)
+        failed = failed or is_wrong
+        told = [problem for problem in found if verbose or problem.severity is not Severity.INFO]
+        reports.append(
+            {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in told]}
+        )
+        if not as_json:
+            print_problems(told)
+            click.echo(f"{printable(each.file)}: {_count(told)}" if len(files) > 1 else _count(told))
     if as_json:
-        print_json({"file": str(given.file), "ok": not failed, "problems": [each.as_json() for each in told]})
-    else:
-        print_problems(told)
-        click.echo(_count(told))
+        print_json({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
     return ExitCode.DIFFERENT if failed else ExitCode.OK
+
+
+def _files(given: Given) -> list[Given]:
+    """Each of the files that are given, with the arguments that it has; the first one with those that none has."""
+    more = [each for each in given.assignments if ":=" not in each and (_YAML.search(each) or Path(each).is_file())]
+    if not more:
+        return [given]
+    assignments = [each for each in given.assignments if each not in more]
+    files = [given.file, *map(Path, more)]
+    for file in files:
+        refuse_other_kinds(file)
+    declared = [_declared(file) for file in files]
+    known = set[str]().union(*(names for names in declared if names is not None))
+    of_each = [[each for each in assignments if _name(each) in (names or ())] for names in declared]
+    if None not in declared:  # what cannot be read may have it
+        of_each[0] += [each for each in assignments if _name(each) not in known]
+    return [replace(given, file=file, assignments=tuple(own)) for file, own in zip(files, of_each, strict=True)]
+
+
+def _name(assignment: str) -> str:
+    return assignment.partition(":=")[0]
+
+
+def _declared(file: Path) -> set[str] | None:
+    """The arguments that a file declares; None where it cannot be read, which its own report tells."""
+    from busflow.launchfile.document import read_file
+
+    try:
+        return set(read_file(file, str(file)).section("args"))
+    except LaunchError:
+        return None
 
 
 def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:

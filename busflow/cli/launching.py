@@ -102,6 +102,16 @@ class Given:
         return description, plan
 
 
+def refuse_other_kinds(file: Path) -> None:
+    """Say what a file is that is no launch file, by its name.
+
+    Raises:
+        click.UsageError: It is none.
+    """
+    if kind := _OTHER_KINDS.get(file.suffix):
+        raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
+
+
 def _restore(before: Mapping[str, str | None]) -> None:
     for name, value in before.items():
         os.environ.pop(name, None)
@@ -109,8 +119,15 @@ def _restore(before: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
-def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE."""
+def launch_file(
+    *, required: bool = True, rest: str = "[NAME:=VALUE]..."
+) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE.
+
+    Args:
+        required: Whether FILE has to be there.
+        rest: What help calls what follows FILE, where that is more than arguments.
+    """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
@@ -119,8 +136,8 @@ def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Call
             if file is None and any(stated):
                 context = click.get_current_context()
                 raise click.MissingParameter("what is given changes a file", context, context.command.params[0])
-            if file is not None and (kind := _OTHER_KINDS.get(file.suffix)):
-                raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
+            if file is not None:
+                refuse_other_kinds(file)
             return command(Given(file, *stated) if file is not None else None, **how)
 
         for parameter in (
@@ -138,7 +155,7 @@ def launch_file(*, required: bool = True) -> Callable[[Callable[..., int]], Call
                 metavar="PATH=VALUE",
                 help="Change one value, by its path: nodes.sensor_publisher.parameters.noise.imu=0.5.",
             ),
-            click.argument("assignments", nargs=-1, metavar="[NAME:=VALUE]..."),
+            click.argument("assignments", nargs=-1, metavar=rest),
             click.argument("file", required=required, metavar="FILE", type=click.Path(path_type=Path)),
         ):
             called = parameter(called)

@@ -448,3 +448,62 @@ def test_a_parameter_that_was_stated_in_vain_is_not_missing(stated: str, capsys:
     replace("plugin: listener\n", f"plugin: listener\n  needy:\n    plugin: needy\n    {stated}\n")
     assert main(["check", "talk.yaml"]) == 3
     assert len(told(capsys)) == 1
+
+
+@pytest.fixture
+def other() -> Path:
+    """A second launch file, beside talk.yaml and with another argument."""
+    path = Path("other.yaml")
+    path.write_text(
+        Path("talk.yaml").read_text().replace("rate_hz: {type", "hertz: {type").replace("rate_hz}", "hertz}")
+    )
+    return path
+
+
+def test_several_files_are_looked_at_each_alone_and_the_worst_counts(capsys: Captured, other: Path):
+    assert main(["check", "talk.yaml", "other.yaml"]) == 0
+    assert capsys.readouterr().out == "talk.yaml: no problems\nother.yaml: no problems\n"
+    other.write_text(other.read_text().replace("plugin: talker", "plugin: talkr"))
+    assert main(["check", "other.yaml", "talk.yaml", "none.yaml"]) == 3
+    out = capsys.readouterr().out.splitlines()
+    assert [line for line in out if line.startswith("other.yaml:7:13: error: there is no plugin 'talkr'")]
+    assert [line for line in out if line.endswith(("problems", "1 error", "directory"))] == [
+        "other.yaml: 1 error",
+        "talk.yaml: no problems",
+        "error: cannot read none.yaml: No such file or directory",
+        "none.yaml: 1 error",
+    ]
+
+
+def test_several_files_as_json_are_a_report_each(capsys: Captured, other: Path):
+    other.write_text(other.read_text().replace("name: talk", "nmae: talk"))
+    assert main(["check", "talk.yaml", "other.yaml", "--json"]) == 3
+    report = json.loads(capsys.readouterr().out)
+    assert report["ok"] is False
+    assert [(each["file"], each["ok"], len(each["problems"])) for each in report["files"]] == [
+        ("talk.yaml", True, 0),
+        ("other.yaml", False, 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("argument", "wrong"),
+    [("rate_hz:=2000", ["talk.yaml"]), ("hertz:=2000", ["other.yaml"]), ("rat_hz:=1", ["talk.yaml"]), ("hertz:=5", [])],
+)
+def test_an_argument_is_for_the_files_that_have_it(argument: str, wrong: list[str], capsys: Captured, other: Path):
+    assert main(["check", "talk.yaml", argument, str(other), "--json"]) == (3 if wrong else 0)
+    report = json.loads(capsys.readouterr().out)
+    assert [each["file"] for each in report["files"] if not each["ok"]] == wrong
+
+
+def test_what_one_file_says_of_the_environment_does_not_hold_for_the_next(capsys: Captured, other: Path):
+    replace("name: talk", "name: talk\nenv: {LAB_NAME: here}")
+    other.write_text(other.read_text().replace("name: talk", "name: ${env.LAB_NAME}"))
+    assert main(["check", "talk.yaml", "other.yaml"]) == 3
+    assert "other.yaml:1:9: error: the environment variable LAB_NAME is not set" in capsys.readouterr().out
+
+
+def test_a_recording_among_several_files_is_refused(capsys: Captured):
+    Path("run.mcap").touch()
+    assert main(["check", "talk.yaml", "run.mcap"]) == 2
+    assert "run.mcap is a recording" in capsys.readouterr().err
