@@ -1,4 +1,4 @@
-"""How text from outside is shown: control characters escaped, lengths bounded, the nearest word suggested."""
+"""How text is shown: control characters from outside escaped, counts as people say them, the nearest word suggested."""
 
 import difflib
 import re
@@ -27,6 +27,15 @@ def printable(text: object, *, limit: int = 4096) -> str:
     if len(shown) > limit:
         shown = shown[: limit - 1] + "…"
     return UNSAFE.sub(_escape, shown)
+
+
+def counted(count: int, one: str, several: str = "") -> str:
+    """So many of something, as people say it; `several` is `one` with an s unless told.
+
+    >>> counted(1, "message"), counted(0, "message"), counted(2, "message was", "messages were")
+    ('1 message', '0 messages', '2 messages were')
+    """
+    return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

@@ -13,7 +13,7 @@ import click
 from busflow.cli.importing import importing
 from busflow.cli.launching import Given, launch_file, refuse_other_kinds
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
@@ -167,4 +167,4 @@ def _count(problems: list[Problem]) -> str:
     if not problems:
         return "no problems"
     counts = ((sum(each.severity is kind for each in problems), kind) for kind in Severity)
-    return ", ".join(f"{number} {kind}{'s' * (number > 1)}" for number, kind in counts if number)
+    return ", ".join(counted(number, kind) for number, kind in counts if number)

@@ -16,6 +16,7 @@ from busflow.cli.joining import complete_runs, print_answer
 from busflow.cli.output import near, print_problems
 from busflow.cli.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
+from busflow.text import counted
 
 if TYPE_CHECKING:
     from busflow.wire.roll_call import PresentRun
@@ -136,7 +137,7 @@ def _about_machines(present: PresentRun) -> Iterator[Problem]:
 def _about_processes(present: PresentRun) -> Iterator[Problem]:
     for each in present.processes:
         if restarts := each.get("restarts", 0):
-            text = f"the process {each['process']} was started anew {restarts} time{'s' * (restarts > 1)}"
+            text = f"the process {each['process']} was started anew {counted(restarts, 'time')}"
             fix = "busflow log --level warning tells why; its nodes' figures began anew as well"
             yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
 
@@ -178,7 +179,7 @@ def _print(folders: list[Folder], examined: list[_Examined], findings: list[Prob
 
 
 def _count(findings: int) -> str:
-    return f"{findings} finding{'s' * (findings > 1)}" if findings else "nothing is wrong"
+    return counted(findings, "finding") if findings else "nothing is wrong"
 
 
 def _state(folder: Folder) -> str:
@@ -193,7 +194,8 @@ def _sentence(each: _Examined) -> str:
     if each.present.silence:
         return "does not answer"
     answer = f"answers in {each.present.answered_in_s * 1000:.1f} ms"
-    return f"{each.present.nodes} nodes, {each.topics} topics, {each.clock} clock, {answer}"
+    counts = f"{counted(each.present.nodes or 0, 'node')}, {counted(each.topics, 'topic')}"
+    return f"{counts}, {each.clock} clock, {answer}"
 
 
 def _surroundings(folders: list[Folder]) -> Mapping[str, Any]:

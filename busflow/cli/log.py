@@ -11,7 +11,7 @@ import click
 from busflow.cli.joining import complete_nodes, joined, joins, print_line
 from busflow.cli.output import tell
 from busflow.errors import NoSuchTarget
-from busflow.text import did_you_mean, printable
+from busflow.text import counted, did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.wire.peer import Listener, Peer
@@ -67,7 +67,8 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
                     show(line)
         missed = listener.dropped + listener.lost
         if missed:
-            tell(f"warning: {missed} lines are missing: they came faster than they could be shown")
+            told = counted(missed, "line is", "lines are")
+            tell(f"warning: {told} missing: more came than could be shown")
     return 0
 
 

@@ -16,7 +16,7 @@ from busflow.cli.output import near, tell
 from busflow.cli.param import complete_parameters, full_name, parameters_of
 from busflow.cli.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.drift import Drift
@@ -213,7 +213,7 @@ def _print_changes(answer: Mapping[str, Any], known: dict[str, int], node: str |
     first = answer["changes"][0]["sequence"] if answer["changes"] else answer["last"] + 1
     missed = first - known.get(answer["process"], 0) - 1
     if missed:
-        tell(f"warning: {missed} changes were forgotten before they could be shown")
+        tell(f"warning: {counted(missed, 'change was', 'changes were')} forgotten before any could be shown")
     known[answer["process"]] = answer["last"]
     for change in answer["changes"]:
         if node is not None and change["node"] != full_name(node):

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.table import Column, bare, print_table, print_text
-from busflow.recording.count import counted
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport
@@ -56,7 +55,7 @@ def _remarks(report: Report) -> Iterator[str]:
             reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
             yield f"{printable(topic.name)}: not all that came from other processes was received: {reasons}"
     if lost := report.inbox_dropped + report.inbox_refused:
-        yield f"{lost} messages from other threads were dropped before they reached their topic"
+        yield f"{counted(lost, 'message')} from other threads did not reach any topic: dropped before"
     if report.recording is not None:
         yield _recording(report.recording)
 

@@ -9,7 +9,7 @@ import click
 from busflow.cli.launching import Given, duration, launch_file
 from busflow.duration import show_duration
 from busflow.errors import ExitCode, LaunchError
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.description import LaunchDescription
@@ -57,12 +57,12 @@ def test(
         print_json({**told, "problems": [each.as_json() for each in found]})
     else:
         print_problems(found)
-        runs = f"{len(trials.seeds)} run{'s' * (len(trials.seeds) > 1)} of {show_duration(for_s)}"
+        runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"
         click.echo(f"{printable(description.name)}: {runs}: {_outcome(description, len(found))}")
     return ExitCode.FAILED if found else ExitCode.OK
 
 
 def _outcome(description: LaunchDescription, wrong: int) -> str:
     if wrong:
-        return f"{wrong} thing{'s' * (wrong > 1)} wrong"
+        return f"{counted(wrong, 'thing')} wrong"
     return "all that it expects holds" if description.expect else "no node failed; the file has no `expect:` section"

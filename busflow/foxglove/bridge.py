@@ -27,7 +27,7 @@ from busflow.foxglove.protocol import SUBPROTOCOLS, Level
 from busflow.foxglove.publications import ENCODINGS
 from busflow.foxglove.viewer import Viewer
 from busflow.patterns import Selection
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
@@ -262,7 +262,7 @@ class Bridge:
             raise
         finally:
             self.viewers.discard(viewer)
-            missed = f"; it missed {viewer.dropped} messages that came faster than it read" if viewer.dropped else ""
+            missed = f"; it missed {counted(viewer.dropped, 'message')}, read too slowly" if viewer.dropped else ""
             self._tell(f"{name} has gone{missed}")
 
     def _offered_services(self) -> tuple[Offer, ...]:

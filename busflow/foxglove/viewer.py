@@ -22,7 +22,7 @@ from busflow.foxglove import protocol
 from busflow.foxglove.connections import Connections
 from busflow.foxglove.protocol import Level
 from busflow.foxglove.publications import Publications
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -203,9 +203,8 @@ class Viewer:
         dropped, now_ns = self.dropped, self._clock.monotonic_ns()
         if dropped > self._told_dropped and now_ns - self._told_ns >= _TELL_NS:
             self._told_dropped, self._told_ns = dropped, now_ns
-            self.tell(
-                Level.WARNING, f"{dropped} messages were dropped: they came faster than they were read", id_="drops"
-            )
+            missed = counted(dropped, "message was", "messages were")
+            self.tell(Level.WARNING, f"{missed} dropped: they came faster than they were read", id_="drops")
 
     # What is heard.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from busflow.recording.count import counted
+from busflow.text import counted
 
 if TYPE_CHECKING:
     from busflow.recording.facts import Ledger

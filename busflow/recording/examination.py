@@ -17,10 +17,10 @@ from busflow.recording.channel import Channel
 from busflow.recording.chunk import Chunk
 from busflow.recording.completeness import shortfalls
 from busflow.recording.contents import Contents, Found
-from busflow.recording.count import counted
 from busflow.recording.facts import Ledger
 from busflow.recording.mcap_file import McapFile
 from busflow.recording.series import Series
+from busflow.text import counted
 
 _MOST_PER_CHANNEL = 3
 """Findings about messages of one channel that are told; what is wrong with one is mostly wrong with all."""
@@ -144,7 +144,9 @@ class _Structure:
     def _look_at_index(self, index: records.MessageIndex, offset: int) -> None:
         there = self._index.get(index.channel_id, [])
         if sorted(index.records) != sorted(there):
-            message = f"the index of channel {index.channel_id} is not that of the {len(there)} messages before it"
+            message = (
+                f"the index of channel {index.channel_id} is not that of the {counted(len(there), 'message')} before it"
+            )
             self._add(Kind.WRONG, "index", message, offset)
 
     def _end_chunk(self) -> None:

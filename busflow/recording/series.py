@@ -10,8 +10,8 @@ from busflow.errors import BagError
 from busflow.recording.bag_file import SINCE, UNTIL, BagFile, Overview
 from busflow.recording.channel import Channel, Entry
 from busflow.recording.completeness import shortfalls
-from busflow.recording.count import counted
 from busflow.recording.facts import FACTS, LEDGER, Facts, Ledger, facts_of, ledger_of
+from busflow.text import counted
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ from busflow.msgs.std_msgs import Header
 from busflow.publishers import Publisher
 from busflow.runner import Graph
 from busflow.subscriptions import Subscription
-from busflow.text import did_you_mean
+from busflow.text import counted, did_you_mean
 
 
 def expectations_of(description: LaunchDescription) -> ExpectKeys:
@@ -95,7 +95,7 @@ class Expectations:
         """What did not hold, each at its key of the `expect:` section."""
         report = self.graph.report()
         if self.expected.no_errors and self._errors.wrong:
-            yield Fault(("no_errors",), f"the log has {self._errors.wrong} errors: {self._errors}")
+            yield Fault(("no_errors",), f"the log has {counted(self._errors.wrong, 'error')}: {self._errors}")
         yield from self._drops((), self.expected.max_dropped, report.dropped, "")
         published = {topic.name: topic.published for topic in report.topics}
         dropped = {topic.name: sum(line.dropped for line in topic.subscriptions) for topic in report.topics}
@@ -114,7 +114,10 @@ class Expectations:
     @staticmethod
     def _drops(path: KeyPath, most: int | None, dropped: int, where: str) -> Iterator[Fault]:
         if most is not None and dropped > most:
-            yield Fault((*path, "max_dropped"), f"{dropped} messages were dropped{where}, not at most {most}")
+            yield Fault(
+                (*path, "max_dropped"),
+                f"{counted(dropped, 'message was', 'messages were')} dropped{where}, not at most {most}",
+            )
 
     def _on_log(self, record: LogRecord) -> None:
         if record.level in {"error", "critical"}:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.text import counted
+
 if TYPE_CHECKING:
     from busflow.recording.bag import Bag
 
@@ -23,13 +25,14 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
         if name not in topics:
             continue
         if isinstance(published, int) and there is not None and there != published:
-            yield f"{name}: the run published {published} messages, and the recording has {there} of them"
+            yield f"{name}: the run published {counted(published, 'message')}, and the recording has {there} of them"
         if lost := _lost(told):
-            yield f"{name}: {lost} messages were lost between processes, and are given in the replay"
+            missed = counted(lost, "message was", "messages were")
+            yield f"{name}: {missed} lost between processes, and given in the replay"
         for subscription in _mappings(told.get("subscriptions")):
             dropped = subscription.get("dropped")
             if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
-                yield f"{name}: {subscription['node']} lost {dropped} messages, and was given them in the replay"
+                yield f"{name}: {subscription['node']} lost {counted(dropped, 'message')}, and had all in the replay"
 
 
 def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:

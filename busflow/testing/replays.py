@@ -27,6 +27,7 @@ from busflow.testing.replay_clock import ReplayClock
 from busflow.testing.replay_past import Past, past_of
 from busflow.testing.replay_ticks import ComingTicks
 from busflow.testing.rerun import Rerun
+from busflow.text import counted
 
 TIME_TOLERANCE_S = 0.1
 """How far times may be apart, where the recorded run had the system's time."""
@@ -74,8 +75,7 @@ class Replay:
         if self.same:
             lines = [f"{who}: the same as in {self.recording}; compared: {pairs}"]
         else:
-            plural = "s" if self.difference_count > 1 else ""
-            lines = [f"{who}: {self.difference_count} difference{plural} from {self.recording}; compared: {pairs}"]
+            lines = [f"{who}: {counted(self.difference_count, 'difference')} from {self.recording}; compared: {pairs}"]
         lines += [f"  {each}" for each in self.differences[:most]]
         if self.difference_count > most:
             lines.append(f"  … and {self.difference_count - most} more")

@@ -26,6 +26,7 @@ from busflow.testing.replay_clock import ReplayClock
 from busflow.testing.replay_inputs import Inputs
 from busflow.testing.replay_losses import loss_notes, shares
 from busflow.testing.replay_past import Past, change_of, tick_of
+from busflow.text import counted
 from busflow.wire.typesupport import TypeSupport
 
 if TYPE_CHECKING:
@@ -229,6 +230,7 @@ class Rerun:
         silent = self._inputs.not_in(self._channels)
         self.notes += [f"{topic} is not in the recording: {node} heard nothing there" for topic, node in silent]
         if self._clock.unmet:
-            self.notes.append(f"{self._clock.unmet} ticks of timers were recorded and had no timer waiting for them")
+            ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
+            self.notes.append(f"{ticks} recorded where no timer waited")
         if TICKS not in self._channels and any(unit.runtime.ends.timers for unit in self._graph.units):
             self.notes.append("the recording holds no ticks of timers: theirs began with it, and come before an input")

@@ -8,7 +8,7 @@ from typing import Any
 
 from busflow.compatibility import Verdict, compatibility
 from busflow.errors import Problem, Severity
-from busflow.text import did_you_mean
+from busflow.text import counted, did_you_mean
 from busflow.wire.keys import Kind, Token
 from busflow.wire.qos_form import as_qos
 from busflow.wire.view import EndView, GraphView, TopicView, is_hidden
@@ -57,7 +57,7 @@ def _failed_nodes(graph: GraphView) -> Iterator[Problem]:
             yield Problem("node-failed", f"{node.name} has failed: {why}", "see busflow log --level error")
         elif restarts := node.details.get("restarts", 0):
             why = "; ".join(node.details.get("failures", [])) or "see busflow log --level warning"
-            text, fix = f"{node.name} was started anew {restarts} times", "mend what makes it fail"
+            text, fix = f"{node.name} was started anew {counted(restarts, 'time')}", "mend what makes it fail"
             yield Problem("node-restarted", f"{text}: {why}", fix, severity=Severity.WARNING)
 
 
@@ -124,8 +124,8 @@ def _dropped(topic: TopicView, end: EndView, dropped: int) -> Problem:
     reasons: Mapping[str, int] = end.details.get("drops", {})
     why = ", ".join(f"{reason} {count}" for reason, count in reasons.items() if count)
     worst = max(reasons, key=lambda reason: reasons[reason], default="")
-    published = end.details.get("published", "?")
-    text = f"{end.node} lost {dropped} of {published} messages on {topic.name} ({why}), depth {end.details['depth']}"
+    published = counted(end.details.get("published", 0), "message")
+    text = f"{end.node} lost {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
     return Problem("dropped", text, _REMEDIES.get(worst, "see busflow topic stats"), severity=Severity.WARNING)
 
 
@@ -135,16 +135,16 @@ def _losses(answers: Answers) -> Iterator[Problem]:
             for reason, count in topic.get("losses", {}).items():
                 if count:
                     what, fix = _LOSSES.get(reason, (reason, ""))
-                    text = f"{count} messages on {topic['name']} from other processes {what}"
+                    text = f"{counted(count, 'message')} on {topic['name']} from other processes {what}"
                     yield Problem(f"{reason}-on-the-way-in", text, fix or None, severity=Severity.WARNING)
 
 
 def _inbox(answers: Answers) -> Iterator[Problem]:
     for answer in answers:
-        for reason, what in (("dropped", "were too many at once"), ("refused", "found a full queue")):
+        for reason, what in (("dropped", "came too fast"), ("refused", "found a full queue")):
             count = answer.get("inbox", {}).get(reason, 0)
             if count:
-                text = f"{count} messages that threads published {what}"
+                text = f"{counted(count, 'message')} that threads published {what}"
                 fix = "publish less often from threads, or await send() on the loop"
                 yield Problem(f"inbox-{reason}", text, fix, severity=Severity.WARNING)
 
@@ -154,7 +154,7 @@ def _timers(answers: Answers) -> Iterator[Problem]:
         for timer in answer["timers"]:
             missed, ticks = timer["missed"], timer["fired"] + timer["missed"]
             if missed > _MISSED_SHARE * ticks:
-                text = f"the timer {timer['name']} of {timer['node']} missed {missed} of {ticks} ticks"
+                text = f"the timer {timer['name']} of {timer['node']} missed {missed} of {counted(ticks, 'tick')}"
                 fix = "a handler of the process takes longer than the period: await in it, or use run_sync"
                 yield Problem("timer-late", text, fix, severity=Severity.WARNING)
 

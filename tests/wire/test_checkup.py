@@ -94,8 +94,8 @@ def test_what_was_lost_on_the_way_in_in_the_inbox_and_by_timers():
     )
     assert [problem.message for problem in found((), told)] == [
         "3 messages on /x from other processes never arrived",
-        "1 messages on /x from other processes could not be read",
-        "2 messages that threads published were too many at once",
+        "1 message on /x from other processes could not be read",
+        "2 messages that threads published came too fast",
         "the timer tick of /source missed 10 of 100 ticks",
     ]
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Protocol, TextIO
 
+from busflow.text import counted
+
 _LOOK_S = 0.1
 _FASTER, _SLOWER = 1.1, 1 / 1.1
 _CLEAR = "\r\x1b[2K"
@@ -122,7 +124,7 @@ class Console:
             return ""
         total_s, done_s = now.length_ns / _NS_PER_S, now.position_ns / _NS_PER_S
         state = "paused" if now.paused else f"x{now.rate:g}"
-        told = f" {done_s:.1f} / {total_s:.1f} s  {now.played} messages  {state}"
+        told = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
         room = max(0, min(40, width - len(told) - 3))
         full = room if not total_s else min(room, int(room * done_s / total_s))
         return f"[{'#' * full}{'.' * (room - full)}]{told}"[: max(0, width - 1)]

@@ -12,7 +12,7 @@ from busflow.cli.bag.progress import progress
 from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.joining import line_of, print_answer
 from busflow.cli.output import tell
-from busflow.recording.count import counted
+from busflow.text import counted
 
 _FORMS = ("ros2bag", "csv", "parquet", "jsonl", "mcap")
 _EXAMPLES = """\b

@@ -10,8 +10,7 @@ from busflow.cli.bag.naming import listed, named, reads, tell_damage
 from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.errors import ExitCode
-from busflow.recording.count import counted
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

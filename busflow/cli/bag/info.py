@@ -13,8 +13,7 @@ from busflow.cli.bag.naming import reads
 from busflow.cli.joining import print_answer
 from busflow.cli.output import tell
 from busflow.cli.table import Column, bare, print_table
-from busflow.recording.count import counted
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,12 +21,11 @@ from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.program import inspectable, run_graph
 from busflow.recording.bag import Bag
-from busflow.recording.count import counted
 from busflow.recording.player import Player
 from busflow.recording.tape import chosen
 from busflow.runner import Graph
 from busflow.supervision import supervised
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.recording.playing import Playing

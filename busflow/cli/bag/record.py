@@ -12,8 +12,7 @@ from busflow.cli.joining import complete_runs, complete_topics, joined, print_an
 from busflow.cli.launching import duration
 from busflow.cli.output import tell
 from busflow.errors import ExitCode
-from busflow.recording.count import counted
-from busflow.text import printable
+from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from busflow.cli.bag.progress import progress
 from busflow.cli.joining import print_answer
 from busflow.cli.output import tell
 from busflow.errors import ExitCode
-from busflow.recording.count import counted
+from busflow.text import counted
 
 if TYPE_CHECKING:
     from pathlib import Path

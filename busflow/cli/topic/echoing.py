@@ -12,7 +12,7 @@ from busflow.cli.output import tell
 from busflow.cli.topic.paths import Absent
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
-from busflow.text import did_you_mean, printable
+from busflow.text import counted, did_you_mean, printable
 from busflow.wire.known_type import known_type
 
 if TYPE_CHECKING:
@@ -54,9 +54,10 @@ class Echo:
                 self._show(received)
             if len(messages) < min(count, answer["published"]):
                 advice = f"to keep more, write in the launch file: topics: {{{name}: {{history: {count}}}}}"
-                tell(f"{len(messages)} of the last {count} messages of {name} are kept; {advice}")
+                are = "is" if len(messages) == 1 else "are"
+                tell(f"{len(messages)} of the last {count} messages of {name} {are} kept; {advice}")
             elif len(messages) < count:
-                tell(f"{len(messages)} messages were published on {name} so far")
+                tell(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
 
     def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
         """Print messages as they come, `count` at most, until nothing was printed for so long.

@@ -11,7 +11,7 @@ from busflow.cli.joining import complete_topics, complete_types, full_type, join
 from busflow.cli.output import tell
 from busflow.cli.table import print_text
 from busflow.errors import NoSuchTarget
-from busflow.text import did_you_mean, printable
+from busflow.text import counted, did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.wire.view import EndView, GraphView, TopicView
@@ -96,8 +96,7 @@ def _print_ends(title: str, word: str, topics: Iterable[tuple[TopicView, tuple[E
     click.echo(f"{title} topics:")
     for topic, ends in topics:
         if ends:
-            plural = "" if len(ends) == 1 else "s"
-            print_text(f" * {topic.name}", f"[{topic.type}]", f"{len(ends)} {word}{plural}", indent="  ")
+            print_text(f" * {topic.name}", f"[{topic.type}]", counted(len(ends), word), indent="  ")
     click.echo()
 
 

@@ -19,7 +19,7 @@ from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.names import check_full_topic_name
-from busflow.text import did_you_mean, printable
+from busflow.text import counted, did_you_mean, printable
 from busflow.wire.keys import Kind
 from busflow.wire.known_type import known_type
 
@@ -102,7 +102,8 @@ class Publishing:
         """
         with self._peer.advertise(self._topic, self._type, qos=self._qos) as speaker:
             if not self._wait_for(matches, speaker, inf if patience_s is None else patience_s):
-                tell(f"error: {printable(self._topic)} had not {matches} subscription(s) within {patience_s:g} s")
+                wanted = counted(matches, "subscription")
+                tell(f"error: {printable(self._topic)} did not have {wanted} within {patience_s:g} s")
                 return ExitCode.FAILED
             if not self._as_json:
                 click.echo("publisher: beginning loop")

@@ -94,7 +94,7 @@ def test_it_waits_no_longer_than_asked_for(capsys: Captured):
     assert main(["topic", "pub", "--once", "--max-wait-time-secs", "0.01", "nobody", FLOAT]) == 1
     out, err = capsys.readouterr()
     assert "publishing" not in out
-    assert err.splitlines()[-1] == "error: /nobody had not 1 subscription(s) within 0.01 s"
+    assert err.splitlines()[-1] == "error: /nobody did not have 1 subscription within 0.01 s"
 
 
 def test_what_is_offered_is_told_to_the_graph():
