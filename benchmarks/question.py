@@ -13,6 +13,7 @@ QUESTIONS = (
     "latency",
     "scale",
     "timers",
+    "loops",
     "processes",
     "messages",
     "startup",

@@ -24,7 +24,7 @@ def run(*words):
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
     file = tmp_path_factory.mktemp("benchmarks") / "found.json"
-    ended = run("--quick", "--without-peers", "--only", "delivery,messages,collection", "--json", str(file))
+    ended = run("--quick", "--without-peers", "--only", "delivery,messages,collection,loops", "--json", str(file))
     assert ended.returncode == 0, ended.stderr
     return ended.stdout, json.loads(file.read_text("utf-8"))
 
@@ -42,7 +42,7 @@ def test_a_question_is_answered_with_a_table_and_with_data(told):
     assert any(line.startswith("busflow ") and "×" in line for line in table.splitlines())
 
 
-@pytest.mark.parametrize("name", ["delivery", "messages", "collection"])
+@pytest.mark.parametrize("name", ["delivery", "messages", "collection", "loops"])
 def test_every_case_of_busflow_has_its_figures(told, name):
     _, found = told
     question = found["questions"][name]

@@ -38,7 +38,7 @@ async def _late(contender: Contender, where: str, kind: str, count: int) -> list
     way: InProcess = contender.way
     watch = Stopwatch()
     if where == "from a timer" and contender.name == "busflow":
-        return await _ticking(watch, kind, count)
+        return await ticking(watch, kind, count)
     async with way.way(["t"], [("t", watch.handler(kind))]) as (publish,):
         if where == "from a timer":
             sent = await _from_timer(publish, count)
@@ -92,7 +92,7 @@ async def _from_timer(publish: Publish, count: int) -> list[int]:
     return sent
 
 
-async def _ticking(watch: Stopwatch, kind: str, count: int) -> list[int]:
+async def ticking(watch: Stopwatch, kind: str, count: int) -> list[int]:
     """Publish from a timer of a node."""
     ticker = Ticker(name="ticker")
     ticker.topics = ["t"]

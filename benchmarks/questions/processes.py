@@ -46,7 +46,7 @@ def measure(contender: Contender, case: str, effort: Effort) -> Sample:
     # The path of a socket must be short, which not every system's own folder for such files lets it be.
     with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as folder:
         if isinstance(contender.way, dict):
-            return _run(Path(folder), contender.way[case], size, seconds)
+            return run_nodes(Path(folder), contender.way[case], size, seconds)
         with asyncio.Runner(loop_factory=new_event_loop) as runner:  # which waits as precisely as busflow's own
             return runner.run(_link(contender, Path(folder), size, seconds))
 
@@ -68,14 +68,14 @@ async def _link(contender: Contender, folder: Path, size: int, seconds: float) -
             receiver.wait()
 
 
-def _run(folder: Path, kind: str, size: int, seconds: float) -> Sample:
+def run_nodes(folder: Path, kind: str, size: int, seconds: float, *options: str) -> Sample:
     """Two nodes in two processes of a run, as a launch file places them."""
     file = folder / "crossing.yaml"
     file.write_text(LAUNCH_FILE.format(nodes=NODES, kind=kind, size=size, seconds=seconds, folder=folder))
     (folder / "run").mkdir(mode=0o700)
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(folder / "run"), "PYTHONPATH": str(ROOT)}
     run = subprocess.Popen(  # noqa: S603  # our own command
-        [sys.executable, "-m", "busflow", "run", str(file), "--watchdog", "off"],
+        [sys.executable, "-m", "busflow", "run", str(file), "--watchdog", "off", *options],
         cwd=ROOT,
         env=environment,
         stdout=subprocess.DEVNULL,
