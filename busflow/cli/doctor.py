@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -172,9 +174,9 @@ def _print(folders: list[Folder], examined: list[_Examined], findings: list[Prob
     )
     if not examined:
         click.echo("nothing is running")
-    for name, problem in _by_run(findings, examined):
+    for name, problems in groupby(_by_run(findings, examined), key=itemgetter(0)):
         click.echo(f"\n{name}:" if name else "")
-        print_problems([problem])
+        print_problems(problem for _, problem in problems)
     click.echo(f"\n{_count(len(findings))}")
 
 

@@ -32,6 +32,14 @@ _LOSSES: Mapping[str, tuple[str, str]] = {
     "unsigned": ("came from nobody who is there", "a publisher has to declare itself, as those of ROS 2 do"),
 }
 
+_CALLS: Mapping[str, tuple[str, str]] = {
+    "failed": ("failed in {node}", "busflow log --level error tells why"),
+    "refused": ("found no room at {node}", "raise its depth, or make its handler faster"),
+    "withdrawn": ("got no answer from {node} in time", "make its handler faster, or wait longer"),
+    "timed_out": ("took longer than {node} waited", "raise its timeout, or make the handler faster"),
+}
+"""What went wrong with calls, by the words of the accounts of both ends, and what to do about it."""
+
 
 def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> list[Problem]:
     """Everything that is wrong, the errors first."""
@@ -41,8 +49,10 @@ def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> lis
         lambda: _type_conflicts(graph),
         lambda: _qos_conflicts(graph),
         lambda: _unpublished(graph),
+        lambda: _unanswered(graph),
         lambda: _drops(graph),
         lambda: _losses(answers),
+        lambda: _calls(answers),
         lambda: _inbox(answers),
         lambda: _timers(answers),
     )
@@ -110,6 +120,36 @@ def _unpublished(graph: GraphView) -> Iterator[Problem]:
         if receivers and not topic.publishers:
             text = f"{_nodes(receivers)} receives {topic.name}, which nobody publishes"
             yield Problem("nobody-publishes", text, did_you_mean(topic.name, published), severity=Severity.WARNING)
+
+
+def _unanswered(graph: GraphView) -> Iterator[Problem]:
+    answered = {each.name for each in graph.services.values() if each.publishers and not _every_nodes(each)}
+    for service in graph.services.values():
+        clients = [end for end in service.subscriptions if not is_hidden(end.node)]
+        if clients and not service.publishers:
+            text = f"{_nodes(clients)} calls {service.name}, which nobody answers"
+            yield Problem("nobody-answers", text, did_you_mean(service.name, answered), severity=Severity.WARNING)
+
+
+def _every_nodes(service: TopicView) -> bool:
+    """Whether it is one of those by which ROS 2 reads and sets parameters."""
+    return service.type.startswith("rcl_interfaces/srv/")
+
+
+def _calls(answers: Answers) -> Iterator[Problem]:
+    for service in (each for answer in answers for each in answer.get("services", ())):
+        for line in service["servers"]:
+            yield from _went_wrong(service["name"], line, line["received"], ("failed", "refused", "withdrawn"))
+        for line in service["clients"]:
+            yield from _went_wrong(service["name"], line, line["called"], ("timed_out",))
+
+
+def _went_wrong(service: str, line: Mapping[str, Any], calls: int, words: Sequence[str]) -> Iterator[Problem]:
+    for word in words:
+        if line[word]:
+            what, fix = _CALLS[word]
+            text = f"{line[word]} of {counted(calls, 'call')} of {service} {what.format(node=line['node'])}"
+            yield Problem(f"calls-{word.replace('_', '-')}", text, fix, severity=Severity.WARNING)
 
 
 def _drops(graph: GraphView) -> Iterator[Problem]:

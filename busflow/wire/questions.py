@@ -12,6 +12,7 @@ from busflow.errors import NoSuchTarget
 from busflow.message import ServiceType, type_name
 from busflow.parameter_messages import type_of
 from busflow.publishers import Publisher
+from busflow.report import service_reports
 from busflow.subscriptions import Subscription
 from busflow.text import did_you_mean
 from busflow.wire.answers import Question, WithMessages
@@ -134,7 +135,7 @@ class Questions:
         return self._graph.report().as_json()
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
-        """All of this process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, timers, elsewhere}`."""
+        """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
         topics = self._graph.bus.topics.values()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
         return {
@@ -145,6 +146,7 @@ class Questions:
             "inbox": {"dropped": self._graph.bus.inbox.dropped, "refused": self._graph.bus.inbox.refused},
             "nodes": [_node(unit) for unit in self._graph.units],
             "topics": [self._topic(topic) for topic in topics],
+            "services": [asdict(each) for each in service_reports(self._graph.bus)],
             "timers": timers,
             "elsewhere": sorted(self._elsewhere),
         }

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -53,6 +54,47 @@ def test_what_another_process_does_wrong_is_found_with_a_fix(
     assert {each["code"] for each in told["findings"]} >= {"type-mismatch", "qos-mismatch"}
     assert {each["run"] for each in told["findings"]} == {"talk"}
     assert (told["version"], told["ok"]) == (1, False)
+
+
+GRIPPER = '''
+from busflow import Node, client, service
+from busflow.msgs.std_srvs import Trigger
+
+
+class Gripper(Node):
+    """Drops all it grips."""
+
+    camera = client(Trigger, "camera/take")
+
+    async def start(self) -> None:
+        self.log.warning("ready")
+
+    @service(Trigger, "~/grip")
+    def grip(self, request: Trigger.Request) -> Trigger.Response:
+        raise RuntimeError("it slipped")
+'''
+
+
+@pytest.mark.e2e
+def test_calls_that_fail_and_a_service_that_nobody_answers_are_found(
+    project: Path, start_run: Callable[..., Any], capsys: Captured
+):
+    (project / "plugins/gripper.py").write_text(GRIPPER)
+    (project / "hand.yaml").write_text("name: hand\nplugins: [plugins]\nnodes: {gripper: {plugin: gripper}}\n")
+    start_run(project, "hand.yaml").wait_for("ready")
+    assert main(["service", "call", "gripper/grip", "std_srvs/srv/Trigger"]) == 1
+    capsys.readouterr()
+    assert main(["doctor"]) == 3
+    out = capsys.readouterr().out
+    assert re.search(r"^hand +1 node, 1 topic, system clock, ", out, re.MULTILINE)
+    assert out.endswith(
+        "\nhand:\n"
+        "warning: /gripper calls /camera/take, which nobody answers\n"
+        "  known: /gripper/grip\n"
+        "warning: 1 of 1 call of /gripper/grip failed in /gripper\n"
+        "  fix: busflow log --level error tells why\n"
+        "\n2 findings\n"
+    )
 
 
 @pytest.mark.e2e

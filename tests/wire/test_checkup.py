@@ -73,6 +73,32 @@ def test_what_nobody_publishes_is_told_with_the_nearest():
     assert found([token(Kind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
 
 
+def test_a_client_whose_service_nobody_answers_is_told_with_the_nearest():
+    ends = [
+        token(Kind.SERVICE, "camera", "/camera/take"),
+        token(Kind.SERVICE, "camera", "/camera/get_parameters", type_="rcl_interfaces/srv/GetParameters"),
+        token(Kind.CLIENT, "arm", "/camera/tak"),
+    ]
+    (problem,) = found(ends)
+    assert problem.message == "/arm calls /camera/tak, which nobody answers"
+    assert (problem.fix, problem.severity) == ("did you mean '/camera/take'?", Severity.WARNING)
+    assert found([token(Kind.CLIENT, "_busflow_cli_7", "/camera/tak")]) == []
+
+
+def test_calls_that_went_wrong_are_told_with_what_helps():
+    server = {"node": "/arm", "received": 9, "served": 2, "failed": 1, "refused": 2, "withdrawn": 3, "lost": 1}
+    client = {"node": "/leg", "called": 1, "answered": 0, "failed": 1, "timed_out": 1, "cancelled": 0}
+    told = answer(services=[{"name": "/arm/grip", "servers": [server], "clients": [client]}])
+    assert [(problem.message, problem.fix) for problem in found((), told)] == [
+        ("1 of 9 calls of /arm/grip failed in /arm", "busflow log --level error tells why"),
+        ("2 of 9 calls of /arm/grip found no room at /arm", "raise its depth, or make its handler faster"),
+        ("3 of 9 calls of /arm/grip got no answer from /arm in time", "make its handler faster, or wait longer"),
+        ("1 of 1 call of /arm/grip took longer than /leg waited", "raise its timeout, or make the handler faster"),
+    ]
+    fine = dict.fromkeys(server, 0) | {"node": "/arm", "received": 2, "served": 2}
+    assert found((), answer(services=[{"name": "/arm/grip", "servers": [fine], "clients": []}])) == []
+
+
 def test_two_nodes_of_one_name():
     (problem,) = found([token(Kind.NODE, "arm"), token(Kind.NODE, "arm", session="b")])
     assert problem.message == "2 nodes are called /arm"
