@@ -27,7 +27,7 @@ from busflow.qos import Durability
 from busflow.servers import Server
 from busflow.subscriptions import Subscription
 from busflow.timers import Timer
-from busflow.wire.answers import Answers
+from busflow.wire.answers import Answers, Question
 from busflow.wire.history import History
 from busflow.wire.keys import DOMAIN, GRAPH, Kind, Token, split_name
 from busflow.wire.neighbours import Neighbours
@@ -107,7 +107,7 @@ class Mirror:
         answers = Answers(
             self._session,
             self._process,
-            self._questions.all(),
+            {name: self._once_looked(question) for name, question in self._questions.all().items()},
             sender=self._replier,
             log=self._log,
             on_loop=self._on_loop,
@@ -155,6 +155,18 @@ class Mirror:
         """The topics published here that one of these sessions receives, and that do not get there yet."""
         wanted = self._presence.received(sessions)
         return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
+
+    def _once_looked(self, question: Question) -> Question:
+        """A question, answered once it is seen who listens: who asks what there was may go on with what comes then."""
+
+        def answer(arguments: Mapping[str, Any]) -> object:
+            wanted = self._presence.received()
+            for end, outlet in self._outlets.items():
+                if end.topic in wanted and not outlet.open:
+                    outlet.look()
+            return question(arguments)
+
+        return answer
 
     # What is here.
 

@@ -106,6 +106,12 @@ class Outlet:
         """Whether what is published leaves the process."""
         return self._wanted
 
+    def look(self) -> None:
+        """Find out now whether somebody listens; Zenoh tells it too, but in its own time."""
+        way: Any = self._way
+        if way is not None and not self._wanted:
+            self._want(way.matching_status.matching)
+
     def follow(self, publisher: Publisher[Any]) -> None:
         """Be the way out of the publisher that took over from this one, when its node was restarted."""
         self._publisher = publisher

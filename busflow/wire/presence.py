@@ -35,7 +35,7 @@ class Presence:
         """How many tokens of a session are there."""
         return sum(token.session == session for token in self.tokens.values())
 
-    def received(self, sessions: Collection[str]) -> set[str]:
-        """The topics that nodes of these sessions receive."""
-        found = [token for token in self.tokens.values() if token.session in sessions]
+    def received(self, sessions: Collection[str] | None = None) -> set[str]:
+        """The topics that nodes of these sessions receive, or of any."""
+        found = [token for token in self.tokens.values() if sessions is None or token.session in sessions]
         return {token.topic for token in found if token.kind is Kind.SUBSCRIPTION}

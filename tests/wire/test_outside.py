@@ -21,6 +21,7 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Float64, Float64MultiArray, Int64, String
 from busflow.wire.foreign import ForeignType
 from busflow.wire.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.outlet import Outlet
 from busflow.wire.peer import Peer
 from busflow.wire.qos_form import to_text
 from busflow.wire.run_directory import find_run
@@ -191,6 +192,26 @@ async def test_nothing_is_encoded_until_somebody_listens_and_nothing_after(looke
         before = encoded.total()
         talker.numbers.publish(Int64(data=3))
         assert encoded.total() == before
+
+
+async def test_who_listens_and_asks_misses_nothing_that_comes_after_the_answer(looked_at, monkeypatch):
+    monkeypatch.setattr(Outlet, "_listen", lambda *_: None)  # as late as Zenoh can be with telling who listens
+    async with looked_at(Talker) as looked:
+        talker = looked.graph.node(Talker)
+        answered, talked = threading.Event(), threading.Event()
+
+        def listen():
+            with looked.peer.listen(looked.peer.graph().topic("numbers")) as listener:
+                looked.peer.ask("log", count=1, node=None, level=0)
+                answered.set()
+                assert talked.wait(PATIENCE_S)
+                return listener.get(PATIENCE_S)
+
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        assert await asyncio.to_thread(answered.wait, PATIENCE_S)
+        talker.numbers.publish(Int64(data=7))
+        talked.set()
+        assert (await listening).sequence == 1
 
 
 async def test_an_inlet_of_the_same_process_makes_nobody_encode(looked_at):
