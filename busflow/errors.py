@@ -212,6 +212,10 @@ class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 
 
+class Stray(BusflowError):
+    """A task or a callback of a run failed, and it cannot be told which node it belongs to; the cause is chained."""
+
+
 class StopTimeout(BusflowError, TimeoutError):
     """A node's `stop` took too long."""
 

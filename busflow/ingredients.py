@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from busflow.clock import Clock, SimClock, Time
 from busflow.errors import InvalidDeclaration
 from busflow.launchfile.description import ClockMode, LaunchDescription
 from busflow.node import Node
@@ -39,6 +40,13 @@ def made_by_hand(what: Any) -> tuple[Node, Supervision]:
     if isinstance(node, type) and issubclass(node, Node):
         return node(), supervision
     raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
+
+
+def set_clock(clock: Clock, descriptions: Sequence[LaunchDescription]) -> None:
+    """Let a simulated clock start where a launch file says."""
+    start_s = next((each.clock.start_s for each in descriptions if each.clock.start_s is not None), None)
+    if start_s is not None and isinstance(clock, SimClock):
+        clock.start_at(Time(seconds=start_s))
 
 
 def is_simulated(description: LaunchDescription) -> bool:

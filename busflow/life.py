@@ -36,6 +36,8 @@ class Life:
         """Whether there may be tasks to cancel at the end."""
         self.on_failure: Callable[[Failure], None] | None = None
         self.on_task_end: Callable[[], None] | None = None
+        self.on_end: Callable[[], None] | None = None
+        """Who looks once more, after its `stop`, at what it has left behind."""
         self._close = close
         self._running = 0
         self._tasks: anyio.abc.TaskGroup | None = None

@@ -19,6 +19,7 @@ from busflow.launchfile.placement import placed
 from busflow.log import console_sink
 from busflow.runner import Graph
 from busflow.signals import SignalGuard
+from busflow.strays import catch_strays, forgotten_awaits_told, lost_on
 
 if TYPE_CHECKING:
     from busflow.recording.wanted import Wanted
@@ -129,12 +130,17 @@ def run_graph(
     graph.on_restart.append(look_at_everything)
     if for_s is not None and graph.clock.kind == "system":
         graph.on_ready = partial(guard.end_after, for_s)
-    with guard, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
-        guard.goes_on = partial(_goes_on, graph, runner.get_loop())
+    told = forgotten_awaits_told(graph.log)
+    with guard, told, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
+        guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
+        catch_strays(loop)
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
+    for lost in lost_on(loop):
+        graph.give_up(lost)
+    graph.check()
     return graph.exit_code
 
 

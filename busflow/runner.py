@@ -12,11 +12,11 @@ from typing import Any, Self, TypeVar, overload
 from busflow.bus import Bus
 from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
-from busflow.clock import Clock, SimClock, SystemClock, Time
+from busflow.clock import Clock, SystemClock
 from busflow.dispatcher import Chooser
 from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
 from busflow.failure import Failure
-from busflow.ingredients import What, described, is_simulated, made_by_hand
+from busflow.ingredients import What, described, is_simulated, made_by_hand, set_clock
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.member import Member
 from busflow.launchfile.preflight import Plan, Preflight
@@ -29,6 +29,7 @@ from busflow.publishers import Publisher
 from busflow.qos import QoS
 from busflow.report import RecordingReport, Report, node_reports, service_reports, topic_reports
 from busflow.rosout import Rosout
+from busflow.strays import hear_of_strays
 from busflow.subscriptions import Subscription
 from busflow.supervisor import Overseer, Unit, outlast
 from busflow.surroundings import Surroundings
@@ -81,7 +82,7 @@ class Graph:
         self.seed = seed if seed is not None else next((s.seed for s in self.descriptions if s.seed is not None), 0)
         self.grace_s = next((s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
-        self._set_clock()
+        set_clock(self.clock, self.descriptions)
         self.log = Log(self.clock, level=log_level, sinks=sinks)
         self.bus = Bus(self.clock, explore=explore)
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
@@ -151,6 +152,7 @@ class Graph:
                 hear()
             raise
         self._loop = asyncio.get_running_loop()
+        self.on_end.append(hear_of_strays(self._loop, self.give_up))
         if self._asked_early is not None:
             self.ask_to_stop(self._asked_early)
         self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
@@ -194,9 +196,12 @@ class Graph:
         if self._main is None:
             raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
         await asyncio.shield(self._main)
+        self.check()
+
+    def check(self) -> None:
+        """Raise what has failed so far, as `wait` does."""
         if self.failures:
-            first = self.failures[0]
-            raise NodeFailed(first.render()) from first.error
+            raise NodeFailed(self.failures[0].render()) from self.failures[0].error
         if self.given_up is not None:
             raise self.given_up
 
@@ -219,7 +224,8 @@ class Graph:
         """End the graph for a reason that is no node's; whoever waits for its end is told."""
         if self.given_up is None:
             self.given_up = error
-            self.ask_to_stop(error.exit_code)
+            self.ask_to_stop()
+            self.exit_code = self.exit_code or error.exit_code  # also where the end has begun
             self._call_host()
 
     def _call_host(self) -> None:
@@ -243,12 +249,6 @@ class Graph:
         await self.stop()
         if (self.failures or self.given_up) and (error is None or (kind is asyncio.CancelledError and taken_back)):
             await self.wait()
-
-    def _set_clock(self) -> None:
-        """Let a simulated clock start where a launch file says."""
-        start_s = next((each.clock.start_s for each in self.descriptions if each.clock.start_s is not None), None)
-        if start_s is not None and isinstance(self.clock, SimClock):
-            self.clock.start_at(Time(seconds=start_s))
 
     async def _live(self) -> None:
         try:

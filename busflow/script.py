@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
 from busflow.event_loop import LoopFactory
 from busflow.ingredients import What, described, is_simulated
 from busflow.launchfile.description import LaunchDescription
@@ -146,7 +146,7 @@ def _told(graph: Graph, loop_factory: LoopFactory, crew: Crew | None = None) -> 
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:
         sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
-    except IncompleteRecording as error:
+    except (IncompleteRecording, Stray) as error:
         sys.stderr.write(f"error: {error}\n")
     finally:
         if crew:

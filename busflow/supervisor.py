@@ -135,6 +135,8 @@ class Unit:
             if self.state not in {NodeState.FAILED, NodeState.RESTARTING}:
                 self.state = NodeState.STOPPING
             await self._stop()
+            if self.runtime.life.on_end is not None:
+                self.runtime.life.on_end()
             self.runtime.end()
 
     async def _start_and_run(self, tasks: anyio.abc.TaskGroup) -> None:

@@ -15,7 +15,7 @@ import click
 
 from busflow.cli.output import colour, json_text, tell
 from busflow.cli.summary import print_summary
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
 from busflow.event_loop import LoopFactory
 from busflow.ingredients import is_simulated
 from busflow.launchfile.description import RecordSpec
@@ -154,7 +154,7 @@ class Run:
         except NodeFailed:
             for failure in graph.failures:
                 tell(f"error: {failure.render()}")
-        except IncompleteRecording as error:
+        except (IncompleteRecording, Stray) as error:
             tell(f"error: {error}")
         finally:
             if self._crew:

@@ -22,6 +22,7 @@ from typing import Any, ParamSpec, TypeAlias, TypeVar, TypeVarTuple, Unpack, ove
 
 from busflow.clock import perf_counter
 from busflow.errors import Deadlock
+from busflow.strays import catch_strays, lost_on
 from busflow.testing.schedule import AnyOrder, Schedule
 from busflow.testing.waiting import waiting
 
@@ -76,6 +77,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if schedule is not None:
             self._ready = AnyOrder(self._ready, schedule)
             schedule.attach(self, self.time_ns)
+        catch_strays(self)
 
     def time(self) -> float:
         """Virtual seconds."""
@@ -349,7 +351,10 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
         return await main
 
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        return runner.run(named())
+        result = runner.run(named())
+    for lost in lost_on(loop):
+        raise lost
+    return result
 
 
 @overload

@@ -110,6 +110,8 @@ class Rerun:
             now_ns = self._clock.now().nanoseconds
             await graph.stop()
             await starting
+        if graph.given_up is not None:
+            raise graph.given_up
         for failure in graph.failures:
             self._check.failed(failure.node, now_ns, failure.summary)
 

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from busflow.errors import Deadlock, Fault, NodeFailed, Problem
+from busflow.errors import Deadlock, Fault, NodeFailed, Problem, Stray
 from busflow.launchfile.description import LaunchDescription
 from busflow.launchfile.faults import problems
 from busflow.launchfile.value import Origin, Source, Value
@@ -55,7 +55,7 @@ class Trials:
             try:
                 with asyncio.Runner(loop_factory=loop_factory) as runner:
                     runner.run(_run(graph, self.for_s))
-            except (NodeFailed, Deadlock) as error:
+            except (NodeFailed, Stray, Deadlock) as error:
                 return [(str(error).partition("\n")[0], Fault((), str(error), code="failed"))]
             return [(str(fault.path), fault) for fault in expectations.broken()]
 
