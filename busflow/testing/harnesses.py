@@ -28,6 +28,7 @@ from busflow.qos import QoS
 from busflow.runner import Graph
 from busflow.subscriptions import Subscription
 from busflow.testing.faults import Faults
+from busflow.testing.following import TOPIC as CLOCK
 from busflow.testing.following import Following
 from busflow.testing.ledger import Ledger
 from busflow.testing.loop import VirtualLoop
@@ -174,7 +175,13 @@ class Harness:
     # What the test does.
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message from outside."""
+        """Publish a message from outside, on a topic that somebody receives; where nobody does, `advertise` it.
+
+        Raises:
+            NotSeen: Nobody has received the topic so far: a test would wait in vain for what comes of it.
+        """
+        if self.graph.units:
+            self._refuse_unheard(topic, message)
         self.graph.publish(topic, message)
 
     def set_parameters(
@@ -261,6 +268,13 @@ class Harness:
         if message_type is not None and topics[name].type is not message_type:
             raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
         return name
+
+    def _refuse_unheard(self, topic: str, message: Message) -> None:
+        name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
+        received = [each.name for each in topics.values() if each.subscriptions_come]
+        if name not in received and not (self._loop.follows and name == CLOCK):
+            anyway = f'lab.advertise({type(message).__name__}, "{topic}").publish(…) publishes it all the same'
+            raise NotSeen(f"no node receives {name}; {did_you_mean(name, received)} ({anyway})")
 
     def _why_nothing_came(self, name: str, timeout: float) -> str:
         topic = self.graph.bus.topics[name]

@@ -533,6 +533,32 @@ def test_the_ledger_is_balanced_after_whatever_harm(steps):
 
 
 @virtual_time
+async def test_a_test_that_publishes_where_nobody_receives_is_told_the_nearest_topic():
+    async with harness(Doubler) as lab:
+        with pytest.raises(NotSeen) as typo:
+            lab.publish("number", Int64(data=4))
+        assert str(typo.value) == (
+            "no node receives /number; did you mean '/numbers'? "
+            '(lab.advertise(Int64, "number").publish(…) publishes it all the same)'
+        )
+        with pytest.raises(NotSeen, match="no node receives /doubles"):  # a node publishes there, and nobody receives
+            lab.publish("doubles", Int64(data=4))
+        lab.advertise(Int64, "number").publish(Int64(data=4))
+        assert data(lab.received("number")) == [4]
+
+
+@virtual_time
+async def test_a_test_publishes_what_it_or_a_newcomer_receives_itself():
+    async with harness(Doubler) as lab:
+        own = lab.subscribe(Int64, "own")
+        lab.publish("own", Int64(data=1))
+        lab.node(Doubler).create_subscription(Int64, "late")
+        lab.publish("late", Int64(data=2))
+        await lab.settle()
+        assert (own.latest, data(lab.received("late"))) == (Int64(data=1), [2])
+
+
+@virtual_time
 async def test_the_stamps_jump_and_time_does_not():
     async with harness(SensorPublisher) as lab:
         await lab.advance(1)
