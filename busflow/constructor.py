@@ -19,7 +19,7 @@ from busflow.annotation import at
 from busflow.errors import Fault, InvalidMessage
 from busflow.fields import PRIMITIVES, ArrayKind, FieldType, Primitive, round_float32
 from busflow.source import Source, word
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, printable
 from busflow.validation import MOST_FAULTS, dotted, located
 
 MISSING: Any = object()
@@ -41,9 +41,24 @@ def fill(message: BaseModel, data: Mapping[str, Any]) -> None:
         raise InvalidMessage(cls.__name__, [_fault(each, errors, cls, given) for each in errors]) from None
 
 
-def fill_with(message: BaseModel, /, **data: Any) -> None:
+def fill_with(message: BaseModel, /, *values: object, **data: Any) -> None:
     """The constructor of a class that has rules of its own, or fields that ROS cannot describe."""
+    if values:
+        refuse_nameless(message, values)
     fill(message, data)
+
+
+def refuse_nameless(message: BaseModel, values: Sequence[object]) -> None:
+    """Refuse values that are given without the names of their fields, as rclpy does, and say how they are written.
+
+    Raises:
+        TypeError: always.
+    """
+    cls = type(message)
+    named = [
+        f"{name}={printable(repr(value), limit=40)}" for name, value in zip(cls.model_fields, values, strict=False)
+    ]
+    raise TypeError(f"{cls.__name__} takes its fields by name: write {cls.__name__}({', '.join(named)})")
 
 
 def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., None]:
@@ -54,6 +69,7 @@ def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., N
     give = source.give
     # A field may have any name but one that begins with an underscore: those are the function's own.
     defaults = _defaults(fields, give)
+    source.add("if _nameless:", f"    {give(refuse_nameless)}(_message, _nameless)")
     source.add("if not _unknown:", "    try:")
     source.indent(2)
     _check(source, fields, defaults)
@@ -67,7 +83,7 @@ def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., N
     source.indent(-2)
     given = "".join(f"{each!r}: {each}, " for each in defaults)
     source.add(f"{give(fill)}(_message, {{{given}**_unknown}})")
-    return source.function(f"_message, /, {_arguments(defaults)}**_unknown")
+    return source.function(f"_message, /, *_nameless, {_arguments(defaults)}**_unknown")
 
 
 def late_maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
@@ -94,7 +110,7 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
     source.add(f"_message = {source.give(object.__new__)}({source.give(blank())})")
     source.add(*(f"_message.{word(each)} = {each}" for each in defaults))
     source.add(f"_message.__class__ = {source.give(cls)}", "return _message")
-    return source.function(_arguments(defaults))
+    return source.function(f"*, {_arguments(defaults)}" if defaults else "")
 
 
 def _plain_fields(cls: type[BaseModel], plain: type[BaseModel]) -> list[FieldType] | None:
@@ -109,9 +125,8 @@ def _defaults(fields: Sequence[FieldType], give: Callable[[Any], str]) -> dict[s
 
 
 def _arguments(defaults: Mapping[str, str]) -> str:
-    """Arguments that are only taken by name, with their defaults and a comma after each."""
-    named = "".join(f"{each}={default}, " for each, default in defaults.items())
-    return f"*, {named}" if named else ""
+    """Arguments with their defaults and a comma after each."""
+    return "".join(f"{each}={default}, " for each, default in defaults.items())
 
 
 def _check(source: Source, fields: Sequence[FieldType], defaults: Mapping[str, str]) -> None:

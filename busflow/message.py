@@ -284,9 +284,9 @@ def _set_constructor(cls: type[Message]) -> None:
     if "__init__" in vars(cls):
         raise InvalidDeclaration(f"{cls.__name__} has an __init__; write a class method that makes one")
 
-    def __init__(self: Message, /, **data: Any) -> None:  # noqa: N807 - it becomes that method
+    def __init__(self: Message, /, *values: Any, **data: Any) -> None:  # noqa: N807 - it becomes that method
         _become_constructor(cls, constructor(cls, Message))
-        self.__init__(**data)
+        self.__init__(*values, **data)
 
     _become_constructor(cls, __init__)
     cls.__of_keys__ = late_maker(cls, Message)

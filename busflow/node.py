@@ -15,6 +15,7 @@ from busflow.clients import Client
 from busflow.clock import Clock
 from busflow.declarations import ParametersDeclaration
 from busflow.errors import InvalidDeclaration
+from busflow.habits import Habits
 from busflow.hints import calling_frame
 from busflow.inheritance import inherit
 from busflow.message import Message
@@ -34,7 +35,7 @@ Ts = TypeVarTuple("Ts")
 _HOOKS = frozenset({"declare", "start", "run", "stop"})
 
 
-class Node:
+class Node(Habits):
     """A unit of a robot's software: declares what it publishes and receives, and reacts.
 
     Subclass it, annotate `parameters` with your own `Parameters` class if there are any, declare endpoints with

@@ -70,7 +70,10 @@ class NodeRuntime:
     def surroundings(self) -> Surroundings:
         """What the node was given, once it is part of a graph."""
         if self._surroundings is None:
-            raise NotRunning(f"{self.name} is not part of a graph yet; see busflow.launch, or busflow.testing")
+            raise NotRunning(
+                f"{self.name} is not part of a graph yet: what __init__ would do belongs in declare() or start(); "
+                "see busflow.launch, or busflow.testing"
+            )
         return self._surroundings
 
     @cached_property

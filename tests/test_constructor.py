@@ -101,13 +101,13 @@ def test_a_field_may_have_any_name(name):
         cls(**{name: 256})
 
 
-def test_values_without_names_are_refused_in_python_s_words_by_the_first_message_and_the_next():
+def test_values_without_names_are_refused_with_their_names_by_the_first_message_and_the_next():
     class Pair(Message, package="tests"):
         left: float64 = 0.0
         right: float64 = 0.0
 
     for _ in range(2):
-        with pytest.raises(TypeError, match=r"^Pair.__init__\(\) takes 1 positional argument but 3 were given$"):
+        with pytest.raises(TypeError, match=r"^Pair takes its fields by name: write Pair\(left=1.0, right=2.0\)$"):
             Pair(1.0, 2.0)  # type: ignore[call-arg]  # the mistake that is meant
         Pair(left=1.0)
 

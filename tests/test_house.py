@@ -22,12 +22,12 @@ TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 FUNCTION_LINES = 50
 FILE_LINES = 400
 WING_LINES = {
-    "engine": 5525,
+    "engine": 5560,
     "parameters": 600,
     "services": 600,
     "supervision": 500,
     "edits": 200,
-    "messages": 990,
+    "messages": 994,
     "launch file": 4365,
 }
 """Lines of code of each wing of the core, without blank lines, comments and docstrings; raised for a reason alone."""

@@ -135,7 +135,9 @@ def test_what_needs_a_graph_says_so_before_there_is_one():
         lambda: node.create_publisher(Int64, "numbers"),
         lambda: node.create_subscription(Int64, "numbers"),
     ):
-        with pytest.raises(NotRunning, match="rated is not part of a graph yet"):
+        with pytest.raises(
+            NotRunning, match=r"rated is not part of a graph yet: .* belongs in declare\(\) or start\(\)"
+        ):
             use()
     with pytest.raises(NotRunning):
         node.spawn(asyncio.sleep(0))

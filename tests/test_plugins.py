@@ -310,6 +310,12 @@ class TestFailingImport:
             failure("camera", folder)
         )
 
+    def test_what_is_imported_from_ros_is_answered_with_what_is_here(self, write: Write, folder: Path):
+        write("camera.py", "import rclpy\n")
+        assert "fix: write `from busflow import Node`; docs/coming-from-rclpy.md" in str(failure("camera", folder))
+        write("imu.py", "from sensor_msgs.msg import Imu\n")
+        assert "fix: write `from busflow.msgs.sensor_msgs import …`" in str(failure("imu", folder))
+
     @pytest.mark.parametrize("statement", ["raise SystemExit(3)", "import sys; sys.exit()", "exit()"])
     def test_a_plugin_that_exits_is_an_error(self, write: Write, folder: Path, statement: str):
         write("camera.py", f"{statement}\n")
