@@ -55,9 +55,10 @@ class Problems:
 
 
 def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
-    """Problems by file, in this order, and line, each once: those of no file first, those in nodes' code last.
+    """Problems by file, in this order, and line, each once.
 
-    What is wrong in a node's code stands where its launch file names the node.
+    Those of no file, as of the command line, come first and as they are; those in nodes' code come last, unless a launch
+    file names the node.
     """
 
     def position(problem: Problem) -> tuple[int, int, int]:
@@ -65,9 +66,9 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
         for place in places:
             if place.file in files:
                 return files.index(place.file), place.line, place.column
-        if not places:
-            return -1, 0, 0
-        return len(files) if places[0].file.endswith(".py") else -1, places[0].line, places[0].column
+        if places and places[0].file.endswith(".py"):
+            return len(files), places[0].line, places[0].column
+        return -1, 0, 0
 
     found = list(problems)
     return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
