@@ -57,8 +57,8 @@ class Problems:
 def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
     """Problems by file, in this order, and line, each once.
 
-    Those of no file, as of the command line, come first and as they are; those in nodes' code come last, unless a launch
-    file names the node.
+    Those of no file, as of the command line, come first and as they are; those in nodes' code come last, unless a
+    launch file names the node.
     """
 
     def position(problem: Problem) -> tuple[int, int, int]:
