@@ -9,8 +9,9 @@ if TYPE_CHECKING:
     from busflow.testing.exploration import explore
     from busflow.testing.harnesses import Harness, harness
     from busflow.testing.ledger import Ledger
-    from busflow.testing.loop import VirtualLoop, virtual_time
+    from busflow.testing.loop import VirtualLoop
     from busflow.testing.replays import Replay, replay
+    from busflow.testing.virtual_test import virtual_time
 
 _HOMES = {
     "Harness": "busflow.testing.harnesses",
@@ -21,7 +22,7 @@ _HOMES = {
     "explore": "busflow.testing.exploration",
     "harness": "busflow.testing.harnesses",
     "replay": "busflow.testing.replays",
-    "virtual_time": "busflow.testing.loop",
+    "virtual_time": "busflow.testing.virtual_test",
 }
 
 __all__ = ["Harness", "Ledger", "NotSeen", "Replay", "VirtualLoop", "explore", "harness", "replay", "virtual_time"]

@@ -10,8 +10,9 @@ from typing import Any, ParamSpec, overload
 
 from busflow.errors import InvalidDeclaration
 from busflow.testing.harnesses import given_seed
-from busflow.testing.loop import HORIZON_S, VirtualLoop, run_virtual
+from busflow.testing.loop import HORIZON_S, VirtualLoop
 from busflow.testing.schedule import Place, Schedule
+from busflow.testing.virtual_test import refuse_plain, run_virtual
 
 P = ParamSpec("P")
 Test = Callable[P, Coroutine[Any, Any, object]]
@@ -48,6 +49,8 @@ def explore(
         raise InvalidDeclaration(f"explore(schedules={schedules!r}): a test needs one order at least")
 
     def decorate(test: Test[P]) -> Callable[P, None]:
+        refuse_plain(test, "@explore")
+
         @functools.wraps(test)
         def run(*args: P.args, **kwargs: P.kwargs) -> None:
             def once(schedule: Schedule) -> None:

@@ -12,7 +12,7 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Mapping
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
 from busflow.calls import Pair, Req, Res
 from busflow.clients import TIMEOUT_S
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
 
+_AS_WRITTEN = "write @virtual_time, below it async def test_…(), and in it async with harness(…) as lab:"
+
 
 class Harness:
     """A graph under test: use it as `async with harness(...) as lab`, on a virtual loop."""
@@ -56,7 +58,10 @@ class Harness:
         log_level: str = "info",
         record: Wanted = False,
     ) -> None:
-        loop = asyncio.get_running_loop()
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            raise NotRunning(f"a harness needs an async test on virtual time: {_AS_WRITTEN}") from None
         if not isinstance(loop, VirtualLoop):
             raise NotRunning("a harness needs virtual time: put @virtual_time above the test")
         self.log: list[LogRecord] = []
@@ -87,6 +92,14 @@ class Harness:
             Following(self.graph, self.clock, loop)
         elif any(each.clock.mode is ClockMode.FOLLOW for each in self.graph.descriptions):
             raise NotRunning(f"the time of {self.graph.name} follows /clock: write @virtual_time(follows=True)")
+
+    if not TYPE_CHECKING:  # type checkers refuse it themselves
+
+        def __enter__(self) -> Never:
+            raise NotRunning(f"a harness starts and stops nodes, which takes an async with: {_AS_WRITTEN}")
+
+        def __exit__(self, *_: object) -> None:
+            """Is never called: without it Python would not even ask for the above."""
 
     async def __aenter__(self) -> Self:
         if self._expected is None:

@@ -7,26 +7,24 @@ passes at once, in the same order every time.
 from __future__ import annotations
 
 import asyncio
-import functools
 import heapq
 import math
 import selectors
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Coroutine, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from contextvars import Context
-from typing import Any, ParamSpec, TypeAlias, TypeVar, TypeVarTuple, Unpack, overload
+from typing import Any, TypeAlias, TypeVar, TypeVarTuple, Unpack
 
 from busflow.clock import perf_counter
 from busflow.errors import Deadlock
-from busflow.strays import catch_strays, lost_on
+from busflow.strays import catch_strays
 from busflow.testing.schedule import AnyOrder, Schedule
 from busflow.testing.waiting import waiting
 
-P = ParamSpec("P")
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 Events: TypeAlias = list[tuple[selectors.SelectorKey, int]]
@@ -340,59 +338,3 @@ def _to_ns(seconds: float) -> int | None:
     if math.isinf(seconds):
         return None if seconds > 0 else 0
     return round(seconds * NS_PER_S)
-
-
-def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -> T:
-    """Run a coroutine on a virtual loop, in a task of that name, and close the loop."""
-
-    async def named() -> T:
-        if task := asyncio.current_task():
-            task.set_name(name)
-        return await main
-
-    with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        result = runner.run(named())
-    for lost in lost_on(loop):
-        raise lost
-    return result
-
-
-@overload
-def virtual_time(test: Callable[P, Coroutine[Any, Any, T]], /) -> Callable[P, T]: ...
-@overload
-def virtual_time(
-    *, seed: int | None = None, horizon_s: float = HORIZON_S, follows: bool = False
-) -> Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]: ...
-def virtual_time(
-    test: Callable[P, Coroutine[Any, Any, T]] | None = None,
-    /,
-    *,
-    seed: int | None = None,
-    horizon_s: float = HORIZON_S,
-    follows: bool = False,
-) -> Callable[P, T] | Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]:
-    """Run an async test on a loop of its own, on virtual time. A plain decorator: no plugin is needed.
-
-    >>> @virtual_time
-    ... async def test_an_hour() -> float:
-    ...     await asyncio.sleep(3600)
-    ...     return asyncio.get_running_loop().time()
-    >>> test_an_hour()
-    3600.0
-
-    Args:
-        test: The test; it keeps its name and its parameters, which pytest reads as fixtures.
-        seed: One order of events, the same every time; None is first in, first out.
-        horizon_s: Where virtual time ends, with an error that names who still waits.
-        follows: Time stands still but for what is published on `/clock`.
-    """
-
-    def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
-        @functools.wraps(test)
-        def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            loop = VirtualLoop(schedule=None if seed is None else Schedule(seed), horizon_s=horizon_s, follows=follows)
-            return run_virtual(test(*args, **kwargs), name=test.__name__, loop=loop)
-
-        return run
-
-    return decorate if test is None else decorate(test)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 _MARKERS = (
     "virtual_time(seed=None, horizon_s=86400): run this async test on virtual time, with busflow.testing.",
     "explore(schedules=100, horizon_s=86400): run this async test under many orders of events, with busflow.testing.",
+)
+
+_HOW = (
+    "busflow runs an async test on virtual time: write @virtual_time above it (from busflow.testing), or let it take "
+    "the fixture harness. For any other loop:"
 )
 
 
@@ -35,6 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     config.pluginmanager.register(_Caller(), "busflow-caller")
+    config.pluginmanager.register(_Explainer(), "busflow-explainer")
 
 
 def pytest_report_header() -> str | None:
@@ -62,6 +68,18 @@ class _Caller:
         names = inspect.signature(inner).parameters
         decorate(inner)(**{name: pyfuncitem.funcargs[name] for name in names if name in pyfuncitem.funcargs})
         return True
+
+
+class _Explainer:
+    """Adds to what pytest says of an async test that nobody runs."""
+
+    @pytest.hookimpl(hookwrapper=True, tryfirst=True)
+    def pytest_pyfunc_call(self) -> Generator[None, Any]:
+        """Say how busflow would."""
+        outcome = yield
+        error = outcome.excinfo[1] if outcome.excinfo else None
+        if isinstance(error, pytest.fail.Exception) and str(error.msg).startswith("async def functions are not"):
+            error.msg = f"{_HOW}\n{error.msg}"
 
 
 def _async_test(test: Any) -> Any:

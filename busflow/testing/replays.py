@@ -20,13 +20,14 @@ from busflow.recording.comparison import Comparison
 from busflow.recording.introspection import SUFFIX
 from busflow.recording.recorder import record_graph
 from busflow.runner import Graph
-from busflow.testing.loop import VirtualLoop, run_virtual
+from busflow.testing.loop import VirtualLoop
 from busflow.testing.replay_cast import TOLD_BY_THE_RUN, cast_of
 from busflow.testing.replay_check import Check, Difference
 from busflow.testing.replay_clock import ReplayClock
 from busflow.testing.replay_past import Past, past_of
 from busflow.testing.replay_ticks import ComingTicks
 from busflow.testing.rerun import Rerun
+from busflow.testing.virtual_test import run_virtual
 from busflow.text import counted
 
 TIME_TOLERANCE_S = 0.1

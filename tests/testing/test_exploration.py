@@ -14,8 +14,9 @@ from busflow.errors import BusflowError, InvalidDeclaration, NodeFailed
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import explore, harness, virtual_time
 from busflow.testing.exploration import minimised
-from busflow.testing.loop import VirtualLoop, run_virtual
+from busflow.testing.loop import VirtualLoop
 from busflow.testing.schedule import Lever, Schedule
+from busflow.testing.virtual_test import run_virtual
 
 
 class Sensors(Node):

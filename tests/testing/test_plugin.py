@@ -179,6 +179,15 @@ def test_marked_tests_need_no_other_plugin(tmp_path):
     assert code == 0
 
 
+def test_an_async_test_that_nobody_runs_is_told_how_busflow_would(tmp_path):
+    test = "async def test_a():\n    pass\n\ndef test_b():\n    raise ValueError('mine')\n"
+    code, output = run(tmp_path, test, "-p", "no:asyncio", "-p", "no:anyio")
+    assert "busflow runs an async test on virtual time: write @virtual_time above it" in output
+    assert output.count("fixture harness") == 1, "of the other failure nothing is said"
+    assert "2 failed" in output, output
+    assert code == 1
+
+
 def test_the_others_can_be_given_the_virtual_loop(tmp_path):
     (tmp_path / "conftest.py").write_text(FACTORIES)
     code, output = run(tmp_path, LOOPS_OF_OTHERS)
