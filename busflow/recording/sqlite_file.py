@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Collection, Iterator
-from contextlib import closing
+from collections.abc import Callable, Collection, Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
@@ -40,7 +40,7 @@ class SqliteFile:
         try:
             self.size = path.stat().st_size
             self.unfinished = _cut_off(path, self.size)
-            with closing(self._connect()) as connection:
+            with self._opened() as connection:
                 self._topics = dict(_topics(connection, str(path)))
         except OSError as error:
             raise BagError(f"it cannot be opened: {error.strerror}", file=str(path)) from None
@@ -55,7 +55,7 @@ class SqliteFile:
     def overview(self) -> Overview | None:
         """What the database counts; None where it cannot."""
         try:
-            with closing(self._connect()) as connection:
+            with self._opened() as connection:
                 counts = dict(connection.execute("SELECT topic_id, count(*) FROM messages GROUP BY topic_id"))
                 first, last = connection.execute("SELECT min(timestamp), max(timestamp) FROM messages").fetchone()
         except sqlite3.Error:
@@ -71,7 +71,7 @@ class SqliteFile:
         chosen = {number: channel for number, channel in self._topics.items() if wanted(channel)}
         query = "SELECT id, topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? ORDER BY id"
         try:
-            with closing(self._connect()) as connection:
+            with self._opened() as connection:
                 times = (min(since_ns, _LARGEST_NS), min(until_ns, _LARGEST_NS))
                 for number, topic, time_ns, data in connection.execute(query, times):
                     if type(data) is not bytes or type(time_ns) is not int:
@@ -84,13 +84,15 @@ class SqliteFile:
         if self.unfinished is not None:
             raise self.unfinished
 
-    def _connect(self) -> sqlite3.Connection:
+    @contextmanager
+    def _opened(self) -> Generator[sqlite3.Connection]:
         # A column may hold a value of any type, whatever it was declared as: who reads one looks.
         # What is immutable is not locked, and SQLite does not look for a journal beside it to play back.
-        connection = sqlite3.connect(f"file:{quote(str(self.path.absolute()))}?mode=ro&immutable=1", uri=True)
-        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD)
-        connection.execute("PRAGMA trusted_schema = OFF")
-        return connection
+        uri = f"file:{quote(str(self.path.absolute()))}?mode=ro&immutable=1"
+        with closing(sqlite3.connect(uri, uri=True)) as connection:
+            connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD)
+            connection.execute("PRAGMA trusted_schema = OFF")
+            yield connection
 
 
 def _cut_off(path: Path, size: int) -> BagError | None:

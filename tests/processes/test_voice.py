@@ -2,6 +2,7 @@
 
 import json
 import os
+import threading
 from contextlib import suppress
 
 import pytest
@@ -15,9 +16,12 @@ from busflow.processes.voice import Voice, record_of
 def pipe():
     listening, speaking = os.pipe()
     yield listening, speaking
-    for end in (listening, speaking):
-        with suppress(OSError):
-            os.close(end)
+    with suppress(OSError):
+        os.close(listening)
+    for thread in threading.enumerate():  # one that still writes would write into whatever has this number next
+        if thread.name == "busflow.voice":
+            thread.join(10)
+    os.close(speaking)
 
 
 def read(listening):

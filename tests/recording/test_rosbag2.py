@@ -3,7 +3,7 @@
 import json
 import re
 import sqlite3
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -151,7 +151,7 @@ def as_plain(value):
 
 def test_a_database_without_definitions_is_read_by_the_types_that_busflow_brings(tmp_path):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
-    with sqlite3.connect(next(bag.glob("*.db3"))) as database:
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         database.execute("DROP TABLE message_definitions")
     with Bag(bag) as opened:
         assert [each.channel.plain(each.payload)["data"] for each in opened.entries(["/talk"])] == ["Grüße"]
@@ -240,7 +240,7 @@ def test_a_database_that_is_cut_off_is_no_crash(tmp_path):
 )
 def test_a_value_of_another_type_than_its_column_is_damage(tmp_path, change, what):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
-    with sqlite3.connect(next(bag.glob("*.db3"))) as database:
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         rows = database.execute("SELECT * FROM messages").fetchall()
         database.execute("DROP TABLE messages")
         database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
@@ -253,7 +253,7 @@ def test_a_value_of_another_type_than_its_column_is_damage(tmp_path, change, wha
 
 def test_numbers_beyond_32_bits_begin_anew(tmp_path):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
-    with sqlite3.connect(next(bag.glob("*.db3"))) as database:
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         database.execute("UPDATE messages SET id = id + (1 << 32)")
     with Bag(bag) as opened:
         assert [each.sequence for each in opened.entries()] == [1, 2, 3]
