@@ -9,8 +9,9 @@ from pathlib import Path
 import click
 
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_json
+from busflow.cli.output import print_json, print_problems
 from busflow.cli.table import Column, print_table
+from busflow.errors import ExitCode
 from busflow.plugins import built_in, find
 from busflow.text import printable
 
@@ -51,9 +52,11 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     nothing, found = not found, [*found, *own]
     if as_json:
         print_json([asdict(each) for each in found])
-        return 0
+        return _unread(folders)
     rows = [(each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found]
     print_table(rows, Column(), Column(folds=True))
+    if _unread(folders):
+        return ExitCode.USAGE
     if nothing:
         click.echo(f"no plugins in {', '.join(printable(folder) for folder in folders)}, and none installed", err=True)
     return 0
@@ -66,9 +69,20 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
     """Show the parameters of the plugin NAME with defaults and ranges, and its topics in and out."""
     from busflow.cli.plugin_sheet import sheet
 
+    if _unread(folders or _DEFAULT):
+        return ExitCode.USAGE
     described = sheet(name, folders or _DEFAULT)
     if as_json:
         print_json(described.as_json())
     else:
         described.print()
     return 0
+
+
+def _unread(folders: Sequence[Path]) -> ExitCode:
+    """Tell which of the folders cannot be looked into."""
+    from busflow.launchfile.folder_access import unreadable
+
+    faults = [fault for fault in map(unreadable, folders) if fault is not None]
+    print_problems(faults, error_stream=True)
+    return ExitCode.USAGE if faults else ExitCode.OK

@@ -21,6 +21,7 @@ from busflow.launchfile.document import Doubled, Limits, read_file
 from busflow.launchfile.expand import Expander
 from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
+from busflow.launchfile.folder_access import unreadable
 from busflow.launchfile.groups import Flat, Included
 from busflow.launchfile.key_faults import doubt_about, key_faults, meant, wants_list
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
@@ -286,7 +287,9 @@ class _Loader:
         stated = tree.members.get("plugins")
         for value in stated.content if stated is not None and isinstance(stated.content, list) else []:
             folder = Path(os.path.normpath(path.parent / str(value.content)))
-            if folder.is_dir():
+            if (fault := unreadable(folder)) is not None:
+                self._tell(fault.code, fault.message, fault.fix, value, Doubt.PLUGINS)
+            elif folder.is_dir():
                 found.append(PluginFolder(folder, value.origin))
             else:
                 fix = _neighbour(folder, path.parent)

@@ -6,6 +6,7 @@ of classes and instances is checked exactly as one from a file, only without pos
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -219,5 +220,5 @@ def _unnamed_folder(spec: NodeSpec) -> str | None:
     place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
     beside = Path(place.file).parent if place is not None else Path()
     named = {each.resolve() for each in spec.folders}
-    there = (each for each in ("plugins", "../plugins") if (beside / each / file).is_file())
+    there = (each for each in ("plugins", "../plugins") if os.path.isfile(beside / each / file))  # noqa: PTH113  # never raises
     return next((each for each in there if (beside / each).resolve() not in named), None)

@@ -1,7 +1,11 @@
 """`busflow plugins` lists plugins without importing them, and describes one."""
 
 import json
+import os
+from collections.abc import Iterator
 from pathlib import Path
+from shutil import copytree
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -137,3 +141,42 @@ def test_info_as_json(capsys: Captured):
 def test_info_of_an_unknown_plugin_is_answered_with_the_nearest(capsys: Captured):
     assert main(["plugins", "info", "taker"]) == 2
     assert "did you mean 'talker'?" in capsys.readouterr().err
+
+
+@pytest.fixture
+def unprivileged(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder of plugins beside talk.yaml that this user may not look into, whoever it is."""
+    main(["check", "talk.yaml"])  # which imports what it takes, while it can be read
+    with TemporaryDirectory() as folder:
+        place = Path(folder)
+        copytree(Path.cwd(), place, dirs_exist_ok=True)
+        monkeypatch.chdir(place)
+        place.chmod(0o755)
+        (place / "plugins").chmod(0)
+        if os.geteuid() == 0:
+            os.seteuid(65534)
+        try:
+            yield place
+        finally:
+            os.seteuid(os.getuid())
+            (place / "plugins").chmod(0o755)
+            monkeypatch.undo()
+
+
+def test_a_folder_of_plugins_that_cannot_be_read_is_told_once_where_the_file_names_it(
+    unprivileged: Path, capsys: Captured
+):
+    capsys.readouterr()
+    assert main(["check", "talk.yaml"]) == 3
+    assert capsys.readouterr().out == (
+        "talk.yaml:2:11: error: cannot read the folder plugins: Permission denied\n"
+        "  plugins: [plugins]\n            ^^^^^^^\n  fix: let it be read: chmod u+rx plugins\n1 error\n"
+    )
+    for command in (
+        ["list"],
+        ["list", "--json"],
+        ["info", "talker"],
+        ["list", "--folder", str(unprivileged / "plugins")],
+    ):
+        assert main(["plugins", *command]) == 2
+        assert "Permission denied" in capsys.readouterr().err
