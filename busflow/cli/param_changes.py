@@ -101,13 +101,22 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
 @click.command()
 @_node
 @click.option(
-    "--into", metavar="FILE", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Another launch file."
+    "--into",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write into this launch file, which is there and has the node.",
 )
 @joins
 def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
     """Write the parameters of NODE that were changed back into its launch file; comments and order stay."""
     from busflow.launchfile.drift import written_back
 
+    if into is not None and not into.exists():
+        why = "it has to be a launch file that has the node: copy the run's, or write the parameters alone with"
+        raise click.BadParameter(
+            f"there is no {printable(into)}; {why} busflow param dump {printable(node)} --output {printable(into)}",
+            param_hint="--into",
+        )
     with joined(run) as peer:
         file = into or Path(near(peer.run.card.file))
         found = _drifts(peer, node, file)

@@ -210,3 +210,10 @@ def _line(process: "subprocess.Popen[str]") -> str:
     assert process.stdout is not None
     ready, _, _ = select.select([process.stdout], [], [], 0.5)
     return process.stdout.readline() if ready else ""
+
+
+def test_parameters_are_saved_only_into_a_launch_file_that_is_there(capsys: Captured):
+    assert main(["param", "save", "talker", "--into", "new.yaml"]) == 2
+    told = capsys.readouterr().err
+    assert "there is no new.yaml; it has to be a launch file that has the node" in told
+    assert "busflow param dump talker --output new.yaml" in told
