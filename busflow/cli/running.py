@@ -105,9 +105,13 @@ class Run:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
         outcome = self._crew.report() if self._crew else graph.report()
-        print_summary(outcome)
-        told = [_told(traced and traced.error, trace), _told(_written(outcome, report), report)]
-        return code or (ExitCode.FAILED if any(told) else ExitCode.OK)
+        lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
+        code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
+        print_summary(replace(outcome, exit_code=ExitCode(code)))
+        for error, path in lost:
+            if error is not None:
+                tell(f"error: cannot write the whole of {path}: {error.strerror}")
+        return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
         # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
@@ -217,13 +221,6 @@ def _written(outcome: Report, path: Path | None) -> OSError | None:
     except OSError as error:
         return error
     return None
-
-
-def _told(error: OSError | None, path: Path | None) -> bool:
-    """Whether something went wrong, which is told."""
-    if error is not None:
-        tell(f"error: cannot write the whole of {path}: {error.strerror}")
-    return error is not None
 
 
 def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path | None) -> None:

@@ -130,6 +130,7 @@ def test_a_disk_that_is_full_at_the_end_is_told_and_the_table_is_there(capsys: C
     assert main(["run", "talk.yaml", "--sim", "--for", "2s", option, "/dev/full"]) == 1
     out, err = capsys.readouterr()
     assert "published" in out
+    assert "exit code 1\n" in out
     assert err.splitlines()[-1] == "error: cannot write the whole of /dev/full: No space left on device"
     assert "Traceback" not in err
 
