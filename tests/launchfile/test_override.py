@@ -1,8 +1,12 @@
 """Overrides: `--set path=value`, told at their column where they are wrong."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+from busflow.launchfile.override import SETTABLE
 
 FILE = """
 qos: {fast: {depth: 1}}
@@ -98,3 +102,12 @@ def test_what_is_not_a_path_and_a_value_is_refused(folder, text: str):
 @pytest.mark.parametrize("overrides", [{"nodes.nobody.restart": "always"}, {"seed": "x"}, {"nodes.talker": 5}])
 def test_a_wrong_override_from_python_has_no_place(folder, overrides: dict[str, Any]):
     assert folder.report(FILE, overrides=overrides).startswith("error: ")
+
+
+def test_the_page_lists_what_can_be_set():
+    page = (Path(__file__).parents[2] / "docs/launch-files.md").read_text()
+    stated = re.search(
+        r"`--set` takes a path of keys with dots between them: (.*?), and what is below them\.", page, re.DOTALL
+    )
+    assert stated is not None
+    assert sorted(re.findall(r"`(\w+)`", stated[1])) == sorted(SETTABLE)
