@@ -120,7 +120,7 @@ class Ends:
         def on_error(error: BaseException, request: Message) -> None:
             if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
                 failure = Failure(life.name, origin, error, request)
-                life.log.error(failure.summary, traceback=way(error))
+                life.log.error(failure.summary, **({"traceback": lines} if (lines := way(error)) else {}))
             else:
                 life.fail(origin, error, request)
 

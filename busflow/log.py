@@ -17,7 +17,7 @@ import structlog
 from structlog.typing import EventDict, FilteringBoundLogger
 
 from busflow.blame import blame, reason
-from busflow.text import printable
+from busflow.text import plain, printable
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -102,6 +102,11 @@ def _raised(told: object) -> dict[str, str]:
     return {"error": reason(error), **({"at": str(place)} if place else {})}
 
 
+def values_text(values: Mapping[str, object]) -> str:
+    """What a line carries besides its text, as people read it, safe for a terminal."""
+    return "".join(f" {printable(name)}={printable(plain(value), limit=400)}" for name, value in values.items())
+
+
 def console_sink(stream: TextIO, *, colour: bool) -> Sink:
     """Lines for people: time of day (UTC), level, node, text, values."""
 
@@ -111,10 +116,9 @@ def console_sink(stream: TextIO, *, colour: bool) -> Sink:
         level = f"{record.level:<8}"
         if colour:
             level = f"\x1b[{_COLOURS.get(record.level, '0')}m{level}\x1b[0m"
-        values = "".join(f" {name}={printable(value, limit=400)}" for name, value in record.values.items())
-        node, text = printable(record.node), printable(record.event)
+        node, text = printable(record.node), printable(record.event) + values_text(record.values)
         where = f"[{printable(record.process)}] " if record.process else ""
-        stream.write(f"{time_of_day}.{nanoseconds // 1_000_000:03} {level} {where}{node}: {text}{values}\n")
+        stream.write(f"{time_of_day}.{nanoseconds // 1_000_000:03} {level} {where}{node}: {text}\n")
         stream.flush()
 
     return write

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from busflow.endpoint import Endpoint
 from busflow.errors import BusflowError
-from busflow.log import LEVELS, Log, LogRecord
+from busflow.log import LEVELS, Log, LogRecord, values_text
 from busflow.publishers import Publisher
 from busflow.qos import Durability, QoS
 from busflow.subscriptions import Subscription
@@ -104,8 +104,7 @@ def log_message(record: LogRecord) -> LogMessage:
 
 def line_text(record: LogRecord) -> str:
     """What a line says: its text and its values, safe for a terminal."""
-    values = "".join(f" {printable(name)}={printable(value, limit=400)}" for name, value in record.values.items())
-    return "\n".join(printable(each) for each in record.event.split("\n")) + values
+    return "\n".join(printable(each) for each in record.event.split("\n")) + values_text(record.values)
 
 
 def _place(record: LogRecord) -> tuple[str, int]:

@@ -2,7 +2,9 @@
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import islice
+from typing import cast
 
 # C0 and C1 controls, DEL, line and paragraph separators, and the bidirectional overrides that can make a
 # terminal show something other than what is there; lone surrogates cannot be encoded at all.
@@ -13,6 +15,10 @@ _SEPARATOR = re.compile("[/.]")
 
 _COMPARED = 500
 """Candidates that `nearest` compares: a hostile file may name ten thousand, at 30 µs each."""
+
+
+_SHOWN = 200
+"""Things of a sequence that `plain` shows: more than a line of the log has room for, which says that there are more."""
 
 
 def printable(text: object, *, limit: int = 4096) -> str:
@@ -27,6 +33,20 @@ def printable(text: object, *, limit: int = 4096) -> str:
     if len(shown) > limit:
         shown = shown[: limit - 1] + "…"
     return UNSAFE.sub(_escape, shown)
+
+
+def plain(value: object, *, depth: int = 4) -> str:
+    """A value as people read it: what is within sequences and mappings without the quotes of code.
+
+    >>> plain(["left/arm", 0.5]), plain({"gains": (1, None)}), plain([])
+    ('[left/arm, 0.5]', '{gains: [1, None]}', '[]')
+    """
+    if depth and isinstance(value, list | tuple):
+        return f"[{', '.join(plain(each, depth=depth - 1) for each in cast('Sequence[object]', value)[:_SHOWN])}]"
+    if depth and isinstance(value, dict):
+        pairs = islice(cast("dict[object, object]", value).items(), _SHOWN)
+        return f"{{{', '.join(f'{name}: {plain(each, depth=depth - 1)}' for name, each in pairs)}}}"
+    return str(value)
 
 
 def counted(count: int, one: str, several: str = "") -> str:

@@ -7,6 +7,7 @@ import pytest
 
 from busflow.clock import SystemClock
 from busflow.log import Log, LogRecord, console_sink, json_sink
+from busflow.rosout import line_text
 
 
 def logged(level: str = "info") -> tuple[Log, list[LogRecord]]:
@@ -77,6 +78,17 @@ def test_colour_is_only_what_was_asked_for():
     console_sink(coloured, colour=True)(record(level="error"))
     assert "\x1b" not in plain.getvalue()
     assert "\x1b[31merror" in coloured.getvalue()
+
+
+def test_values_are_shown_without_the_quotes_of_code():
+    stream, circle = io.StringIO(), []
+    circle.append(circle)
+    values = {"silent": ["left/arm", "right"], "gains": {"p": (1, 2.5)}, "name": "a b", "none": [], "circle": circle}
+    console_sink(stream, colour=False)(record(**values, many=list(range(1000))))
+    line = stream.getvalue()
+    assert " silent=[left/arm, right] gains={p: [1, 2.5]} name=a b none=[] circle=[[[[[[...]]]]]] many=[0, 1, " in line
+    assert line.endswith("…\n")
+    assert line_text(record(**values)).startswith("hello silent=[left/arm, right] gains={p: [1, 2.5]} name=a b ")
 
 
 @pytest.mark.parametrize(
