@@ -267,8 +267,8 @@ FROM_OUTSIDE = """
 name: outside
 processes: {far: }
 nodes:
-  hearer: {plugin: hearer, parameters: {tell_at: 3}}
-  other: {plugin: hearer, process: far, parameters: {tell_at: 3}}
+  hearer: {plugin: hearer, parameters: {tell_at: 40}, subscriptions: {numbers: {depth: 100}}}
+  other: {plugin: hearer, process: far, parameters: {tell_at: 40}, subscriptions: {numbers: {depth: 100}}}
 """
 
 
