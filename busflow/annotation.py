@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from inspect import get_annotations
 from itertools import chain
 from pathlib import Path
 from types import NoneType, UnionType
@@ -14,7 +15,10 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
-from busflow.errors import KeyPath
+from busflow.errors import InvalidDeclaration, KeyPath
+from busflow.text import printable
+
+_VALUES = (bool, int, float, complex, str, bytes, list, tuple, dict, set, NoneType, Enum, FieldInfo, BaseModel)
 
 
 class Bounds(NamedTuple):
@@ -209,6 +213,24 @@ def _strict_choice(schema: Any) -> Any:
 
 def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[object, tuple[object, ...]]:
     return annotation, (*split(annotation)[1], *metadata)
+
+
+def refuse_bare(cls: type[BaseModel]) -> None:
+    """Refuse a value in a new class of fields that has no annotation: it would be no field.
+
+    Raises:
+        InvalidDeclaration: there is one; the error says how it is written.
+    """
+    annotated = {*get_annotations(cls), *cls.__class_vars__, "model_config"}
+    for name, value in vars(cls).items():
+        if name.startswith("_") or name in annotated or not isinstance(value, _VALUES):
+            continue
+        plain = isinstance(value, bool | int | float | str)
+        kind, shown = (type(value).__name__, printable(repr(value), limit=40)) if plain else ("…", "…")
+        raise InvalidDeclaration(
+            f"{cls.__name__}.{name} has no annotation: write {name}: {kind} = {shown}, "
+            f"or {name}: ClassVar[{kind}] = {shown} where it is no field"
+        )
 
 
 class StrictModel(BaseModel):

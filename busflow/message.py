@@ -24,6 +24,7 @@ from pydantic_core import CoreSchema
 
 from busflow import aliases, arrays
 from busflow.aliases import *  # noqa: F403 - its __all__ is the list of the field words
+from busflow.annotation import refuse_bare
 from busflow.arrays import array, take, zeros
 from busflow.constructor import constructor, late_maker
 from busflow.errors import Fault, InvalidDeclaration, InvalidMessage, UnknownType
@@ -91,6 +92,7 @@ class Message(BaseModel, metaclass=_Frozen):
 
     def __init_subclass__(cls, *, package: str | None = None, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
+        refuse_bare(cls)
         outer = cls.__qualname__.rpartition(".")[0]
         if cls.__name__ in ("Request", "Response") and outer and not outer.endswith("<locals>"):
             cls.__ros_name__ = cls.__qualname__  # the service around it gives it its name
@@ -318,9 +320,7 @@ def _constants(cls: type[Message]) -> Iterator[Constant]:
 
 def _check_field_name(cls: type[Message], name: str) -> None:
     if not _FIELD_NAME.fullmatch(name):
-        raise InvalidDeclaration(
-            f"{cls.__name__}.{name}: ROS names a field in lower case, digits and single underscores"
-        )
+        raise InvalidDeclaration(f"{cls.__name__}.{name}: ROS names a field in lower case, digits, single underscores")
     if hasattr(Message, name):
         raise InvalidDeclaration(f"{cls.__name__}.{name}: this is a method of every message; name the field otherwise")
 

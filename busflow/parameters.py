@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeAlias, TypeVar, cast
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from busflow.annotation import UNBOUNDED, Bounds, StrictModel, choices, split, type_word
+from busflow.annotation import UNBOUNDED, Bounds, StrictModel, choices, refuse_bare, split, type_word
 from busflow.errors import Fault, InvalidParameter
 from busflow.text import did_you_mean
 from busflow.validation import faults, plain
@@ -30,6 +30,11 @@ class Parameters(StrictModel):
     Traceback (most recent call last):
     busflow.errors.InvalidParameter: rate_hz must be a number, got text '50' (remove the quotes)
     """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Refuse values without an annotation."""
+        super().__init_subclass__(**kwargs)
+        refuse_bare(cls)
 
 
 class _ReadOnlyMark:

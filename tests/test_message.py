@@ -524,3 +524,37 @@ def test_an_unknown_type_is_an_error_with_the_nearest_one(name, advice):
     with pytest.raises(UnknownType) as caught:
         find_type(name)
     assert advice in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (0.0, "write x: float = 0.0, or x: ClassVar[float] = 0.0 where it is no field"),
+        (True, "write x: bool = True, or"),
+        (None, "write x: … = …, or"),
+        (Field(default=1.0), "write x: … = …, or"),
+    ],
+)
+def test_a_value_without_an_annotation_is_told_how_it_is_written(value, written):
+    with pytest.raises(InvalidDeclaration) as told:
+        type("Sample", (Message,), {"x": value, "__module__": __name__}, package="tests")
+    assert str(told.value).startswith(f"Sample.x has no annotation: {written}")
+
+
+def test_what_is_no_field_needs_no_annotation():
+    class Known(Message, package="tests"):
+        LIMIT: ClassVar[float] = 1.0
+        value: float = 0.0
+
+        @property
+        def double(self) -> float:
+            return 2 * self.value
+
+        @staticmethod
+        def of(value: float) -> "Known":
+            return Known(value=value)
+
+    class Narrow(Known, package="tests"):
+        LIMIT = 0.5
+
+    assert (Narrow.LIMIT, Known.of(2.0).double) == (0.5, 4.0)

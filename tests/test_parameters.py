@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import Field, ValidationError, create_model, model_validator
 
-from busflow.errors import Fault, InvalidParameter
+from busflow.errors import Fault, InvalidDeclaration, InvalidParameter
 from busflow.parameters import Parameters, ReadOnly, describe, validate
 
 
@@ -271,3 +271,10 @@ def test_ranges_agree_with_rclpy(case: dict[str, dict[str, object]]):
     else:
         with pytest.raises(InvalidParameter):
             validate(model, {"value": given["value"]})
+
+
+def test_a_parameter_without_an_annotation_is_told_how_it_is_written():
+    with pytest.raises(InvalidDeclaration, match=r"^Bare.rate_hz has no annotation: write rate_hz: int = 10, or"):
+
+        class Bare(Parameters):
+            rate_hz = 10
