@@ -38,7 +38,8 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
 
     Of several files each is looked at alone; NAME:=VALUE is for those that have such an argument.
     """
-    from busflow.cli.output import print_json, print_problems
+    from busflow.cli.joining import print_answer
+    from busflow.cli.output import print_problems
 
     files = _files(given)
     reports: list[dict[str, object]] = []
@@ -56,7 +57,7 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
             print_problems(told)
             click.echo(f"{printable(each.file)}: {_count(told)}" if len(files) > 1 else _count(told))
     if as_json:
-        print_json({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
+        print_answer({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
     return ExitCode.DIFFERENT if failed else ExitCode.OK
 
 

@@ -20,12 +20,12 @@ def config(given: Given, as_json: bool) -> int:
 
     Parameters that nobody states are shown with the default that their plugin gives them.
     """
-    from busflow.cli.output import print_json
+    from busflow.cli.joining import print_answer
     from busflow.launchfile.resolved import lines, origins, resolve
 
     resolved = resolve(given.description())
     if as_json:
-        print_json({"config": resolved.data, "origins": origins(resolved)})
+        print_answer({"config": resolved.data, "origins": origins(resolved)})
     else:
         click.echo("\n".join(lines(resolved)))
     return 0

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import click
 
+from busflow.cli.joining import print_answer
 from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_json, print_problems
+from busflow.cli.output import print_problems
 from busflow.cli.table import Column, print_table
 from busflow.errors import ExitCode
 from busflow.plugins import built_in, find
@@ -51,7 +52,7 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
     own = [each for each in built_in() if all(each.name != other.name for other in found)]
     nothing, found = not found, [*found, *own]
     if as_json:
-        print_json([asdict(each) for each in found])
+        print_answer({"plugins": [asdict(each) for each in found]})
         return _unread(folders)
     rows = [(each.name, f"cannot be read: {each.fault}" if each.fault else each.summary) for each in found]
     print_table(rows, Column(), Column(folds=True))
@@ -73,7 +74,7 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
         return ExitCode.USAGE
     described = sheet(name, folders or _DEFAULT)
     if as_json:
-        print_json(described.as_json())
+        print_answer(described.as_json())
     else:
         described.print()
     return 0

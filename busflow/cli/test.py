@@ -41,7 +41,8 @@ def test(
 
     A node that fails is wrong in any case.
     """
-    from busflow.cli.output import print_json, print_problems
+    from busflow.cli.joining import print_answer
+    from busflow.cli.output import print_problems
     from busflow.testing.expectations import expectation_problems, expectations_of
     from busflow.testing.trials import Trials
 
@@ -54,7 +55,7 @@ def test(
     found = trials.problems()
     if as_json:
         told = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
-        print_json({**told, "problems": [each.as_json() for each in found]})
+        print_answer({**told, "problems": [each.as_json() for each in found]})
     else:
         print_problems(found)
         runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"

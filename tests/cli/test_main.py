@@ -1,5 +1,6 @@
 """The root of the command: what it answers to wrong usage, failures, signals and closed pipes."""
 
+import json
 import os
 import re
 import subprocess
@@ -32,6 +33,16 @@ def test_without_a_command_the_help_is_shown(capsys: Captured):
     out = capsys.readouterr().out
     assert re.search("run +Run a launch file until Ctrl-C.", out)
     assert "info  Show a plugin's parameters" in out
+
+
+@pytest.mark.usefixtures("project")
+@pytest.mark.parametrize(
+    "command",
+    ["check talk.yaml", "config talk.yaml", "graph talk.yaml", "plugins list", "plugins info talker", "test talk.yaml"],
+)
+def test_json_says_of_which_version_it_is(command: str, capsys: Captured):
+    assert main([*command.split(), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["version"] == 1
 
 
 def test_the_version_is_the_packages(capsys: Captured):

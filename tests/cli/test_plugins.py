@@ -62,7 +62,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
 
 def test_a_list_as_json(capsys: Captured):
     assert main(["plugins", "list", "--json", "--folder", "plugins"]) == 0
-    first = json.loads(capsys.readouterr().out)[0]
+    first = json.loads(capsys.readouterr().out)["plugins"][0]
     assert first == {
         "name": "listener",
         "summary": "Says what it hears.",
