@@ -60,7 +60,7 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.option("--until", "until_s", metavar="DURATION", callback=duration, hidden=True)  # ROS 2's word for --end
 @click.option("--duration", "duration_s", metavar="DURATION", callback=duration, help="Play for so long.")
 @click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
-@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/* is all below /imu.")
+@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/** is all below /imu.")
 @click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Without these.")
 @click.option("-m", "--remap", multiple=True, metavar="OLD:=NEW", callback=_remaps, help="Publish on another topic.")
 @click.option("--clock", "clock_hz", metavar="[HZ]", is_flag=False, flag_value=_CLOCK_HZ, callback=_clock,
