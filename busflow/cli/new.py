@@ -29,7 +29,7 @@ _LONGEST = 60
 @click.command(epilog="\b\nExamples:\n  busflow new my_robot\n  cd my_robot && busflow run configs/my_robot.yaml")
 @click.argument("directory", type=click.Path(path_type=Path))
 def new(directory: Path) -> int:
-    """Make a small project in DIRECTORY: one plugin, one launch file, one test."""
+    """Make a small project in DIRECTORY: one plugin, one launch file, and its tests."""
     name = _checked_name(directory)
     try:
         directory.mkdir(parents=True)
