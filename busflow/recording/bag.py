@@ -102,6 +102,18 @@ class Bag:
         """How many there are."""
         return sum(self._counted().values())
 
+    def spans(self) -> Mapping[Channel, tuple[int, int]]:
+        """When each channel's first and last message was recorded; nothing where all has to be read for that."""
+        found: dict[Channel, tuple[int, int]] = {}
+        for each in self.files:
+            told = each.spans()
+            if told is None:
+                return {}
+            for channel, (first, last) in told.items():
+                known = found.get(channel, (first, last))
+                found[channel] = min(first, known[0]), max(last, known[1])
+        return found
+
     def entries(
         self,
         topics: Collection[str] | Callable[[Channel], bool] | None = None,

@@ -49,6 +49,10 @@ class BagFile(Protocol):
         """What the file tells of itself; None where all of it has to be read for that."""
         ...
 
+    def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
+        """When each channel's first and last message was recorded; None where all has to be read for that."""
+        ...
+
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[object]:
         """The messages, as entries, and whatever else there is between them.
 

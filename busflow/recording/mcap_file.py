@@ -7,7 +7,7 @@ grows. The summary, where there is one, says the same sooner, and lets a reader 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import cast
 
@@ -73,6 +73,35 @@ class McapFile:
         if not counted.message_count:
             return Overview(counts, None, None)
         return Overview(counts, counted.message_start_time, counted.message_end_time)
+
+    def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
+        """When each channel's first and last message was recorded, by the indices of its chunks; None without them."""
+        overview, summary = self.overview(), self.summary
+        if overview is None or summary is None:
+            return None
+        found: dict[Channel, tuple[int, int]] = {}
+        try:
+            with RecordFile(self.path) as file:
+                for number, channel in summary.channels.items():
+                    (_, first), (_, last) = summary.indices.get(number, ((0, 0), (0, 0)))
+                    times = [time for place in {first, last} - {0} for time in self._indexed(file, place)]
+                    if times:
+                        known = self.channel(channel, summary.schemas.get(channel.schema_id))
+                        times += found.get(known, ())
+                        found[known] = min(times), max(times)
+        except BagError:
+            return None  # whoever reads the messages is told
+        return found if all(each in found for each, count in overview.counts.items() if count) else None
+
+    @staticmethod
+    def _indexed(file: RecordFile, place: int) -> list[int]:
+        """The times of a channel's messages in a chunk, whose index is there."""
+        if not len(MAGIC) <= place < file.size:
+            raise file.damaged(f"the summary says that an index begins at {place}", place)
+        file.go_to(place)
+        frame = file.next()
+        record = parse(frame.opcode, file.body(frame), file.name, frame.offset)
+        return [time for time, _ in record.records] if isinstance(record, records.MessageIndex) else []
 
     def walk(
         self,

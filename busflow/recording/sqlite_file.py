@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Collection, Generator, Iterator
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
@@ -61,6 +61,16 @@ class SqliteFile:
         except sqlite3.Error:
             return None  # whoever reads the messages is told
         return Overview({each: counts.get(number, 0) for number, each in self._topics.items()}, first, last)
+
+    def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
+        """When each channel's first and last message was recorded; None where the database cannot tell."""
+        try:
+            with self._opened() as connection:
+                query = "SELECT topic_id, min(timestamp), max(timestamp) FROM messages GROUP BY topic_id"
+                times = {number: (first, last) for number, first, last in connection.execute(query)}
+        except sqlite3.Error:
+            return None
+        return {each: times[number] for number, each in self._topics.items() if number in times}
 
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[Entry]:
         """The messages, in the order in which they were written.

@@ -27,6 +27,10 @@ class Summary:
     statistics: records.Statistics | None = None
     chunks: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     """Of each chunk where it begins, and where its message indices end."""
+    indices: dict[int, tuple[tuple[int, int], tuple[int, int]]] = field(
+        default_factory=dict[int, tuple[tuple[int, int], tuple[int, int]]]
+    )
+    """Of each channel the times of its first and last chunk, and where its messages there are indexed."""
     attachments: list[records.AttachmentIndex] = field(default_factory=list[records.AttachmentIndex])
     metadata: list[records.MetadataIndex] = field(default_factory=list[records.MetadataIndex])
 
@@ -93,6 +97,10 @@ def _take(summary: Summary, record: McapRecord | None) -> None:
         case records.ChunkIndex():
             start = record.chunk_start_offset
             summary.chunks.append((start, start + record.chunk_length + record.message_index_length))
+            for channel, place in record.message_index_offsets.items():
+                begins, ends = (record.message_start_time, place), (record.message_end_time, place)
+                first, last = summary.indices.get(channel, (begins, ends))
+                summary.indices[channel] = min(first, begins), max(last, ends)
         case records.AttachmentIndex():
             summary.attachments.append(record)
         case records.MetadataIndex():

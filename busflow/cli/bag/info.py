@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -60,7 +60,10 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int
 
 def _told(bag: Bag) -> dict[str, Any]:
     """All there is to tell."""
-    topics = [_topic(each, bag) for each in _by_name(bag.channels)]
+    spans: dict[tuple[str, ...], list[int]] = {}
+    for each, span in bag.spans().items():
+        spans.setdefault(_key(each), []).extend(span)
+    topics = [_topic(each, bag, spans.get(_key(each))) for each in _by_name(bag.channels)]
     start, end = bag.start_ns, bag.end_ns
     facts, ledger = bag.facts, bag.ledger
     return {
@@ -107,28 +110,31 @@ def _by_name(channels: Iterable[Channel]) -> Iterator[Channel]:
     """Each topic once where all that differs is what its publishers in several processes have offered."""
     found: dict[tuple[str, ...], Channel] = {}
     for each in channels:
-        key = (each.topic, each.type_name, each.encoding, each.type_hash or "", each.definition)
-        known = found.get(key)
+        known = found.get(_key(each))
         if known is None:
-            found[key] = each
+            found[_key(each)] = each
         else:
             qos = "\n".join(dict.fromkeys(filter(None, [known.qos, each.qos])))
-            found[key] = replace(known, count=(known.count or 0) + (each.count or 0), qos=qos)
+            found[_key(each)] = replace(known, count=(known.count or 0) + (each.count or 0), qos=qos)
     yield from found.values()
 
 
-def _topic(channel: Channel, bag: Bag) -> dict[str, Any]:
+def _key(channel: Channel) -> tuple[str, ...]:
+    return channel.topic, channel.type_name, channel.encoding, channel.type_hash or "", channel.definition
+
+
+def _topic(channel: Channel, bag: Bag, times: Sequence[int] | None) -> dict[str, Any]:
+    """A topic; its rate is that from its first to its last message, or over all of a bag that does not tell when."""
     count = channel.count or 0
-    span = 0.0 if bag.start_ns is None or bag.end_ns is None else (bag.end_ns - bag.start_ns) / 1e9
-    # A run that records itself begins with the recording; else a topic's first message is as good a beginning.
-    gaps = count if bag.facts is not None and not bag.facts.heard else count - 1
+    ends = times or [each for each in (bag.start_ns, bag.end_ns) if each is not None]
+    span = (max(ends, default=0) - min(ends, default=0)) / 1e9
     return {
         "name": channel.topic,
         "type": channel.type_name,
         "encoding": channel.encoding,
         "type_hash": channel.type_hash,
         "messages": count,
-        "rate_hz": gaps / span if count > 1 and span > 0 else None,
+        "rate_hz": (count - 1) / span if count > 1 and span > 0 else None,
         "qos": channel.qos,
     }
 

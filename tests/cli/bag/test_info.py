@@ -2,6 +2,7 @@ import json
 from pathlib import Path
 
 import pytest
+from mcap.writer import IndexType, Writer
 
 from busflow.cli import main
 
@@ -33,6 +34,26 @@ def test_the_same_as_json_with_a_digest(capsys):
     assert [(each["name"], each["messages"]) for each in told["topics"]][-1] == ("/topic", 10)
 
 
+@pytest.mark.parametrize(
+    ("index_types", "rates"), [(IndexType.ALL, [10.0, 10.0]), (IndexType.ALL & ~IndexType.MESSAGE, [10.0, 2.0])]
+)
+def test_a_rate_is_that_from_a_topic_s_first_to_its_last_message_where_they_are_indexed(
+    tmp_path, capsys, index_types, rates
+):
+    with (tmp_path / "late.mcap").open("wb") as stream:
+        writer = Writer(stream, chunk_size=500, index_types=index_types)
+        writer.start("ros2", "a test")
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data\n")
+        early, late = (writer.register_channel(topic, "cdr", schema) for topic in ("/early", "/late"))
+        for number in range(501):
+            writer.add_message(early, number * 100_000_000, b"\0\1\0\0\1", number * 100_000_000)
+            if 200 <= number <= 300:
+                writer.add_message(late, number * 100_000_000, b"\0\1\0\0\1", number * 100_000_000)
+        writer.finish()
+    assert main(["bag", "info", str(tmp_path / "late.mcap"), "--json"]) == 0
+    assert [each["rate_hz"] for each in json.loads(capsys.readouterr().out)["topics"]] == rates
+
+
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"hello", b"SQLite format 3\0", b"#ROSBAG V2.0"])
 def test_what_is_no_recording_is_told_in_one_line(tmp_path, capsys, content):
     (tmp_path / "odd.mcap").write_bytes(content)
@@ -57,8 +78,6 @@ def test_what_is_no_file_is_told_once(capsys):
 
 
 def test_names_in_a_file_cannot_steer_the_terminal(tmp_path, capsys):
-    from mcap.writer import Writer
-
     with (tmp_path / "odd.mcap").open("wb") as stream:
         writer = Writer(stream)
         writer.start("ros2", "lib\x1b[31m")
