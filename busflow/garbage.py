@@ -18,6 +18,11 @@ _PYTHONS_OWN = {(700, 10, 10), (2000, 10, 10), (2000, 10, 0)}
 """What the thresholds are until somebody sets them, in one version of Python or another."""
 
 
+def is_frozen() -> bool:
+    """Whether somebody has frozen the thousands of objects there were; Python 3.12 itself begins with 400 frozen."""
+    return gc.get_freeze_count() > 1000
+
+
 @contextmanager
 def collected_in_steps() -> Generator[Callable[[], None]]:
     """Yields what is to be called once everything has started; at the end all is as it was.
@@ -29,7 +34,7 @@ def collected_in_steps() -> Generator[Callable[[], None]]:
 
     def settle() -> None:
         nonlocal settled
-        if gc.isenabled() and gc.get_threshold() in _PYTHONS_OWN and gc.get_freeze_count() == 0:
+        if gc.isenabled() and gc.get_threshold() in _PYTHONS_OWN and not is_frozen():
             settled = True
             gc.freeze()
             gc.set_threshold(*THRESHOLDS)

@@ -6,6 +6,8 @@ import gc
 from collections.abc import Generator
 from contextlib import contextmanager
 
+from busflow.garbage import is_frozen
+
 
 @contextmanager
 def importing() -> Generator[None]:
@@ -13,7 +15,7 @@ def importing() -> Generator[None]:
 
     Who has turned the collector off, or frozen anything, has a policy, which stays.
     """
-    if not gc.isenabled() or gc.get_freeze_count():
+    if not gc.isenabled() or is_frozen():
         yield
         return
     gc.disable()
