@@ -87,7 +87,9 @@ class Strays:
         frames = [*_users([first]), *_users(_outwards(sys._getframe(1)))]  # noqa: SLF001  # documented in spite of its name
         if not frames:
             return self._make(loop, coroutine, **options)
-        life = _life_in(frames) or _LIFE.get()
+        life = _life_in(frames)
+        if life is None and asyncio.current_task(loop) is not None:  # a callback may be there on anybody's behalf
+            life = _LIFE.get()
         token = _LIFE.set(life)
         try:
             task: asyncio.Task[Any] = self._make(loop, coroutine, **options)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 import busflow
-from busflow import Node, NodeFailed, supervised, timer
+from busflow import Node, NodeFailed, publisher, supervised, timer
 from busflow.errors import ExitCode, Stray
+from busflow.msgs.std_msgs import Int64
 from busflow.testing import harness, virtual_time
 
 
@@ -139,6 +140,46 @@ async def test_a_node_that_looks_at_its_task_late_does_not_fail_either():
 async def test_the_task_of_a_task_is_the_node_s_though_no_method_of_the_node_makes_it():
     with pytest.raises(NodeFailed, match=r"node /nested failed in Nested \(task elsewhere"):
         await seconds(Nested, of=1)
+
+
+def begin(_number: Int64) -> None:
+    """A handler that is no method."""
+    TASKS.append(asyncio.create_task(elsewhere()))
+
+
+TASKS: list[asyncio.Task[None]] = []
+
+
+class Talker(Node):
+    """Publishes from a task of its own."""
+
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.task = asyncio.create_task(self.talk())
+
+    async def talk(self) -> None:
+        await asyncio.sleep(0.1)
+        self.numbers.publish(Int64(data=1))
+
+
+class Listener(Node):
+    """Has a function called with each message."""
+
+    def declare(self) -> None:
+        self.create_subscription(Int64, "numbers", begin)
+
+
+def test_whoever_sent_the_message_has_no_part_in_what_its_handler_began():
+    @virtual_time
+    async def test() -> None:
+        async with harness(Talker, Listener) as lab:
+            await lab.advance(0.2)
+            TASKS.clear()
+            await lab.advance(1)
+
+    with pytest.raises(Stray, match="no node is known for what failed in task elsewhere"):
+        test()
 
 
 @virtual_time
