@@ -182,13 +182,15 @@ class Member:
         fate = self._fate(code)
         self.lives.append(Life(self.child.pid, self.report, fate))
         self.child, self.report = None, None
-        self.state = MemberState.FAILED if fate else MemberState.ENDED
+        failures = self._end.get("failures") or ([fate] if fate else [])
         if fate:
             self._log.error(fate)
         if not self._stopping.is_set():
+            self.state = MemberState.FAILED if fate else MemberState.ENDED
             self._company.on_life(self, self.lives[-1])
-        elif fate:
-            self.failures.append(fate)
+        else:  # also where a node failed on the way out
+            self.state = MemberState.FAILED if failures else MemberState.ENDED
+            self.failures += failures
         return code
 
     def _fate(self, code: int) -> str:

@@ -89,6 +89,27 @@ class Chatter(Node):
         print("to the left", file=sys.stderr)
         sys.stdout.write("no end")
 """,
+    "leaver": """
+from busflow import Node
+
+
+class Leaver(Node):
+    async def stop(self) -> None:
+        raise ValueError("the cable is loose")
+""",
+    "holder": """
+import asyncio
+
+from busflow import Node
+
+
+class Holder(Node):
+    async def start(self) -> None:
+        self.task = asyncio.create_task(self.work())
+
+    async def work(self) -> None:
+        raise ValueError("the cable is loose")
+""",
 }
 
 

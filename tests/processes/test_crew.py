@@ -157,6 +157,16 @@ def test_a_node_that_fails_in_another_process_ends_the_run_and_is_named(start):
     assert "teller.py" in told
 
 
+@pytest.mark.parametrize("plugin", ["leaver", "holder"])
+def test_a_node_that_fails_on_the_way_out_in_another_process_fails_the_run_and_is_named(start, plugin):
+    nodes = f"  node:\n    plugin: {plugin}\n    process: side\n  here:\n    plugin: hearer\n"
+    run = start(f"processes:\n  side:\nnodes:\n{nodes}", "--for", "0.3s")
+    assert run.end(None) == 1
+    told = "".join(run.lines)
+    assert "error: node /node failed in" in told
+    assert "the cable is loose" in told
+
+
 def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
     run = start("processes:\n  side:\nnodes:\n  chatter:\n    plugin: chatter\n    process: side\n", "--for", "0.2s")
     assert run.end(None) == 0
