@@ -187,6 +187,7 @@ class Publisher(Generic[M]):
             self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
         self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
         topic.publishers.append(self)
+        topic.since_ns = topic.since_ns if topic.publishers_come else topic.clock.monotonic_ns()
         topic.publishers_come += 1
         topic.rebuild()
 

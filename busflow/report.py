@@ -45,6 +45,8 @@ class TopicReport:
     subscriptions: tuple[SubscriptionStatistics, ...]
     arrived: int = 0
     """How many of them came from another process; none in the report of a whole run."""
+    since_s: float = 0.0
+    """When its first publisher came, in seconds of the run."""
     losses: dict[str, int] = field(default_factory=dict[str, int])
     """What was published in another process and did not become a message here: `lost`, `malformed`, `refused`."""
 
@@ -147,6 +149,7 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
             type=type_name(topic.type),
             published=topic.published,
             arrived=topic.arrived,
+            since_s=max(0, topic.since_ns - topic.clock.monotonic_ns() + topic.clock.elapsed_ns()) / 1e9,
             losses=dict(topic.losses),
             subscriptions=tuple(line for line in ledger if line.topic == topic.name),
         )
@@ -184,6 +187,7 @@ def _topic_json(topic: TopicReport) -> dict[str, Any]:
         "type": topic.type,
         "published": topic.published,
         "arrived": topic.arrived,
+        "since_s": topic.since_s,
         "losses": topic.losses,
         "subscriptions": [
             {

@@ -31,8 +31,8 @@ class Topic(Generic[M]):
 
     __slots__ = (
         "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "idle", "losses", "name",
-        "perishable", "publishers", "publishers_come", "pushes", "recent", "subscriptions", "subscriptions_come",
-        "taps", "type", "waiting",
+        "perishable", "publishers", "publishers_come", "pushes", "recent", "since_ns", "subscriptions",
+        "subscriptions_come", "taps", "type", "waiting",
     )  # fmt: skip
 
     def __init__(
@@ -58,6 +58,8 @@ class Topic(Generic[M]):
         """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
         self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
         self.publishers_come = 0
+        self.since_ns = 0
+        """When its first publisher came, on the monotonic clock: that may be before the run begins."""
         self.subscriptions_come = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()

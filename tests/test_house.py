@@ -22,7 +22,7 @@ TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 FUNCTION_LINES = 50
 FILE_LINES = 400
 WING_LINES = {
-    "engine": 5575,
+    "engine": 5580,
     "parameters": 600,
     "services": 600,
     "supervision": 500,

@@ -25,6 +25,12 @@ class Talker(Node):
             self.numbers.publish(Number(data=data))
 
 
+class Late(Node):
+    async def start(self) -> None:
+        await self.clock.sleep(0.5)
+        self.create_publisher(Number, "late")
+
+
 class Slow(Node):
     @subscription("numbers", qos=QoS(depth=2))
     async def hear(self, number: Number) -> None:
@@ -55,7 +61,7 @@ def test_it_has_every_key_that_its_readers_were_promised(report):
         "failures",
         "last_failure",
     }
-    assert set(told["topics"][0]) == {"name", "type", "published", "arrived", "losses", "subscriptions"}
+    assert set(told["topics"][0]) == {"name", "type", "published", "arrived", "since_s", "losses", "subscriptions"}
     assert set(told["topics"][0]["subscriptions"][0]) >= {
         "node", "depth", "overflow", "published", "delivered", "dropped", "queued",
     }  # fmt: skip
@@ -78,6 +84,18 @@ def test_its_numbers_are_those_of_the_run(report):
     assert line["dropped"] == report.dropped > 0
     assert (line["depth"], line["overflow"], line["drops"]) == (2, "drop_oldest", {"overflow": line["dropped"]})
     assert (told["timers"][0]["fired"], told["timers"][0]["missed"], told["timers"][0]["lateness_p99_s"]) == (10, 0, 0)
+
+
+def test_a_topic_tells_since_when_somebody_is_there_to_publish_it():
+    @virtual_time
+    async def run() -> Report:
+        graph = Graph([Talker, Late], clock=SimClock())
+        await asyncio.sleep(2)  # which is not of the run
+        async with graph:
+            await asyncio.sleep(1)
+        return graph.report()
+
+    assert {topic.name: topic.since_s for topic in run().topics} == {"/late": 0.5, "/numbers": 0.0}
 
 
 def test_a_timer_that_never_fired_has_no_lateness():

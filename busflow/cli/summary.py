@@ -93,7 +93,8 @@ TOPIC_COLUMNS = (
 def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool = False) -> Iterator[tuple[Any, ...]]:
     """The ledger of topics as a report's JSON has them, if wanted with the reasons why messages were dropped."""
     for topic in topics:
-        rate = topic["published"] / seconds if seconds > 0 else 0.0
+        length_s = seconds - topic.get("since_s", 0.0)
+        rate = topic["published"] / length_s if length_s > 0 else 0.0
         yield topic["name"], topic["type"], topic["published"], f"{rate:.1f} Hz", "", "", ""
         for line in topic["subscriptions"]:
             drops = ", ".join(f"{count} {word}" for word, count in line["drops"].items()) if why else ""

@@ -130,6 +130,7 @@ def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
                 own = replace(
                     known,
                     published=known.published + own.published,
+                    since_s=min(known.since_s, own.since_s),
                     subscriptions=_lines(known.subscriptions, own.subscriptions),
                     losses=dict(Counter(known.losses) + Counter(own.losses)),
                 )

@@ -35,6 +35,13 @@ def test_what_befell_processes_and_what_got_lost_between_them_is_told(capsys: py
     assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in told
 
 
+def test_a_rate_is_that_since_somebody_came_to_publish_it(capsys: pytest.CaptureFixture[str]):
+    topics = (TopicReport("/a", "a/msg/B", 200, ()), TopicReport("/late", "a/msg/B", 50, (), since_s=7.5))
+    print_summary(Report("lab", 0, "sim", 10.0, ExitCode.OK, (), topics, ()))
+    rates = [line.split("  ")[-1].strip() for line in capsys.readouterr().out.splitlines() if line.startswith("/")]
+    assert rates == ["20.0 Hz", "20.0 Hz"]
+
+
 def test_the_table_of_services_adds_up_for_both_ends_and_has_no_column_that_nobody_needs(
     capsys: pytest.CaptureFixture[str],
 ):

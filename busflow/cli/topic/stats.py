@@ -40,10 +40,10 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
 def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """One topic as its processes tell of it: a message counts as published once, however many of them receive it.
 
-    >>> here = {"published": 5, "arrived": 0, "subscriptions": [], "losses": {}}
-    >>> there = {"published": 6, "arrived": 6, "subscriptions": ["/a"], "losses": {"lost": 1}}
+    >>> here = {"published": 5, "arrived": 0, "since_s": 1.0, "subscriptions": [], "losses": {}}
+    >>> there = {"published": 6, "arrived": 6, "since_s": 1.1, "subscriptions": ["/a"], "losses": {"lost": 1}}
     >>> _together([here, there])  # one of the six came from outside the run
-    {'published': 6, 'arrived': 0, 'subscriptions': ['/a'], 'losses': {'lost': 1}}
+    {'published': 6, 'arrived': 0, 'since_s': 1.0, 'subscriptions': ['/a'], 'losses': {'lost': 1}}
     """
     if len(lines) == 1:
         return lines[0]
@@ -56,6 +56,7 @@ def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
         **lines[0],
         "published": sum(own) + max(0, outside),
         "arrived": 0,
+        "since_s": min(line.get("since_s", 0.0) for line in lines),
         "subscriptions": [each for line in lines for each in line["subscriptions"]],
         "losses": dict(losses),
     }
