@@ -381,8 +381,7 @@ def _length_fault(name: str, limit: int) -> Fault | None:
 
 
 def _fault(name: str, kind: str, index: int, more: str = "") -> Fault:
-    char = printable(name[index : index + 1])
-    return Fault(kind, index, _FAULTS[kind].format(char=char, more=more, length=len(name)))
+    return Fault(kind, index, _FAULTS[kind].format(char=name[index : index + 1], more=more, length=len(name)))
 
 
 @lru_cache(maxsize=1024)  # each endpoint of each start of a graph asks for the same few

@@ -53,7 +53,10 @@ def foxglove(
     read_only: bool,
     origins: tuple[str, ...],
 ) -> int:
-    """Serve a running graph to Foxglove and Lichtblick over WebSocket, until Ctrl-C or the end of the run."""
+    """Serve a running graph to Foxglove and Lichtblick over WebSocket, until Ctrl-C or the end of the run.
+
+    Each PATTERN is one more of those of --topics.
+    """
     try:
         import_module("websockets.asyncio.server")  # what is older than that is of no use
     except ImportError:

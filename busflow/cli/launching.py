@@ -120,13 +120,14 @@ def _restore(before: Mapping[str, str | None]) -> None:
 
 
 def launch_file(
-    *, required: bool = True, rest: str = "[NAME:=VALUE]..."
+    *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]..."
 ) -> Callable[[Callable[..., int]], Callable[..., int]]:
     """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE.
 
     Args:
         required: Whether FILE has to be there.
-        rest: What help calls what follows FILE, where that is more than arguments.
+        file_: What help calls it.
+        rest: What help calls all that follows it.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -156,7 +157,7 @@ def launch_file(
                 help="Change one value, by its path: nodes.sensor_publisher.parameters.noise.imu=0.5.",
             ),
             click.argument("assignments", nargs=-1, metavar=rest),
-            click.argument("file", required=required, metavar="FILE", type=click.Path(path_type=Path)),
+            click.argument("file", required=required, metavar=file_, type=click.Path(path_type=Path)),
         ):
             called = parameter(called)
         return called

@@ -50,6 +50,8 @@ def new(directory: Path) -> int:
 def _checked_name(directory: Path) -> str:
     """The project's name, which is the directory's and also that of the ROS package of its messages."""
     name = directory.name
+    if name in {"", ".."} and directory.exists():
+        raise click.ClickException(f"{directory} is there already: name a new folder, such as my_robot")
     if _is_name(name):
         return name
     proposal = re.sub(r"[^a-z0-9]+", "_", name.lower()).lstrip("_0123456789")[:_LONGEST].rstrip("_")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +23,26 @@ Examples:
 _SHOWN = 10
 
 
+def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
+    if isnan(given):
+        raise click.BadParameter("nan is no number: nothing would be within it", ctx, param)
+    return given
+
+
 @click.command(epilog=_EXAMPLES)
 @click.argument("recording", metavar="RECORDING", type=click.Path(path_type=Path))
-@launch_file(required=False)
+@launch_file(required=False, file_="[FILE]")
 @click.option("--node", "nodes", multiple=True, metavar="NAME", help="A node of FILE to run anew; all by default.")
 @click.option("--plugin", metavar="NAME", help="A plugin to run in place of FILE, under the name of --node or its own.")
 @click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path), default=None,
               help="Where --plugin is.  [default: plugins, and what is installed]")  # fmt: skip
-@click.option("--tolerance", type=click.FloatRange(min=0), default=0.0, help="How far numbers may be apart: 1e-6.")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0),
+    callback=_number,
+    default=0.0,
+    help="How far numbers may be apart: 1e-6.",
+)
 @click.option("--time-tolerance", "time_tolerance_s", metavar="DURATION", callback=duration,
               help="How far times may be apart.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
 @click.option("--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the replay itself.")

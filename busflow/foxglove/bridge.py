@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import os
 from collections.abc import Awaitable, Callable, Sequence
@@ -117,9 +118,10 @@ class Bridge:
         except OSError as error:
             why = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror or str(error)
             message = f"{host}:{port} cannot be listened at: {why}"
-            raise InvalidInput(
-                Problem("address", message, "say another one with --port, or 0 for a free one")
-            ) from None
+            fix = "say another one with --port, or 0 for a free one"
+            if error.errno not in {errno.EADDRINUSE, errno.EACCES}:
+                fix = "say an address of this machine with --host: 127.0.0.1, or 0.0.0.0 for all that it has"
+            raise InvalidInput(Problem("address", message, fix)) from None
         return self._server.sockets[0].getsockname()[1]
 
     async def ended(self) -> None:

@@ -64,7 +64,9 @@ def cast_of(
     wanted = {f"/{name.removeprefix('/')}" for name in nodes}
     known = [spec.full_name for description in files for spec in description.nodes]
     for name in sorted(wanted - set(known)):
-        raise BagError(f"no launch file has a node {name}", fix=did_you_mean(name, known))
+        one = files[0].files[0] if len(files) == 1 and files[0].files else None
+        who = f"{one} has no" if one is not None else "no launch file has a"
+        raise BagError(f"{who} node {name}", fix=did_you_mean(name, known))
     for description in files:
         chosen = [spec for spec in description.nodes if not wanted or spec.full_name in wanted]
         members = Preflight(clock, log).plan([description]).members

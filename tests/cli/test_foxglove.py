@@ -609,7 +609,7 @@ def test_a_port_that_is_taken_is_one_error(refused: Refused, lab1: Any):
         (["--topics", "imu data"], 2, "error: 'imu data' is no pattern of topics"),
         (["imu/data"], 2, "error: unexpected 'imu/data'; patterns follow --topics"),
         (["--port", "99999"], 2, "error: Invalid value for '--port'"),
-        (["--host", "no such host.invalid"], 2, "cannot be listened at"),
+        (["--host", "no such host.invalid"], 2, "fix: say an address of this machine with --host"),
     ],
 )
 def test_a_mistake_is_one_error(refused: Refused, lab1: Any, arguments: list[str], code: int, told: str):

@@ -120,3 +120,9 @@ def test_half_a_project_is_not_left_behind(here: Path):
 def test_where_nothing_can_be_written_it_says_so(capsys: Captured):
     assert main(["new", "/proc/rover"]) == 2
     assert capsys.readouterr().err.startswith("error: cannot make /proc/rover: ")
+
+
+@pytest.mark.parametrize("directory", [".", ".."])
+def test_a_folder_that_is_there_is_no_name(capsys: Captured, directory: str):
+    assert main(["new", directory]) == 2
+    assert capsys.readouterr().err == f"error: {directory} is there already: name a new folder, such as my_robot\n"

@@ -106,8 +106,9 @@ def test_what_is_not_complete_is_refused(capsys, bag, tmp_path):
         ([], "name a launch file, or a plugin with --plugin"),
         ([LAB, "--plugin", "x"], "name a launch file, or a plugin with --plugin"),
         (["--plugin", "x", "--node", "a", "--node", "b"], "--plugin runs one node"),
-        ([LAB, "--node", "sensor"], "no launch file has a node /sensor; known: /sensor_processor"),
+        ([LAB, "--node", "sensor"], f"{LAB} has no node /sensor; known: /sensor_processor"),
         (["--plugin", "nothing"], "there is no plugin 'nothing'"),
+        ([LAB, "--tolerance", "nan"], "nan is no number"),
     ],
 )
 def test_wrong_usage(capsys, bag, arguments, why):

@@ -366,7 +366,7 @@ def test_an_incomplete_recording_is_refused_unless_allowed(lab_bag, tmp_path):
 
 
 def test_a_node_that_no_file_has(lab_bag):
-    with pytest.raises(BagError, match="no launch file has a node /sensor_procesor; did you mean '/sensor_processor'"):
+    with pytest.raises(BagError, match="has no node /sensor_procesor; did you mean '/sensor_processor'"):
         replay(lab_bag, LAB, nodes=["sensor_procesor"])
 
 
