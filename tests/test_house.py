@@ -28,7 +28,7 @@ WING_LINES = {
     "supervision": 500,
     "edits": 200,
     "messages": 994,
-    "launch file": 4390,
+    "launch file": 4410,
 }
 """Lines of code of each wing of the core, without blank lines, comments and docstrings; raised for a reason alone."""
 WINGS = {

@@ -94,6 +94,8 @@ def run(
             from busflow.processes.worker import work
 
         return work(given.description, voice)
+    if one_process and processes == "auto":
+        raise click.UsageError("--one-process and --processes auto say the opposite: not both", context)
     with importing():
         from busflow.cli.running import Run
 

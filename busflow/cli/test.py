@@ -27,13 +27,13 @@ DURATION_S = 60.0
 @click.command(epilog=_EXAMPLES)
 @launch_file()
 @click.option("--for", "for_s", metavar="DURATION", callback=duration, help="How long each run is: 5s, 10min.")
-@click.option("--seeds", type=click.IntRange(min=1), default=1, show_default=True, help="How many seeds, from 0.")
+@click.option("--seeds", type=click.IntRange(min=1), help="How many seeds, from 0.  [default: 1]")
 @click.option("--seed", type=click.IntRange(min=0), help="This seed alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def test(
     given: Given,
     for_s: float | None,
-    seeds: int,
+    seeds: int | None,
     seed: int | None,
     as_json: bool,
 ) -> int:
@@ -46,12 +46,14 @@ def test(
     from busflow.testing.expectations import expectation_problems, expectations_of
     from busflow.testing.trials import Trials
 
+    if seeds is not None and seed is not None:
+        raise click.UsageError("--seed is one alone, --seeds are several: not both", click.get_current_context())
     description, plan = given.plan()
     if unknown := expectation_problems(description, plan.members):
         raise LaunchError(unknown)
     for_s = for_s or expectations_of(description).duration or DURATION_S
     trials = Trials(description, for_s)
-    trials.run(range(seeds) if seed is None else [seed])
+    trials.run(range(seeds or 1) if seed is None else [seed])
     found = trials.problems()
     if as_json:
         told = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}

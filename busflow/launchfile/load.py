@@ -13,7 +13,7 @@ from functools import partial, reduce
 from itertools import islice
 from pathlib import Path
 
-from busflow.errors import Fault, KeyPath, LaunchError, Place, Problem, Severity
+from busflow.errors import KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile import arguments, override
 from busflow.launchfile.build import Builder, variables
 from busflow.launchfile.description import Argument, Doubt, LaunchDescription, PluginFolder
@@ -23,7 +23,8 @@ from busflow.launchfile.expression import Budget, Scope
 from busflow.launchfile.faults import key_origin, problem_at, problems
 from busflow.launchfile.folder_access import unreadable
 from busflow.launchfile.groups import Flat, Included
-from busflow.launchfile.key_faults import doubt_about, key_faults, meant, wants_list
+from busflow.launchfile.key_faults import doubt_about, key_faults
+from busflow.launchfile.mending import mended, once, without
 from busflow.launchfile.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.misplaced import set_right
 from busflow.launchfile.model import LaunchKeys
@@ -91,10 +92,15 @@ def examine(
     loader = _Loader(environment if environment is not None else os.environ)
     given = arguments.from_caller(args or {})
     changes = override.from_caller(overrides or {})
+    assigned: set[str] = set()
     for text in assignments:
         with loader.problems.collecting():
             name, value = override.parse_assignment(text)
+            if name in assigned:
+                message, fix = f"the argument {name} is given twice", "leave one of them out"
+                loader.problems.add(problem_at("duplicate-argument", message, fix, key_origin(value)), doubt=None)
             given[name] = value
+            assigned.add(name)
     for text in sets:
         with loader.problems.collecting():
             changes.append(override.parse_override(text))
@@ -190,7 +196,7 @@ class _Loader:
         unsure = [path for path, each in root.leaves() if each.key in doubled]
         self._doubt(unsure)
         # Which plugin is meant is not known, and so nothing of what the node should have.
-        return _without(root, [path for path in unsure if path[-1:] == ("plugin",)])
+        return without(root, [path for path in unsure if path[-1:] == ("plugin",)])
 
     def _doubt(self, paths: Iterable[KeyPath]) -> None:
         """Note what is left open where what is at these paths is not known."""
@@ -239,7 +245,7 @@ class _Loader:
         expander = Expander(scope, self.problems, self._limits)
         tree, failed = expander.expand(root.without(("args",)).without(("profiles",)))
         self._doubt(failed)
-        tree = _without(tree, failed)
+        tree = without(tree, failed)
         if "profiles" in root.members:
             tree = tree.with_member(("profiles",), readable(root.members["profiles"], scope, self._limits))
         if "args" in root.members:
@@ -325,7 +331,7 @@ class _Loader:
             return None
         resolver = Resolver(scope, self.problems)
         resolved = resolver.resolve(found)
-        return _without(resolved, resolver.failed)
+        return without(resolved, resolver.failed)
 
     def _checked(self, tree: Value) -> tuple[LaunchKeys, Value]:
         """The keys of a tree as a model, without those that are wrong: these are told."""
@@ -337,10 +343,10 @@ class _Loader:
             # What is missing only because it was wrong and left out is told already.
             told = [fault for fault in faults if first or fault.code != "missing"]
             first = False
-            self.problems.add(*problems(_once(told, tree), tree, noun="key"), doubt=None)
+            self.problems.add(*problems(once(told, tree), tree, noun="key"), doubt=None)
             if len(faults) >= MOST_FAULTS:
                 raise LaunchError([])  # the rest would only repeat what is told
-            tree, lost = _mended(tree, faults)
+            tree, lost = mended(tree, faults)
             self._doubt(lost)
 
     def _tell(
@@ -349,37 +355,6 @@ class _Loader:
         """A problem at the value that names a file, or at no place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(Source.CALLER)
         self.problems.add(problem_at(code, message, fix, origin), doubt=doubt)
-
-
-def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
-    """The faults without those of a further entry of the same `for_each`: the same key of the same line."""
-    found: dict[object, Fault] = {}
-    for fault in faults:
-        place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
-        found.setdefault((place, fault.code, fault.path[-1:]) if place is not None else fault, fault)
-    return list(found.values())
-
-
-def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
-    """The tree without what is wrong, and where that was; with what is surely meant in its place."""
-    wrong: list[KeyPath] = []
-    lost: list[KeyPath] = []
-    for fault in faults:
-        key, found = meant(fault), tree.nearest(fault.path)
-        if wants_list(fault) and isinstance(found.content, str):
-            tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
-            continue
-        wrong.append(fault.path)
-        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
-            tree = tree.with_member(path, found)
-        else:
-            lost.append(fault.path)
-    return _without(tree, wrong), lost
-
-
-def _without(tree: Value, paths: Iterable[KeyPath]) -> Value:
-    """The tree without what is at these paths; without the whole node where its plugin is wrong."""
-    return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)
 
 
 def _neighbour(path: Path, beside: Path | None = None) -> str | None:

@@ -263,3 +263,25 @@ def test_a_seed_below_0_is_refused_before_the_run(capsys: Captured):
     out, err = capsys.readouterr()
     assert out == ""
     assert "'--seed': -1 is not in the range x>=0" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["run", "talk.yaml", "--one-process", "--processes", "auto", "--for", "0.2s"], "say the opposite: not both"),
+        (["test", "talk.yaml", "--seeds", "2", "--seed", "5"], "--seed is one alone, --seeds are several: not both"),
+        (
+            ["run", "talk.yaml", "rate_hz:=5", "rate_hz:=6", "--for", "0.2s"],
+            "command line:1:1: error: the argument rate_hz is given twice",
+        ),
+    ],
+)
+def test_of_two_things_that_exclude_each_other_none_wins_in_silence(arguments: list[str], told: str, capsys: Captured):
+    assert main(arguments) == 2
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("command", "usage"), [("graph", "[FILE]"), ("replay", "RECORDING [FILE]"), ("run", "FILE")])
+def test_help_shows_which_file_may_be_left_out(command: str, usage: str, capsys: Captured):
+    assert main([command, "--help"]) == 0
+    assert f"{command} [OPTIONS] {usage} [NAME:=VALUE]..." in capsys.readouterr().out
