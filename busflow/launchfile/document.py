@@ -237,7 +237,7 @@ class _Builder:
         else:
             problem = twice(name, first, second)
             self._doubled(_included(problem, self._included_from), first)
-            if isinstance(first.content, dict) and isinstance(second.content, dict):
+            if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
                 members[name] = replace(first, content=first.merged(second).content)
 
     def _check_plain(self, event: Any) -> None:

@@ -47,13 +47,17 @@ def _named(fault: Fault, data: object) -> Fault:
     return replace(fault, fix=_instead(fault, owner, _found(data, fault.path)))
 
 
-def meant(fault: Fault) -> str | None:
-    """The key that an unknown one surely is, but for how it is written."""
+def meant(fault: Fault, value: object) -> str | None:
+    """The key that an unknown one surely is, but for how it is written, if this can be its value."""
     owner, written = _section(fault.path[:-1]), str(fault.path[-1]) if fault.path else ""
     if fault.code != "unknown" or owner is None:
         return None
     near = nearest(written, owner.model_fields)
-    return near if near and SequenceMatcher(None, near, written.casefold()).ratio() >= _ALIKE else None
+    if near is None or SequenceMatcher(None, near, written.casefold()).ratio() < _ALIKE:
+        return None
+    path = (*fault.path[:-1], near)
+    is_section = _section(path) is not None or get_origin(split(at(LaunchKeys, path)[0])[0]) is dict
+    return near if isinstance(value, Mapping) or not is_section else None
 
 
 def wants_list(fault: Fault) -> bool:
@@ -101,7 +105,7 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
         text = f"{assignment[1]}: {assignment[2]}"
     elif isinstance(value, str) and key == "depends_on":
         text = f"{key}: {{{value}: started}}"
-    elif len(fault.path) > 1 and fault.path[-2] in _ENTRIES and not isinstance(value, Mapping):
+    elif len(fault.path) > 1 and fault.path[-2] in _ENTRIES and (isinstance(value, str) or fault.path[-2] == "args"):
         text = f"{key}: {_ENTRIES[str(fault.path[-2])].format(_flow(value), _type(value))}"
     return f"write {printable(text, limit=100)}" if text is not None else None
 

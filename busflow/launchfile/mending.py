@@ -24,7 +24,8 @@ def mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
     wrong: list[KeyPath] = []
     lost: list[KeyPath] = []
     for fault in faults:
-        key, found = meant(fault), tree.nearest(fault.path)
+        found = tree.nearest(fault.path)
+        key = meant(fault, found.content)
         if wants_list(fault) and isinstance(found.content, str):
             tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
             continue
