@@ -11,7 +11,7 @@ import yaml
 
 from busflow.errors import KeyPath, LaunchError, Problem
 from busflow.launchfile.document import event_stream, parse
-from busflow.launchfile.scalar import plain_scalar, written
+from busflow.launchfile.scalar import flow, plain_scalar, written
 from busflow.validation import dotted, same
 
 Data: TypeAlias = Any
@@ -154,7 +154,7 @@ class _Editor:
             self._replace(node, value)
 
     def _replace(self, node: _Node, value: Data) -> None:
-        new, start, end = _flow(value), node.start, node.end
+        new, start, end = flow(value), node.start, node.end
         if node.is_empty:
             if isinstance(value, dict) and value and node.key_end is not None and self._is_block(node):
                 self._insert_lines(end, _block(cast("dict[str, Data]", value), self._indent_of(start) + 2))
@@ -177,16 +177,16 @@ class _Editor:
             self._replace(node, {key: value})
         elif node.style:
             at = node.start + 1 if last is None else last.end
-            self._splices.append((at, at, f"{', ' if last else ''}{written(key)}: {_flow(value)}"))
+            self._splices.append((at, at, f"{', ' if last else ''}{written(key)}: {flow(value)}"))
         elif last is not None:
             self._insert_lines(last.end, _block({key: value}, node.column))
 
     def _append(self, node: _Node, value: Data) -> None:
         last = node.items[-1]
         if node.style:
-            self._splices.append((last.end, last.end, f", {_flow(value)}"))
+            self._splices.append((last.end, last.end, f", {flow(value)}"))
         else:
-            self._insert_lines(last.end, [f"{' ' * node.column}- {_flow(value)}"])
+            self._insert_lines(last.end, [f"{' ' * node.column}- {flow(value)}"])
 
     def _delete(self, node: _Node) -> None:
         """Take the lines of a member or item away; where it shares them with others, the whole has to be replaced."""
@@ -218,18 +218,6 @@ class _Editor:
         return not rest or rest.startswith("#")
 
 
-def _flow(value: Data) -> str:
-    """A value on one line."""
-    match value:
-        case dict():
-            members = cast("dict[str, Data]", value).items()
-            return "{" + ", ".join(f"{written(key)}: {_flow(each)}" for key, each in members) + "}"
-        case list():
-            return "[" + ", ".join(map(_flow, cast("list[Data]", value))) + "]"
-        case _:
-            return written(value)
-
-
 def _block(members: dict[str, Data], indent: int) -> list[str]:
     """A mapping on lines of its own; lists stay on one."""
     lines: list[str] = []
@@ -238,7 +226,7 @@ def _block(members: dict[str, Data], indent: int) -> list[str]:
         if isinstance(value, dict) and value:
             lines += [head, *_block(cast("dict[str, Data]", value), indent + 2)]
         else:
-            lines.append(f"{head} {_flow(value)}")
+            lines.append(f"{head} {flow(value)}")
     return lines
 
 

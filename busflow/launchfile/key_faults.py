@@ -14,10 +14,10 @@ from busflow.annotation import at, split
 from busflow.errors import Fault, KeyPath
 from busflow.launchfile.description import Doubt
 from busflow.launchfile.model import LaunchKeys, NodeKeys, Section
+from busflow.launchfile.scalar import flow
 from busflow.text import nearest, printable
 from busflow.validation import faults
 
-_NAME = re.compile(r"[A-Za-z_/~][\w/~.-]*")
 _ASSIGNMENT = re.compile(r"([A-Za-z_/~][\w/~-]*)\s*:?=\s*(\S+)")
 _ALIKE = 0.75
 """From how much on a key is so like the one that is suggested that it is read as that one."""
@@ -94,7 +94,7 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
     section = _section(fault.path)
     text: str | None = None
     if wants_list(fault):
-        text = f"{key}: [{_flow(value)}]"
+        text = f"{key}: [{flow(value)}]"
     elif section is None and get_origin(wanted) is not dict:
         return None
     elif isinstance(value, list):
@@ -106,7 +106,7 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
     elif isinstance(value, str) and key == "depends_on":
         text = f"{key}: {{{value}: started}}"
     elif len(fault.path) > 1 and fault.path[-2] in _ENTRIES and (isinstance(value, str) or fault.path[-2] == "args"):
-        text = f"{key}: {_ENTRIES[str(fault.path[-2])].format(_flow(value), _type(value))}"
+        text = f"{key}: {_ENTRIES[str(fault.path[-2])].format(flow(value), _type(value))}"
     return f"write {printable(text, limit=100)}" if text is not None else None
 
 
@@ -117,7 +117,7 @@ _ENTRIES = {"nodes": "{{plugin: {0}}}", "topics": "{{qos: {0}}}", "args": "{{typ
 def _for_list(key: str, items: list[object]) -> str | None:
     """What to write instead of a list, where names are needed."""
     if key == "for_each":
-        text = printable(f"{key}: {{item: {_flow(items)}}}", limit=100)
+        text = printable(f"{key}: {{item: {flow(items)}}}", limit=100)
         return f"write {text}, and ${{each.item}} where one is meant"
     if key == "nodes":
         return "write each node's name instead of '-', and plugin: below it"
@@ -129,22 +129,6 @@ def _for_list(key: str, items: list[object]) -> str | None:
     else:
         return "leave out the '-' before each" if items and all(isinstance(each, Mapping) for each in items) else None
     return f"write {printable(text, limit=100)}"
-
-
-def _flow(value: object) -> str:
-    """A value on one line, as YAML has it."""
-    match value:
-        case Mapping():
-            items = cast("Mapping[object, object]", value).items()
-            return f"{{{', '.join(f'{name}: {_flow(each)}' for name, each in items)}}}"
-        case list():
-            return f"[{', '.join(map(_flow, cast('list[object]', value)))}]"
-        case bool() | None:
-            return {True: "true", False: "false", None: "null"}[value]
-        case str() if not _NAME.fullmatch(value) and not value.startswith("."):
-            return f'"{value}"'
-        case _:
-            return str(value)
 
 
 def _type(value: object) -> str:

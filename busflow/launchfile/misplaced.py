@@ -22,6 +22,7 @@ from busflow.launchfile.problems import Problems
 from busflow.launchfile.scalar import plain_scalar
 from busflow.launchfile.syntax import unspaced
 from busflow.launchfile.value import Value
+from busflow.text import counted
 
 _GLUED = re.compile(r"([A-Za-z_]\w*):([^\s:/].*)")
 """A key whose value follows its colon without a space."""
@@ -162,7 +163,7 @@ def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: P
     if owner.key.line == first.key.line:
         fix = f"put what belongs to it into braces: {path[-1]}: {{…}}"
     else:
-        by = f" by {more} more space{'' if more == 1 else 's'}" if more > 0 else ""
+        by = f" by {counted(more, 'more space')}" if more > 0 else ""
         fix = f"indent {_lines(moved.values())}{by}, below {path[-1]}: (line {owner.key.line})"
     message = f"{_listed(moved)} must stand below {path[-1]}"
     problems.add(problem_at("misplaced-key", message, fix, key_origin(first)), doubt=None)

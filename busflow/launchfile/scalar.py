@@ -1,4 +1,4 @@
-"""What a plain YAML scalar means, and how a scalar is written: the core schema of YAML 1.2, the command line's too."""
+"""What a plain YAML scalar means, and how a value is written: the core schema of YAML 1.2, the command line's too."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import json
 import math
 import re
 import sys
+from collections.abc import Mapping
+from typing import Any, cast
 
 from busflow.launchfile.value import Scalar
 from busflow.text import printable
@@ -67,6 +69,22 @@ def written(value: Scalar) -> str:
             return _text(value)
         case _:
             return repr(value)
+
+
+def flow(value: Any) -> str:
+    """A value as a launch file states it on one line.
+
+    >>> flow({"qos": ["left arm", 0.5, {}]})
+    '{qos: ["left arm", 0.5, {}]}'
+    """
+    match value:
+        case Mapping():
+            members = cast("Mapping[str, object]", value).items()
+            return "{" + ", ".join(f"{written(key)}: {flow(each)}" for key, each in members) + "}"
+        case list():
+            return "[" + ", ".join(map(flow, cast("list[object]", value))) + "]"
+        case _:
+            return written(cast("Scalar", value))
 
 
 def _text(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, cast
 import yaml
 
 from busflow.errors import Place, Problem
-from busflow.text import printable
+from busflow.text import counted, printable
 
 PlaceAt: TypeAlias = Callable[[int, int, int | None], Place]
 """Line, column and width, all from 0, to a place."""
@@ -120,9 +120,7 @@ def _alignment(mark: yaml.Mark, place_at: PlaceAt) -> str:
 
 def _as_line(found: tuple[int, int]) -> str:
     indent, line = found
-    return (
-        f"with {indent} space{'' if indent == 1 else 's'} as line {line}" if indent else f"not at all, as line {line}"
-    )
+    return f"with {counted(indent, 'space')} as line {line}" if indent else f"not at all, as line {line}"
 
 
 def _late_quote(text: str, mark: yaml.Mark, place_at: PlaceAt) -> Problem | None:
