@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from busflow.message import Message, type_name
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import Message, type_name
 from busflow.msgs.geometry_msgs import PoseStamped, TransformStamped, Vector3
 from busflow.msgs.nav_msgs import Path
 from busflow.msgs.sensor_msgs import Image, Imu, JointState, LaserScan, PointCloud2
 from busflow.msgs.std_msgs import Float64MultiArray, Header, String
 from busflow.msgs.tf2_msgs import TFMessage
-from busflow.wire.foreign import ForeignType
-from busflow.wire.typesupport import TypeSupport
 
 ROUNDS = 60
 ROUND_S = 0.002

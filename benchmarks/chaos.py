@@ -238,7 +238,7 @@ def started() -> Iterator[tuple[Run, Path]]:
 
 def all_answer(within_s: float) -> float | None:
     """How long until every process of the run answers; None when one does not in time."""
-    from busflow.wire.roll_call import call_roll
+    from busflow.wire.client.runs import call_roll
 
     began = time.perf_counter()
     while (took := time.perf_counter() - began) < within_s:
@@ -302,7 +302,7 @@ class Meddler:
         self._thread.join(PATIENCE_S)
 
     def _meddle(self) -> None:
-        from busflow.wire.peer import join
+        from busflow.wire.client.client import join
 
         mark = 0
         with join(patience_s=1.0) as peer:
@@ -334,7 +334,7 @@ class Meddler:
 
     def check(self, within_s: float) -> None:
         """Whether every node has what it was told last, however often its process died since."""
-        from busflow.wire.peer import join
+        from busflow.wire.client.client import join
 
         told: dict[str, Any] = {}
         end = time.perf_counter() + within_s

@@ -17,11 +17,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import busflow
 from benchmarks.figures import Contender, Figure, measure, nothing
 from busflow import Node, QoS, publisher, subscription
-from busflow.event_loop import new_event_loop
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Header
+from busflow.runner.loops.system import new_event_loop
 
 BURST = 64
 """Messages that are published before the loop has its turn."""

@@ -27,7 +27,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import busflow
-from busflow.node import runtime_of
+from busflow.node.node import runtime_of
 
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "configs/humanoid.yaml"

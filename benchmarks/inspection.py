@@ -24,8 +24,8 @@ import zenoh
 import busflow
 from busflow import Node, publisher, subscription
 from busflow.msgs.std_msgs import Float64, UInt8MultiArray
-from busflow.wire.peer import join
-from busflow.wire.session import open_session
+from busflow.wire.client.client import join
+from busflow.wire.zenoh.session import open_session
 
 SIZES = {"8 B": 8, "320 B": 320, "64 KB": 65_536, "1 MB": 1 << 20, "6 MB": 6_220_800}
 RATES = {8: 1000, 320: 1000, 65_536: 1000, 1 << 20: 200, 6_220_800: 40}
@@ -72,7 +72,7 @@ def publish_time(publish: Callable[[Float64], None], message: Float64) -> float:
 
 def listen(kind: str, count: int) -> None:
     """Receive, and print latencies in µs and the rate of what came, as JSON."""
-    from busflow.wire.run_directory import find_run
+    from busflow.wire.zenoh.run_directory import find_run
 
     arrived: list[tuple[int, int]] = []
     ended = threading.Event()

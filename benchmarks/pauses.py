@@ -14,7 +14,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from busflow.garbage import collected_in_steps
+from busflow.runner.garbage import collected_in_steps
 
 LIVE = 600_000
 SECONDS = 2.0

@@ -27,12 +27,12 @@ from rosbags.typesys import Stores, get_typestore
 
 import busflow
 from busflow import Node, Parameters, publisher, timer
-from busflow.message import Message
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import Message
 from busflow.msgs.geometry_msgs import Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.program import recorded
-from busflow.runner import Graph
-from busflow.wire.typesupport import TypeSupport
+from busflow.runner.graph import Graph
 
 JOINTS = 31
 IMAGE_BYTES = 6_000_000

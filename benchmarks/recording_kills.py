@@ -30,7 +30,7 @@ from busflow import Node, Parameters, publisher, timer
 from busflow.errors import BagError
 from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Int64
-from busflow.recording.bag import Bag
+from busflow.recording.bag.bag import Bag
 
 PROMISED_S = 1.0
 _NOTE = struct.Struct("<q")

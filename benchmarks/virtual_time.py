@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from busflow import Node, publisher, subscription, timer
-from busflow.launchfile.load import load
+from busflow.launchfile.load.load import load
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64
 from busflow.testing import explore, harness, virtual_time

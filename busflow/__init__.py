@@ -6,13 +6,26 @@ Everything public of the core is here, imported when first used so that the comm
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from busflow.clients import Client as Client
+    from busflow.bus.client import Client as Client
+    from busflow.bus.events import DeadlineMissed as DeadlineMissed
+    from busflow.bus.events import LivelinessChanged as LivelinessChanged
+    from busflow.bus.events import LivelinessLost as LivelinessLost
+    from busflow.bus.events import MessageLost as MessageLost
+    from busflow.bus.events import PublisherMatched as PublisherMatched
+    from busflow.bus.events import SubscriptionMatched as SubscriptionMatched
+    from busflow.bus.publisher import Publisher as Publisher
+    from busflow.bus.qos import DEFAULT as DEFAULT
+    from busflow.bus.qos import SENSOR_DATA as SENSOR_DATA
+    from busflow.bus.qos import Durability as Durability
+    from busflow.bus.qos import Overflow as Overflow
+    from busflow.bus.qos import QoS as QoS
+    from busflow.bus.qos import Reliability as Reliability
+    from busflow.bus.server import Server as Server
+    from busflow.bus.subscription import Subscription as Subscription
+    from busflow.bus.timer import Timer as Timer
     from busflow.clock import Clock as Clock
     from busflow.clock import Duration as Duration
     from busflow.clock import Time as Time
-    from busflow.declarations import client as client
-    from busflow.declarations import publisher as publisher
-    from busflow.declarations import timer as timer
     from busflow.errors import BusflowError as BusflowError
     from busflow.errors import DeadlockError as DeadlockError
     from busflow.errors import LaunchError as LaunchError
@@ -24,90 +37,77 @@ if TYPE_CHECKING:
     from busflow.errors import ServiceTimeout as ServiceTimeout
     from busflow.errors import ServiceUnavailable as ServiceUnavailable
     from busflow.errors import WouldBlock as WouldBlock
-    from busflow.events import DeadlineMissed as DeadlineMissed
-    from busflow.events import LivelinessChanged as LivelinessChanged
-    from busflow.events import LivelinessLost as LivelinessLost
-    from busflow.events import MessageLost as MessageLost
-    from busflow.events import PublisherMatched as PublisherMatched
-    from busflow.events import SubscriptionMatched as SubscriptionMatched
-    from busflow.handlers import on_event as on_event
-    from busflow.handlers import on_parameters as on_parameters
-    from busflow.handlers import service as service
-    from busflow.handlers import subscription as subscription
-    from busflow.message import Length as Length
-    from busflow.message import Message as Message
-    from busflow.message import ServiceType as ServiceType
-    from busflow.message import take as take
-    from busflow.node import Node as Node
-    from busflow.parameters import Parameters as Parameters
-    from busflow.parameters import ReadOnly as ReadOnly
+    from busflow.interfaces.message import Length as Length
+    from busflow.interfaces.message import Message as Message
+    from busflow.interfaces.message import ServiceType as ServiceType
+    from busflow.interfaces.message import take as take
+    from busflow.node.declarations import client as client
+    from busflow.node.declarations import publisher as publisher
+    from busflow.node.declarations import timer as timer
+    from busflow.node.handlers import on_event as on_event
+    from busflow.node.handlers import on_parameters as on_parameters
+    from busflow.node.handlers import service as service
+    from busflow.node.handlers import subscription as subscription
+    from busflow.node.node import Node as Node
+    from busflow.node.parameters import Parameters as Parameters
+    from busflow.node.parameters import ReadOnly as ReadOnly
+    from busflow.node.supervision import RestartPolicy as RestartPolicy
+    from busflow.node.supervision import supervised as supervised
     from busflow.program import launch as launch
-    from busflow.publishers import Publisher as Publisher
-    from busflow.qos import DEFAULT as DEFAULT
-    from busflow.qos import SENSOR_DATA as SENSOR_DATA
-    from busflow.qos import Durability as Durability
-    from busflow.qos import Overflow as Overflow
-    from busflow.qos import QoS as QoS
-    from busflow.qos import Reliability as Reliability
-    from busflow.runner import Graph as Graph
+    from busflow.runner.graph import Graph as Graph
     from busflow.script import run as run
-    from busflow.servers import Server as Server
-    from busflow.subscriptions import Subscription as Subscription
-    from busflow.supervision import RestartPolicy as RestartPolicy
-    from busflow.supervision import supervised as supervised
-    from busflow.timers import Timer as Timer
 
 _HOMES = {
     "BusflowError": "errors",
-    "Client": "clients",
+    "Client": "bus.client",
     "Clock": "clock",
-    "DEFAULT": "qos",
-    "DeadlineMissed": "events",
+    "DEFAULT": "bus.qos",
+    "DeadlineMissed": "bus.events",
     "DeadlockError": "errors",
-    "Durability": "qos",
+    "Durability": "bus.qos",
     "Duration": "clock",
-    "Graph": "runner",
+    "Graph": "runner.graph",
     "LaunchError": "errors",
-    "Length": "message",
-    "LivelinessChanged": "events",
-    "LivelinessLost": "events",
-    "Message": "message",
-    "MessageLost": "events",
-    "Node": "node",
+    "Length": "interfaces.message",
+    "LivelinessChanged": "bus.events",
+    "LivelinessLost": "bus.events",
+    "Message": "interfaces.message",
+    "MessageLost": "bus.events",
+    "Node": "node.node",
     "NodeFailed": "errors",
-    "Overflow": "qos",
-    "Parameters": "parameters",
-    "Publisher": "publishers",
-    "PublisherMatched": "events",
-    "QoS": "qos",
-    "ReadOnly": "parameters",
-    "Reliability": "qos",
-    "SENSOR_DATA": "qos",
-    "RestartPolicy": "supervision",
+    "Overflow": "bus.qos",
+    "Parameters": "node.parameters",
+    "Publisher": "bus.publisher",
+    "PublisherMatched": "bus.events",
+    "QoS": "bus.qos",
+    "ReadOnly": "node.parameters",
+    "Reliability": "bus.qos",
+    "SENSOR_DATA": "bus.qos",
+    "RestartPolicy": "node.supervision",
     "SendTimeout": "errors",
-    "Server": "servers",
+    "Server": "bus.server",
     "ServiceError": "errors",
     "ServiceFailed": "errors",
     "ServiceGone": "errors",
     "ServiceTimeout": "errors",
-    "ServiceType": "message",
+    "ServiceType": "interfaces.message",
     "ServiceUnavailable": "errors",
-    "Subscription": "subscriptions",
-    "SubscriptionMatched": "events",
+    "Subscription": "bus.subscription",
+    "SubscriptionMatched": "bus.events",
     "Time": "clock",
-    "Timer": "timers",
+    "Timer": "bus.timer",
     "WouldBlock": "errors",
-    "client": "declarations",
+    "client": "node.declarations",
     "launch": "program",
-    "on_event": "handlers",
-    "on_parameters": "handlers",
-    "publisher": "declarations",
+    "on_event": "node.handlers",
+    "on_parameters": "node.handlers",
+    "publisher": "node.declarations",
     "run": "script",
-    "service": "handlers",
-    "subscription": "handlers",
-    "supervised": "supervision",
-    "take": "message",
-    "timer": "declarations",
+    "service": "node.handlers",
+    "subscription": "node.handlers",
+    "supervised": "node.supervision",
+    "take": "interfaces.message",
+    "timer": "node.declarations",
 }
 
 __all__ = [

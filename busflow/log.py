@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 import structlog
 from structlog.typing import EventDict, FilteringBoundLogger
 
-from busflow.blame import blame, reason
 from busflow.text import plain, printable
+from busflow.validation.tracebacks import blame, reason
 
 if TYPE_CHECKING:
     from busflow.clock import Clock

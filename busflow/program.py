@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 import anyio
 
 from busflow.errors import ExitCode
-from busflow.event_loop import LoopFactory, answers, new_event_loop
-from busflow.garbage import collected_in_steps, look_at_everything
-from busflow.ingredients import What
-from busflow.launchfile.placement import placed
+from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink
-from busflow.runner import Graph
-from busflow.signals import SignalGuard
-from busflow.strays import catch_strays, forgotten_awaits_told, lost_on
+from busflow.runner.garbage import collected_in_steps, look_at_everything
+from busflow.runner.graph import Graph
+from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
+from busflow.runner.orphan_tasks import catch_strays, forgotten_awaits_told, lost_on
+from busflow.runner.signals import SignalGuard
+from busflow.runner.sources import What
 
 if TYPE_CHECKING:
-    from busflow.recording.wanted import Wanted
+    from busflow.recording.recorder.options import Wanted
 
 
 def launch(
@@ -79,7 +79,7 @@ def recorded(graph: Graph, wanted: Wanted | None) -> Graph:
         InvalidName: one of the patterns is none.
     """
     if wanted or (wanted is None and any(each.record for each in graph.descriptions)):
-        from busflow.recording.recorder import record_graph
+        from busflow.recording.recorder.recorder import record_graph
 
         record_graph(graph, wanted)
     return graph
@@ -92,7 +92,7 @@ def inspectable(graph: Graph, name: bool | str) -> Graph:
     """
     if name is False:
         return graph
-    from busflow.wire.inspection import inspect
+    from busflow.wire.mirror.inspection import inspect
 
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
     file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")

@@ -11,20 +11,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
-from busflow.event_loop import LoopFactory
-from busflow.ingredients import What, described, is_simulated
-from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.here import on_machine
-from busflow.launchfile.placement import placed
+from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink
-from busflow.loop_choice import LoopName, chosen_loop
 from busflow.program import inspectable, recorded, run_graph
-from busflow.runner import Graph
-from busflow.watchdog import BOUND_S
+from busflow.runner.graph import Graph
+from busflow.runner.loops.choice import LoopName, chosen_loop
+from busflow.runner.loops.system import LoopFactory
+from busflow.runner.sources import What, described, is_simulated
+from busflow.runner.watchdog import BOUND_S
 
 if TYPE_CHECKING:
     from busflow.processes.crew import Crew
-    from busflow.recording.wanted import Wanted
+    from busflow.recording.recorder.options import Wanted
 
 
 def run(
@@ -59,7 +59,7 @@ def run(
     new_loop = chosen_loop(event_loop, simulated=simulated)
     with _stated(descriptions):
         if simulated:
-            from busflow.testing.simulation import simulated_graph
+            from busflow.runner.simulation import simulated_graph
 
             show = None if inspect is False else partial(inspectable, name=inspect)
             with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
@@ -88,7 +88,7 @@ def _manned(
 ) -> Crew:
     """The other processes of a graph, which end with it."""
     from busflow.processes.crew import Crew  # which needs Zenoh, as its members do
-    from busflow.recording.wanted import spec_of
+    from busflow.recording.recorder.options import spec_of
 
     file = str(spread.files[0].absolute())
     known_as = name if isinstance(name, str) else graph.name

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from busflow.bus import Bus
+from busflow.bus.bus import Bus
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
-from busflow.endpoint import Endpoint
 from busflow.msgs.std_msgs import Int64
-from busflow.publishers import Publisher
-from busflow.qos import QoS
-from busflow.subscriptions import Subscription
 
 # How long an example takes, or is drawn, says how busy the machine is.
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])

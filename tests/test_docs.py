@@ -30,12 +30,12 @@ import pytest
 from sybil import Document, Region
 from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
+from busflow.bus.qos import PRESETS, QoS
 from busflow.cli import _COMMANDS as COMMANDS
 from busflow.cli import main as busflow
 from busflow.cli.run import run
-from busflow.launchfile import model
-from busflow.launchfile.load import load
-from busflow.qos import PRESETS, QoS
+from busflow.launchfile.load.load import load
+from busflow.launchfile.model import keys as model
 
 PROJECT = Path(__file__).parents[1]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]

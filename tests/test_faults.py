@@ -15,31 +15,31 @@ TESTS = Path(__file__).parent
 CASES = json.loads((TESTS / "cases" / "n_faults.json").read_text(encoding="utf-8"))["cases"]
 SHOWN = {
     "node/raise-callback": "test_faults.py::test_every_third_message_fails_and_the_others_lose_nothing",
-    "node/raise-timer": "test_supervision.py::test_a_node_that_fails_too_often_ends_the_run",
-    "node/raise-service": "test_services.py::"
+    "node/raise-timer": "node/test_supervision.py::test_a_node_that_fails_too_often_ends_the_run",
+    "node/raise-service": "bus/test_services.py::"
     "test_what_the_handler_raises_is_told_to_the_caller_and_logged_by_the_server_which_goes_on",
-    "node/exception-in-error-hook": "test_supervisor.py::"
+    "node/exception-in-error-hook": "runner/test_supervisor.py::"
     "test_whatever_a_node_raises_wherever_is_its_failure_and_it_is_stopped",
-    "node/block-loop": "test_watchdog.py::test_a_handler_that_blocks_is_named_with_its_stack",
+    "node/block-loop": "runner/test_watchdog.py::test_a_handler_that_blocks_is_named_with_its_stack",
     "node/infinite-await": "test_faults.py::test_a_handler_that_awaits_for_ever_holds_up_nobody_else",
-    "node/slow-subscriber": "test_subscriptions.py::test_the_queue_overflows_while_an_async_handler_is_busy",
-    "node/reentrant": "test_runner.py::test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers",
-    "node/threads": "test_runner.py::test_threads_publish_in_order_and_every_message_is_accounted_for",
+    "node/slow-subscriber": "bus/test_subscription.py::test_the_queue_overflows_while_an_async_handler_is_busy",
+    "node/reentrant": "runner/test_graph.py::test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers",
+    "node/threads": "runner/test_graph.py::test_threads_publish_in_order_and_every_message_is_accounted_for",
     "node/signal-handler": "e2e/test_ctrl_c.py::test_a_node_s_own_signal_neither_ends_the_run_nor_keeps_ctrl_c_from_it",
-    "node/gc-tasks": "test_runner.py::test_a_task_that_a_node_spawned_fails_the_node",
+    "node/gc-tasks": "runner/test_graph.py::test_a_task_that_a_node_spawned_fails_the_node",
 }
 SKIPPED = {
     "node/block-c": "needs somebody in another process to notice: later",
     "node/stdout": "a node in a process of its own: later",
     "proc/": "nodes in processes of their own: later; what the command survives is in tests/e2e and tests/cli",
     "rec/": "recording: later",
-    "time/": "test_timers.py, test_clock.py and testing/test_following.py",
+    "time/": "bus/test_timer.py, test_clock.py and runner/test_following.py",
     "cfg/change": "the launch file is read once; live edits: later",
-    "cfg/param-storm": "test_parameter_store.py",
+    "cfg/param-storm": "node/test_parameter_store.py",
     "net/": "between machines: later",
     "load/": "benchmarks, not tests",
-    "data/": "test_names.py, test_arrays.py, test_fields.py and test_message.py",
-    "api/misuse": "test_publishers.py, test_node.py and test_supervisor.py",
+    "data/": "bus/test_names.py, interfaces/test_arrays.py, interfaces/test_fields.py and interfaces/test_message.py",
+    "api/misuse": "bus/test_publisher.py, node/test_node.py and runner/test_supervisor.py",
     "cli/": "tests/e2e and tests/cli",
 }
 

@@ -7,7 +7,7 @@ import pytest
 
 from busflow.clock import SystemClock
 from busflow.log import Log, LogRecord, console_sink, json_sink
-from busflow.rosout import line_text
+from busflow.runner.rosout import line_text
 
 
 def logged(level: str = "info") -> tuple[Log, list[LogRecord]]:

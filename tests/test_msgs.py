@@ -19,8 +19,8 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 import busflow.msgs
-from busflow.fields import PRIMITIVES
-from busflow.message import (
+from busflow.interfaces.fields import PRIMITIVES
+from busflow.interfaces.message import (
     ArrayKind,
     Message,
     ServiceType,
@@ -179,7 +179,7 @@ def test_the_package_itself_imports_nothing_heavy():
 
 def test_finding_a_type_imports_only_its_package_and_what_that_needs():
     code = (
-        "import sys; from busflow.message import find_type; find_type('std_msgs/Header');"
+        "import sys; from busflow.interfaces.message import find_type; find_type('std_msgs/Header');"
         "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.')))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

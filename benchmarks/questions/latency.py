@@ -15,7 +15,7 @@ from benchmarks.peers.graph import Source, message, sink
 from benchmarks.peers.roster import ALL, InProcess
 from benchmarks.question import Case, Contender, Effort, Question, Quoted, Sample
 from benchmarks.receiver import Stopwatch
-from busflow.event_loop import new_event_loop
+from busflow.runner.loops.system import new_event_loop
 
 PAUSE_S = 0.002
 """Between two messages: long enough for everything to have gone to sleep."""

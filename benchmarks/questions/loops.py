@@ -17,7 +17,7 @@ from benchmarks.questions.latency import ticking
 from benchmarks.questions.processes import run_nodes
 from benchmarks.questions.timers import ticked
 from benchmarks.receiver import Stopwatch
-from busflow.loop_choice import chosen_loop
+from busflow.runner.loops.choice import chosen_loop
 
 TURN = "a turn"
 ALONE = "1 → 1, one at a time"

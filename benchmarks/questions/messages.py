@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.question import Case, Contender, Effort, Question, Quoted, Sample
-from busflow.message import Message
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import Message
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState, PointCloud2, PointField
 from busflow.msgs.std_msgs import Header
-from busflow.wire.typesupport import TypeSupport
 
 NAMES = [f"joint_{number}" for number in range(10)]
 NUMBERS = [number / 7 for number in range(10)]

@@ -19,7 +19,7 @@ from benchmarks.crossing.conductor import Conductor
 from benchmarks.crossing.links import LINKS
 from benchmarks.question import Case, Contender, Effort, Question, Quoted, Sample
 from benchmarks.rounds import ROOT
-from busflow.event_loop import new_event_loop
+from busflow.runner.loops.system import new_event_loop
 
 PATIENCE_S = 60.0
 NODES = ROOT / "benchmarks/crossing/nodes"

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.crossing.board import cpu_s
 from benchmarks.question import Case, Contender, Effort, Question, Quoted, Sample
 from benchmarks.rounds import ROOT
-from busflow.wire.run_directory import runs
+from busflow.wire.zenoh.run_directory import runs
 
 PATIENCE_S = 30.0
 SETTLED_S = 1.5

@@ -11,7 +11,7 @@ from typing import Any
 import busflow
 from benchmarks.peers.graph import Source, message, sink
 from benchmarks.question import Case, Contender, Effort, Question, Sample
-from busflow.event_loop import new_event_loop
+from busflow.runner.loops.system import new_event_loop
 
 RATES_HZ = (10, 100, 1000)
 LoopFactory = Callable[[], asyncio.AbstractEventLoop]

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import click
 
 import busflow
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import colour, tell
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.terminal.output import colour, tell
 from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 

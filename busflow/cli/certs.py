@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.table import Column, print_table
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.certificates import Made
+    from busflow.wire.machines.certificates import Made
 
 _VERBS = {
     "new": ("busflow.cli.certs:new", "Make an authority, whose certificates machines trust."),
@@ -36,7 +36,7 @@ _FOLDER = click.argument("folder", metavar="[DIR]", default="certs", type=click.
 @_FOLDER
 def new(folder: Path) -> int:
     """Make an authority in DIR, by default `certs`: a key that signs, and the certificate by which it is known."""
-    from busflow.certificates import Authority
+    from busflow.wire.machines.certificates import Authority
 
     authority = Authority.new(folder)
     shown = printable(folder)
@@ -57,7 +57,7 @@ def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace:
 
     The machine that `busflow run` without --machine is has the name main.
     """
-    from busflow.certificates import Authority
+    from busflow.wire.machines.certificates import Authority
 
     made = Authority.open(folder).add(name, addresses=addresses, days=days, replace=replace)
     found = f", found at {', '.join(made.addresses)}" if made.addresses else ""
@@ -76,7 +76,7 @@ def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace:
 @_FOLDER
 def show(folder: Path) -> int:
     """Show the certificates in DIR, by default `certs`; exit code 3 if one of them is trusted by nobody."""
-    from busflow.certificates import Authority
+    from busflow.wire.machines.certificates import Authority
 
     authority = Authority.open(folder, to_sign=False)
     made = authority.made()

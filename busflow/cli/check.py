@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.importing import importing
-from busflow.cli.launching import Given, launch_file, refuse_other_kinds
+from busflow.cli.options.importing import importing
+from busflow.cli.options.launch_file import Given, launch_file, refuse_other_kinds
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.description import LaunchDescription
+    from busflow.launchfile.model.description import LaunchDescription
 
 _YAML = re.compile(r"\.ya?ml$")
 _EXAMPLES = """\b
@@ -38,8 +38,8 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
 
     Of several files each is looked at alone; NAME:=VALUE is for those that have such an argument.
     """
-    from busflow.cli.joining import print_answer
-    from busflow.cli.output import print_problems
+    from busflow.cli.options.run import print_answer
+    from busflow.cli.terminal.output import print_problems
 
     files = _files(given)
     reports: list[dict[str, object]] = []
@@ -84,7 +84,7 @@ def _name(assignment: str) -> str:
 
 def _declared(file: Path) -> set[str] | None:
     """The arguments that a file declares; None where it cannot be read, which its own report tells."""
-    from busflow.launchfile.document import read_file
+    from busflow.launchfile.yaml.document import read_file
 
     try:
         return set(read_file(file, str(file)).section("args"))
@@ -95,10 +95,10 @@ def _declared(file: Path) -> set[str] | None:
 def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:
     """What is wrong with the file, with the nodes of what is right in it, and with what a run of it needs beside."""
     with importing():
-        from busflow.ingredients import is_simulated
-        from busflow.launchfile.placement import placed
-        from busflow.launchfile.problems import in_order
-        from busflow.runner import Graph
+        from busflow.launchfile.model.placement import placed
+        from busflow.launchfile.model.problems import in_order
+        from busflow.runner.graph import Graph
+        from busflow.runner.sources import is_simulated
         from busflow.testing.expectations import expectation_problems
 
     description, problems = given.examine()
@@ -126,9 +126,9 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
     what is not may be where it belongs.
     """
     from busflow.clock import SystemClock
-    from busflow.launchfile.credentials import credential_problems
-    from busflow.launchfile.here import on_machine
-    from busflow.launchfile.placement import MAIN
+    from busflow.launchfile.check.credentials import credential_problems
+    from busflow.launchfile.check.here import on_machine
+    from busflow.launchfile.model.placement import MAIN
 
     if machine is not None:
         try:
@@ -150,9 +150,9 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
 def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator[Problem]:
     """Whether what the file says to record could be, as things are now."""
     from busflow.errors import RecordingRefused
-    from busflow.ingredients import is_simulated
-    from busflow.launchfile.faults import problem_at
-    from busflow.recording.destination import foresee
+    from busflow.launchfile.model.faults import problem_at
+    from busflow.recording.recorder.destination import foresee
+    from busflow.runner.sources import is_simulated
 
     whole = description.resolved
     if description.record is None or whole is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from busflow.cli.launching import Given, launch_file
+from busflow.cli.options.launch_file import Given, launch_file
 
 _EXAMPLES = """\b
 Examples:
@@ -20,8 +20,8 @@ def config(given: Given, as_json: bool) -> int:
 
     Parameters that nobody states are shown with the default that their plugin gives them.
     """
-    from busflow.cli.joining import print_answer
-    from busflow.launchfile.resolved import lines, origins, resolve
+    from busflow.cli.options.run import print_answer
+    from busflow.launchfile.check.resolved import lines, origins, resolve
 
     resolved = resolve(given.description())
     if as_json:

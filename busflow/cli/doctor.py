@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import busflow
-from busflow.cli.joining import complete_runs, print_answer
-from busflow.cli.output import near, print_problems
-from busflow.cli.table import Column, print_table
+from busflow.cli.options.run import complete_runs, print_answer
+from busflow.cli.terminal.output import near, print_problems
+from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 from busflow.text import counted
 
 if TYPE_CHECKING:
-    from busflow.wire.roll_call import PresentRun
-    from busflow.wire.run_directory import Folder
+    from busflow.wire.client.runs import PresentRun
+    from busflow.wire.zenoh.run_directory import Folder
 
 _EXAMPLES = """\b
 Examples:
@@ -48,7 +48,7 @@ def doctor(run: str | None, as_json: bool) -> int:
 
     Directories that dead runs have left are removed.
     """
-    from busflow.wire.run_directory import folders
+    from busflow.wire.zenoh.run_directory import folders
 
     places = folders()
     findings = [*_about_versions(), *_about(places)]
@@ -64,10 +64,10 @@ def doctor(run: str | None, as_json: bool) -> int:
 
 
 def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
-    from busflow.wire.roll_call import call, call_roll
+    from busflow.wire.client.runs import call, call_roll
 
     if run is not None:
-        from busflow.wire.peer import run_called
+        from busflow.wire.client.client import run_called
 
         yield call(run_called(run))
         return
@@ -90,7 +90,7 @@ def _versions() -> dict[str, str | None]:
 
 
 def _about_versions() -> Iterator[Problem]:
-    from busflow.wire.session import require_zenoh
+    from busflow.wire.zenoh.session import require_zenoh
 
     try:
         require_zenoh()
@@ -108,9 +108,9 @@ def _examine(present: PresentRun) -> _Examined:
     if present.silence:
         fix = f"look at process {present.run.card.pid}: a handler must not block; use run_sync for what does"
         return _Examined(present, "?", 0, (Problem("silent", present.silence, fix),))
-    from busflow.wire.checkup import findings
-    from busflow.wire.peer import Peer
-    from busflow.wire.view import view
+    from busflow.wire.client.checkup import findings
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import view
 
     try:
         with closing(Peer(present.run)) as peer:

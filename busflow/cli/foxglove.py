@@ -8,12 +8,12 @@ from urllib.parse import quote
 
 import click
 
-from busflow.cli.joining import complete_runs, complete_topics, joined
-from busflow.cli.output import tell
+from busflow.cli.options.run import complete_runs, complete_topics, joined
+from busflow.cli.terminal.output import tell
 
 if TYPE_CHECKING:
     from busflow.foxglove.admission import Admission
-    from busflow.wire.peer import Peer
+    from busflow.wire.client.client import Peer
 
 _EXAMPLES = """\b
 Examples:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import complete_runs, joined, print_answer
-from busflow.cli.launching import Given, launch_file
-from busflow.cli.table import terminal_width
+from busflow.cli.options.launch_file import Given, launch_file
+from busflow.cli.options.run import complete_runs, joined, print_answer
+from busflow.cli.terminal.table import terminal_width
 
 if TYPE_CHECKING:
-    from busflow.cli.drawing import Drawing
+    from busflow.cli.terminal.graph_drawing import Drawing
 
 _EXAMPLES = """\b
 Examples:
@@ -50,14 +50,14 @@ def graph(
 
 
 def _of_run(run: str | None, *, all_: bool) -> Drawing:
-    from busflow.cli.drawing import Drawing
+    from busflow.cli.terminal.graph_drawing import Drawing
 
     with joined(run) as peer:
         return Drawing.of_view(peer.run.name, peer.graph(), all_=all_)
 
 
 def _of_file(given: Given) -> Drawing:
-    from busflow.cli.drawing import Drawing
+    from busflow.cli.terminal.graph_drawing import Drawing
 
     description, plan = given.plan()
     return Drawing.of_plan(description.name, plan.members)

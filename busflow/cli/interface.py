@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from busflow.cli.joining import complete_runs, joined, joins, print_answer
-from busflow.cli.lazy import LazyGroup
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.run import complete_runs, joined, joins, print_answer
 from busflow.errors import BusflowError, NoSuchRun, NoSuchTarget
+from busflow.interfaces.encoding.builtin_types import Comments, shipped_types
 from busflow.text import did_you_mean, printable
-from busflow.wire.shipped import Comments, shipped_types
 
 if TYPE_CHECKING:
-    from busflow.wire.description import IndividualDescription, TypeDescription
+    from busflow.interfaces.encoding.description import IndividualDescription, TypeDescription
 
 _VERBS = {
     "list": ("busflow.cli.interface:list_", "List the message and service types."),
@@ -202,7 +202,7 @@ def _lines(name: str, description: TypeDescription, depth: int) -> list[str]:
 def _type_lines(
     name: str, described: IndividualDescription, inner: Mapping[str, IndividualDescription], level: int, depth: int
 ) -> Iterator[str]:
-    from busflow.wire.definition import ros2msg
+    from busflow.interfaces.encoding.msg_text import ros2msg
 
     comments = _comments(name) if level < depth else Comments()
     indent = "\t" * level

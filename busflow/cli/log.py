@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_nodes, joined, joins, print_line
-from busflow.cli.output import tell
+from busflow.cli.options.run import complete_nodes, joined, joins, print_line
+from busflow.cli.terminal.output import tell
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.wire.peer import Listener, Peer
+    from busflow.wire.client.client import Listener, Peer
 
 _EXAMPLES = """\b
 Examples:

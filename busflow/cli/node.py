@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_nodes, joined, joins, print_answer
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import tell
-from busflow.cli.table import Column, print_table, print_text
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.run import complete_nodes, joined, joins, print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.text import printable
-from busflow.wire.view import is_hidden
+from busflow.wire.client.graph_view import is_hidden
 
 if TYPE_CHECKING:
-    from busflow.wire.view import EndView, NodeView
+    from busflow.wire.client.graph_view import EndView, NodeView
 
 _VERBS = {
     "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),

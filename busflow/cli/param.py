@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from busflow.cli.joining import complete_nodes, joined, joins, print_answer
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.table import Column, print_table
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.run import complete_nodes, joined, joins, print_answer
+from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import NoSuchTarget
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.wire.peer import Peer
+    from busflow.wire.client.client import Peer
 
 _VERBS = {
     "list": ("busflow.cli.param:list_", "List the parameters of the nodes, or of one."),
@@ -58,8 +58,8 @@ param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes
 
 def complete_parameters(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """The parameters of the node that is already typed."""
-    from busflow.cli.joining import COMPLETION_S
-    from busflow.wire.peer import join
+    from busflow.cli.options.run import COMPLETION_S
+    from busflow.wire.client.client import join
 
     try:
         with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from busflow.cli.joining import complete_nodes, joined, joins, print_answer, print_line
-from busflow.cli.output import near, tell
+from busflow.cli.options.run import complete_nodes, joined, joins, print_answer, print_line
 from busflow.cli.param import complete_parameters, full_name, parameters_of
-from busflow.cli.table import Column, print_table
+from busflow.cli.terminal.output import near, tell
+from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.drift import Drift
-    from busflow.wire.peer import Peer
+    from busflow.launchfile.check.drift import Drift
+    from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
 _NEGATIVE = re.compile(r"-\.?(\d|inf)", re.IGNORECASE)
@@ -72,7 +72,7 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 
     FILE is what `busflow param dump` and `ros2 param dump` write, or the parameters alone.
     """
-    from busflow.launchfile.document import read_file
+    from busflow.launchfile.yaml.document import read_file
 
     stated = _of_node(read_file(file, str(file)).data, node)
     if not isinstance(stated, dict):
@@ -109,7 +109,7 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
 @joins
 def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
     """Write the parameters of NODE that were changed back into its launch file; comments and order stay."""
-    from busflow.launchfile.drift import written_back
+    from busflow.launchfile.check.drift import written_back
 
     if into is not None and not into.exists():
         why = "it has to be a launch file that has the node: copy the run's, or write the parameters alone with"
@@ -195,7 +195,7 @@ def _of_node(stated: object, node: str) -> object:
 
 
 def _value(text: str) -> object:
-    from busflow.launchfile.document import parse_value
+    from busflow.launchfile.yaml.document import parse_value
 
     return parse_value(text, "command line").data
 
@@ -204,8 +204,8 @@ def _value(text: str) -> object:
 
 
 def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
-    from busflow.launchfile.drift import drifts
-    from busflow.launchfile.load import load as load_file
+    from busflow.launchfile.check.drift import drifts
+    from busflow.launchfile.load.load import load as load_file
 
     values = {row["name"]: row["value"] for row in parameters_of(peer, node)}
     for spec in load_file(file).nodes:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.joining import print_answer
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.output import print_problems
-from busflow.cli.table import Column, print_table
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import print_problems
+from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
-from busflow.plugins import built_in, find
+from busflow.node.plugins import built_in, find
 from busflow.text import printable
 
 _VERBS = {
@@ -68,7 +68,7 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
 @_options
 def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
     """Show the parameters of the plugin NAME with defaults and ranges, and its topics in and out."""
-    from busflow.cli.plugin_sheet import sheet
+    from busflow.cli.terminal.plugin_sheet import sheet
 
     if _unread(folders or _DEFAULT):
         return ExitCode.USAGE
@@ -82,7 +82,7 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
 
 def _unread(folders: Sequence[Path]) -> ExitCode:
     """Tell which of the folders cannot be looked into."""
-    from busflow.launchfile.folder_access import unreadable
+    from busflow.launchfile.load.folder_access import unreadable
 
     faults = [fault for fault in map(unreadable, folders) if fault is not None]
     print_problems(faults, error_stream=True)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import print_line
-from busflow.cli.output import near, tell
-from busflow.cli.table import Column, print_table
+from busflow.cli.options.run import print_line
+from busflow.cli.terminal.output import near, tell
+from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:
-    from busflow.wire.roll_call import PresentRun
+    from busflow.wire.client.runs import PresentRun
 
 _EXAMPLES = """\b
 Examples:
@@ -39,7 +39,7 @@ def ps(as_json: bool) -> int:
 
     A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
     """
-    from busflow.wire.roll_call import call_roll
+    from busflow.wire.client.runs import call_roll
 
     if as_json:
         for each in call_roll():

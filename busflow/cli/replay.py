@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.launching import Given, duration, launch_file
+from busflow.cli.options.launch_file import Given, duration, launch_file
 
 if TYPE_CHECKING:
-    from busflow.ingredients import What
-    from busflow.testing.replays import Replay
+    from busflow.recording.replay.replay import Replay
+    from busflow.runner.sources import What
 
 _EXAMPLES = """\b
 Examples:
@@ -69,7 +69,7 @@ def replay(
     Inputs, ticks, parameters and calls come as they did, in the recorded order and time. Exit code 0 where all is the
     same, 3 where something differs.
     """
-    from busflow.testing.replays import replay as run_anew
+    from busflow.recording.replay.replay import replay as run_anew
 
     if (given is None) == (plugin is None):
         both = " instead of it: not both" if plugin is not None else ""
@@ -89,8 +89,8 @@ def replay(
 
 
 def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
-    from busflow.cli.joining import print_answer
-    from busflow.cli.output import tell
+    from busflow.cli.options.run import print_answer
+    from busflow.cli.terminal.output import tell
     from busflow.errors import ExitCode
 
     if as_json:
@@ -102,10 +102,10 @@ def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
 
 def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: click.Context) -> What:
     """A graph of one node of a plugin, as a launch file would say it."""
-    from busflow.launchfile.description import LaunchDescription, NodeSpec
-    from busflow.launchfile.value import Origin, Source, Value
-    from busflow.node import default_name
-    from busflow.plugins import load
+    from busflow.launchfile.model.description import LaunchDescription, NodeSpec
+    from busflow.launchfile.yaml.value import Origin, Source, Value
+    from busflow.node.node import default_name
+    from busflow.node.plugins import load
 
     if len(nodes) > 1:
         raise click.UsageError("--plugin runs one node: give one name with --node, or none", context)

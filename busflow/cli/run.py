@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.importing import importing
-from busflow.cli.launching import Given, duration, duration_or_off, launch_file
+from busflow.cli.options.importing import importing
+from busflow.cli.options.launch_file import Given, duration, duration_or_off, launch_file
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.description import Argument
+    from busflow.launchfile.model.description import Argument
 
 _EXAMPLES = """\b
 Examples:
@@ -106,8 +106,8 @@ def run(
 def _help(context: click.Context, file: Path | None) -> int:
     click.echo(context.get_help())
     if file is not None:
-        from busflow.cli.table import Column, print_table
-        from busflow.launchfile.load import read_arguments
+        from busflow.cli.terminal.table import Column, print_table
+        from busflow.launchfile.load.load import read_arguments
 
         rows = [_row(each) for each in read_arguments(file)]
         shown = printable(file)
@@ -118,7 +118,7 @@ def _help(context: click.Context, file: Path | None) -> int:
 
 def _row(argument: Argument) -> tuple[object, ...]:
     """One argument of the launch file: how to write it, its type, default and range, its help."""
-    from busflow.annotation import Bounds
+    from busflow.validation.annotations import Bounds
 
     allowed = " | ".join(map(str, argument.choices)) if argument.choices else ""
     bounds = str(Bounds(argument.minimum, argument.maximum))

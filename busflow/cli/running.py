@@ -13,24 +13,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.output import colour, json_text, tell
-from busflow.cli.summary import print_summary
+from busflow.cli.terminal.output import colour, json_text, tell
+from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
-from busflow.event_loop import LoopFactory
-from busflow.ingredients import is_simulated
-from busflow.launchfile.description import RecordSpec
-from busflow.launchfile.here import on_machine
-from busflow.launchfile.placement import Spread, placed
+from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.model.description import RecordSpec
+from busflow.launchfile.model.placement import Spread, placed
 from busflow.log import console_sink, json_sink
-from busflow.loop_choice import chosen_loop
 from busflow.program import inspectable, recorded, run_graph
-from busflow.runner import Graph
-from busflow.watch import Watch
+from busflow.runner.graph import Graph
+from busflow.runner.live_edit import Watch
+from busflow.runner.loops.choice import chosen_loop
+from busflow.runner.loops.system import LoopFactory
+from busflow.runner.sources import is_simulated
 
 if TYPE_CHECKING:
-    from busflow.cli.launching import Given
+    from busflow.cli.options.launch_file import Given
     from busflow.processes.crew import Crew
-    from busflow.report import Report
+    from busflow.runner.report import Report
 
 
 class Run:
@@ -123,7 +123,7 @@ class Run:
             if self._watch:
                 Watch(graph, self._description, partial(self._given.read, self._outer))
             return nullcontext((inspectable(graph, self._inspect), self._new_loop))
-        from busflow.testing.simulation import simulated_graph
+        from busflow.runner.simulation import simulated_graph
 
         show = None if self._inspect is False else partial(inspectable, name=self._inspect)
         return simulated_graph([self._description], show=show, **self._options)

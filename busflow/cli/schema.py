@@ -17,7 +17,7 @@ Examples:
 @click.option("--write", is_flag=True, help="Write it beside FILE: lab1.schema.json beside lab1.yaml.")
 def schema(file: Path, write: bool) -> int:
     """Print the JSON Schema of FILE: its keys, and the parameters of every plugin it may name."""
-    from busflow.cli.output import json_text, tell
+    from busflow.cli.terminal.output import json_text, tell
     from busflow.text import printable
 
     text = json_text(_schema_of(file)) + "\n"
@@ -37,12 +37,12 @@ def schema(file: Path, write: bool) -> int:
 
 def _schema_of(file: Path) -> dict[str, object]:
     """The schema with every plugin that can be loaded; of the others it is told why they are missing."""
-    from busflow.cli.output import tell
+    from busflow.cli.terminal.output import tell
     from busflow.errors import LaunchError, PluginError
-    from busflow.launchfile.load import examine
-    from busflow.launchfile.schema import PluginSchema, launch_schema
-    from busflow.node import parameters_class
-    from busflow.plugins import find, load
+    from busflow.launchfile.load.load import examine
+    from busflow.launchfile.model.json_schema import PluginSchema, launch_schema
+    from busflow.node.node import parameters_class
+    from busflow.node.plugins import find, load
 
     description, problems = examine(file)
     if description is None:  # what is merely wrong in a file does not keep an editor from helping to mend it

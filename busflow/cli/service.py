@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_services, full_type, joined, joins, print_answer
-from busflow.cli.launching import duration
-from busflow.cli.lazy import LazyGroup
-from busflow.cli.table import print_table, print_text
+from busflow.cli.options.launch_file import duration
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.run import complete_services, full_type, joined, joins, print_answer
+from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.cli.topic.shape import Shape
-    from busflow.wire.peer import Peer
-    from busflow.wire.view import TopicView
+    from busflow.cli.terminal.shape import Shape
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import TopicView
 
 _VERBS = {
     "list": ("busflow.cli.service:list_", "List the services there are."),
@@ -127,9 +127,9 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
 
     VALUES is the request as YAML; fields that it leaves out have their defaults.
     """
-    from busflow.cli.topic.abridged import Abridger
-    from busflow.cli.topic.one_line import python_form
-    from busflow.cli.topic.shape import shape_of
+    from busflow.cli.terminal.abridged import Abridger
+    from busflow.cli.terminal.one_line import python_form
+    from busflow.cli.terminal.shape import shape_of
     from busflow.cli.topic.typed_values import TypedValues
 
     with joined(run) as peer:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.launching import Given, duration, launch_file
-from busflow.duration import show_duration
+from busflow.cli.options.launch_file import Given, duration, launch_file
 from busflow.errors import ExitCode, LaunchError
 from busflow.text import counted, printable
+from busflow.validation.durations import show_duration
 
 if TYPE_CHECKING:
-    from busflow.launchfile.description import LaunchDescription
+    from busflow.launchfile.model.description import LaunchDescription
 
 _EXAMPLES = """\b
 Examples:
@@ -41,8 +41,8 @@ def test(
 
     A node that fails is wrong in any case.
     """
-    from busflow.cli.joining import print_answer
-    from busflow.cli.output import print_problems
+    from busflow.cli.options.run import print_answer
+    from busflow.cli.terminal.output import print_problems
     from busflow.testing.expectations import expectation_problems, expectations_of
     from busflow.testing.trials import Trials
 

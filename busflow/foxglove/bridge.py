@@ -18,6 +18,7 @@ from websockets.frames import CloseCode
 from websockets.typing import Subprotocol
 
 import busflow
+from busflow.bus.patterns import Selection
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import BusflowError, InvalidInput, MalformedMessage, Problem
 from busflow.foxglove import protocol
@@ -27,7 +28,6 @@ from busflow.foxglove.parameters import RunParameters
 from busflow.foxglove.protocol import SUBPROTOCOLS, Level
 from busflow.foxglove.publications import ENCODINGS
 from busflow.foxglove.viewer import Viewer
-from busflow.patterns import Selection
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
     from busflow.foxglove.admission import Admission
     from busflow.foxglove.catalogue import Offer
-    from busflow.wire.peer import Peer
-    from busflow.wire.view import GraphView
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
 
 _LOOK_S = 1.0
 """How often it is looked what there is, while somebody is connected."""

@@ -10,16 +10,16 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from busflow.bus.names import full_topic_name_fault
+from busflow.bus.patterns import Selection
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
-from busflow.names import full_topic_name_fault
-from busflow.patterns import Selection
 from busflow.text import did_you_mean, printable
-from busflow.wire.known_type import known_type
-from busflow.wire.view import GraphView, TopicView
+from busflow.wire.client.graph_view import GraphView, TopicView
+from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.wire.foreign import ForeignType
-    from busflow.wire.peer import Peer, ServiceKind
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.wire.client.client import Peer, ServiceKind
 
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"

@@ -9,11 +9,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, NoSuchTarget
+from busflow.interfaces.encoding.finite import finite
 from busflow.text import did_you_mean, printable
-from busflow.wire.finite import finite
 
 if TYPE_CHECKING:
-    from busflow.wire.peer import Peer
+    from busflow.wire.client.client import Peer
 
 _DOUBLE, _DOUBLES = 3, 8
 """ROS 2's numbers of the types whose values JSON can write as whole numbers."""

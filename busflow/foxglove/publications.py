@@ -6,18 +6,18 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from busflow.bus.names import check_full_topic_name
 from busflow.errors import IncompatibleType, MalformedMessage, NoSuchTarget
-from busflow.names import check_full_topic_name
+from busflow.interfaces.encoding.json_form import decode
 from busflow.text import printable
-from busflow.wire.json_form import decode
-from busflow.wire.known_type import known_type
+from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
     from busflow.foxglove.protocol import ClientChannel
-    from busflow.wire.foreign import ForeignType
-    from busflow.wire.peer import Peer
-    from busflow.wire.speaker import Speaker
-    from busflow.wire.view import GraphView
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
+    from busflow.wire.client.speaker import Speaker
 
 ENCODINGS = ("cdr", "json")
 """What viewers may publish in, the one that is meant first where they have a choice."""

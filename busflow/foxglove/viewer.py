@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
     from busflow.foxglove.catalogue import Catalogue, Change, Channel
     from busflow.foxglove.parameters import RunParameters
-    from busflow.wire.listener import Listener
-    from busflow.wire.peer import Peer
-    from busflow.wire.view import GraphView
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
+    from busflow.wire.client.listener import Listener
 
 _DEPTH = 1000
 _MOST_BYTES = 16 * 1024 * 1024

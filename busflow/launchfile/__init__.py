@@ -1,1 +1,1 @@
-"""From a launch file to a description that can run: YAML with positions, expressions, a checked model."""
+"""From a launch file to a checked description of a graph. Runs nothing."""

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from busflow.message import Message, int32, uint32
+from busflow.interfaces.message import Message, int32, uint32
 
 __all__ = ["Duration", "Time"]
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Message, ServiceType, byte
+from busflow.interfaces.message import Message, ServiceType, byte
 from busflow.msgs.std_msgs import Header
 
 __all__ = ["AddDiagnostics", "DiagnosticArray", "DiagnosticStatus", "KeyValue", "SelfTest"]

@@ -7,7 +7,7 @@ message adds the time and the frame; a `…WithCovariance` message adds how cert
 from collections.abc import Sequence
 from typing import Annotated
 
-from busflow.message import Float64Array, Length, Message, float32, float64, int64, zeros
+from busflow.interfaces.message import Float64Array, Length, Message, float32, float64, int64, zeros
 from busflow.msgs.std_msgs import Header
 
 __all__ = [

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Int8Array, Message, ServiceType, float32, uint8, uint32, zeros
+from busflow.interfaces.message import Int8Array, Message, ServiceType, float32, uint8, uint32, zeros
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import (
     Point,

@@ -1,6 +1,6 @@
 """`rosgraph_msgs`: the clock of a simulation."""
 
-from busflow.message import Message
+from busflow.interfaces.message import Message
 from busflow.msgs.builtin_interfaces import Time
 
 __all__ = ["Clock"]

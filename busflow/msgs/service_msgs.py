@@ -2,7 +2,7 @@
 
 from typing import Annotated, ClassVar
 
-from busflow.message import CharArray, Length, Message, int64, uint8, zeros
+from busflow.interfaces.message import CharArray, Length, Message, int64, uint8, zeros
 from busflow.msgs.builtin_interfaces import Time
 
 __all__ = ["ServiceEventInfo"]

@@ -5,7 +5,7 @@ A wrapper says nothing about what its number means: prefer a message of your own
 
 from collections.abc import Sequence
 
-from busflow.message import (
+from busflow.interfaces.message import (
     ByteArray,
     Float32Array,
     Float64Array,

@@ -1,6 +1,6 @@
 """`std_srvs`: services that switch or trigger something."""
 
-from busflow.message import Message, ServiceType
+from busflow.interfaces.message import Message, ServiceType
 
 __all__ = ["Empty", "SetBool", "Trigger"]
 

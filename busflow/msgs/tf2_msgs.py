@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Message, ServiceType, uint8
+from busflow.interfaces.message import Message, ServiceType, uint8
 from busflow.msgs.geometry_msgs import TransformStamped
 
 __all__ = ["FrameGraph", "TF2Error", "TFMessage"]

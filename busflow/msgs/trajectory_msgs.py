@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from busflow.message import Float64Array, Message, zeros
+from busflow.interfaces.message import Float64Array, Message, zeros
 from busflow.msgs.builtin_interfaces import Duration
 from busflow.msgs.geometry_msgs import Transform, Twist
 from busflow.msgs.std_msgs import Header

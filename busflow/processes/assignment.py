@@ -12,7 +12,7 @@ from typing import Any, Self, TextIO
 
 from busflow.errors import ProcessFailed
 from busflow.processes.memory import Memory
-from busflow.wire.run_directory import RunCard
+from busflow.wire.zenoh.run_directory import RunCard
 
 _MOST_CHARACTERS = 1 << 24
 

@@ -13,27 +13,27 @@ from typing import TYPE_CHECKING, Any
 
 import busflow
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, ProcessFailed
-from busflow.launchfile.placement import Placement
-from busflow.processes.account import merged
+from busflow.launchfile.model.placement import Placement
+from busflow.node.supervision import Restart
 from busflow.processes.assignment import Assignment
 from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines
 from busflow.processes.member import Life, Member, MemberState
-from busflow.supervision import Restart
+from busflow.processes.report import merged
 from busflow.text import printable
-from busflow.wire.membership import Membership
-from busflow.wire.run_directory import RunCard, RunDirectory
-from busflow.wire.session import SOCKET
+from busflow.wire.mirror.membership import Membership
+from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
+from busflow.wire.zenoh.session import SOCKET
 
 if TYPE_CHECKING:
-    from busflow.launchfile.description import RecordSpec
-    from busflow.launchfile.network import NetworkSpec
-    from busflow.launchfile.preflight import Plan
+    from busflow.launchfile.check.preflight import Plan
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.launchfile.model.network import NetworkSpec
     from busflow.log import LogRecord
     from busflow.processes.joint_recording import JointRecording
-    from busflow.report import Report
-    from busflow.runner import Graph
-    from busflow.wire.barrier import Barrier
+    from busflow.runner.graph import Graph
+    from busflow.runner.report import Report
+    from busflow.wire.mirror.barrier import Barrier
 
 START_TIMEOUT_S = 60.0
 """How long the processes may take to get ready, in wall time: some load a gigabyte before they build a node."""
@@ -104,7 +104,7 @@ class Crew:
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
         if self._recording is not None:
-            from busflow.recording.spool import LAST_WORDS_S
+            from busflow.recording.recorder.spool import LAST_WORDS_S
 
             self._kill_s += LAST_WORDS_S
         graph.on_start.append(self._begin)
@@ -113,7 +113,7 @@ class Crew:
         graph.around.append(self._at_work())
         graph.around_s = self._kill_s + _LEAVE_S
         if self._recording is not None:
-            from busflow.recording.recorder import record_share
+            from busflow.recording.recorder.recorder import record_share
 
             record_share(graph, self._recording.share(self._main))
 

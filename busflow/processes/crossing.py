@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.qos import Overflow
 from busflow.errors import BusflowError, Problem
-from busflow.launchfile.placement import Placement
-from busflow.message import type_name
-from busflow.qos import Overflow
-from busflow.wire.typesupport import TypeSupport
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import type_name
+from busflow.launchfile.model.placement import Placement
 
 if TYPE_CHECKING:
-    from busflow.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.member import Member
-    from busflow.launchfile.preflight import Plan
+    from busflow.bus.endpoint import Endpoint, ServiceEndpoint
+    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.preflight import Plan
 
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:

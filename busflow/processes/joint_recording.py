@@ -9,27 +9,28 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow import parameter_events, rosout
+from busflow.bus.patterns import Selection
 from busflow.errors import BagError
-from busflow.launchfile.description import OnDrop
-from busflow.patterns import Selection
-from busflow.recording.bag import Bag
-from busflow.recording.destination import as_directory, named, refusal
-from busflow.recording.introspection import SUFFIX
-from busflow.recording.rosbag2 import LACKING, REPORT
-from busflow.recording.rosbag2_metadata import FileCounts, write_metadata
-from busflow.recording.share import Share
-from busflow.report import RecordingReport
+from busflow.launchfile.model.description import OnDrop
+from busflow.node import parameter_events
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.rosbag2 import LACKING, REPORT
+from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
+from busflow.recording.recorder.destination import as_directory, named, refusal
+from busflow.recording.recorder.service_events import SUFFIX
+from busflow.recording.recorder.share import Share
+from busflow.runner import rosout
+from busflow.runner.report import RecordingReport
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
-    from busflow.launchfile.description import RecordSpec
-    from busflow.launchfile.placement import Placement
-    from busflow.launchfile.preflight import Plan
-    from busflow.recording.series import Series
-    from busflow.report import Report
+    from busflow.launchfile.check.preflight import Plan
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.launchfile.model.placement import Placement
+    from busflow.recording.bag.series import Series
+    from busflow.runner.report import Report
 
 _SUFFIX = ".mcap"
 _UNFIT = re.compile(r"[^\w.-]+")

@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from busflow.launchfile.credentials import credentials_of
-from busflow.launchfile.placement import MAIN, machine_of, process_name
-from busflow.wire.network import Network
-from busflow.wire.probe import why_not_linked
+from busflow.launchfile.check.credentials import credentials_of
+from busflow.launchfile.model.placement import MAIN, machine_of, process_name
+from busflow.wire.machines.probe import why_not_linked
+from busflow.wire.zenoh.network import Network
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
-    from busflow.launchfile.network import Endpoint, NetworkSpec
+    from busflow.launchfile.model.network import Endpoint, NetworkSpec
 
 _FIRST_S = 0.5
 """Who was linked for so long when another run of its machine came, was there before: a newcomer sees all at once."""

@@ -11,19 +11,19 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol
 
-from busflow.backoff import Backoff
 from busflow.errors import ExitCode
+from busflow.node.backoff import Backoff
+from busflow.node.supervision import Restart
 from busflow.processes.child import Child
 from busflow.processes.memory import Memory
-from busflow.processes.voice import record_of
-from busflow.supervision import Restart
+from busflow.processes.pipe import record_of
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
-    from busflow.launchfile.description import ProcessSpec
+    from busflow.launchfile.model.description import ProcessSpec
     from busflow.log import LogRecord
-    from busflow.supervision import RestartPolicy
+    from busflow.node.supervision import RestartPolicy
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
 """What another life would not mend, or has been asked to be the end of the run: a recording that lacks something."""

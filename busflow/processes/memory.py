@@ -6,21 +6,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.failure import is_failure
 from busflow.errors import InvalidParameter
-from busflow.failure import is_failure
-from busflow.parameter_store import ParameterStore
-from busflow.parameters import validate
-from busflow.supervisor import built_anew
+from busflow.node.parameter_store import ParameterStore
+from busflow.node.parameters import validate
+from busflow.runner.supervisor import built_anew
 from busflow.text import printable
-from busflow.validation import plain
+from busflow.validation.faults import plain
 
 if TYPE_CHECKING:
-    from busflow.bus import Attached, Bus
-    from busflow.launchfile.member import Member
-    from busflow.launchfile.preflight import Plan
+    from busflow.bus.bus import Attached, Bus
+    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.preflight import Plan
     from busflow.log import Log
-    from busflow.parameter_store import SetResult
-    from busflow.parameters import Parameters
+    from busflow.node.parameter_store import SetResult
+    from busflow.node.parameters import Parameters
 
 
 @dataclass(frozen=True, slots=True)

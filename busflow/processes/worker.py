@@ -16,18 +16,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
-from busflow.loop_choice import chosen_loop
 from busflow.processes.assignment import Assignment
 from busflow.processes.memory import tell_changes
-from busflow.processes.voice import Voice
+from busflow.processes.pipe import Voice
 from busflow.program import run_graph
-from busflow.runner import Graph
-from busflow.wire.membership import Membership
+from busflow.runner.graph import Graph
+from busflow.runner.loops.choice import chosen_loop
+from busflow.wire.mirror.membership import Membership
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from busflow.launchfile.description import LaunchDescription
+    from busflow.launchfile.model.description import LaunchDescription
 
 _REPORT_S = 0.5
 """How often the main process is told how things stand: what is known of one that is killed is no older."""
@@ -118,8 +118,8 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice)
     )
     graph.tells_at_end = assignment.tells_at_end
     if assignment.record is not None:
-        from busflow.recording.recorder import record_share
-        from busflow.recording.share import Share
+        from busflow.recording.recorder.recorder import record_share
+        from busflow.recording.recorder.share import Share
 
         record_share(graph, Share.of_words(assignment.record))
     plan = graph.plan()

@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from busflow.errors import NotSeen
+    from busflow.recording.replay.replay import Replay, replay
+    from busflow.runner.loops.virtual import VirtualLoop
+    from busflow.runner.loops.virtual_test import virtual_time
     from busflow.testing.exploration import explore
     from busflow.testing.harnesses import Harness, harness
     from busflow.testing.ledger import Ledger
-    from busflow.testing.loop import VirtualLoop
-    from busflow.testing.replays import Replay, replay
-    from busflow.testing.virtual_test import virtual_time
 
 _HOMES = {
     "Harness": "busflow.testing.harnesses",
     "Ledger": "busflow.testing.ledger",
     "NotSeen": "busflow.errors",
-    "Replay": "busflow.testing.replays",
-    "VirtualLoop": "busflow.testing.loop",
+    "Replay": "busflow.recording.replay.replay",
+    "VirtualLoop": "busflow.runner.loops.virtual",
     "explore": "busflow.testing.exploration",
     "harness": "busflow.testing.harnesses",
-    "replay": "busflow.testing.replays",
-    "virtual_time": "busflow.testing.virtual_test",
+    "replay": "busflow.recording.replay.replay",
+    "virtual_time": "busflow.runner.loops.virtual_test",
 }
 
 __all__ = ["Harness", "Ledger", "NotSeen", "Replay", "VirtualLoop", "explore", "harness", "replay", "virtual_time"]

@@ -10,20 +10,20 @@ from typing import Any, cast
 
 import numpy as np
 
-from busflow.annotation import at, split
+from busflow.bus.publisher import Publisher
+from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import Fault, KeyPath, Problem
-from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.faults import problems
-from busflow.launchfile.model import ExpectKeys, TopicExpectationKeys
-from busflow.launchfile.preflight import Member
+from busflow.interfaces.message import Message, type_name
+from busflow.launchfile.check.preflight import Member
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.faults import problems
+from busflow.launchfile.model.keys import ExpectKeys, TopicExpectationKeys
 from busflow.log import LogRecord
-from busflow.message import Message, type_name
 from busflow.msgs.std_msgs import Header
-from busflow.publishers import Publisher
-from busflow.runner import Graph
-from busflow.subscriptions import Subscription
+from busflow.runner.graph import Graph
 from busflow.text import counted, did_you_mean
+from busflow.validation.annotations import at, split
 
 
 def expectations_of(description: LaunchDescription) -> ExpectKeys:

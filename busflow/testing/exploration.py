@@ -9,10 +9,10 @@ from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, ParamSpec, overload
 
 from busflow.errors import InvalidDeclaration
+from busflow.runner.loops.schedule import Place, Schedule
+from busflow.runner.loops.virtual import HORIZON_S, VirtualLoop
+from busflow.runner.loops.virtual_test import refuse_plain, run_virtual
 from busflow.testing.harnesses import given_seed
-from busflow.testing.loop import HORIZON_S, VirtualLoop
-from busflow.testing.schedule import Place, Schedule
-from busflow.testing.virtual_test import refuse_plain, run_virtual
 
 P = ParamSpec("P")
 Test = Callable[P, Coroutine[Any, Any, object]]

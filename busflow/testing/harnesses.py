@@ -14,30 +14,30 @@ from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
-from busflow.calls import Pair, Req, Res
-from busflow.clients import TIMEOUT_S
+from busflow.bus.call import Pair, Req, Res
+from busflow.bus.client import TIMEOUT_S
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.bus.subscription import Subscription
+from busflow.bus.topic import Topic
 from busflow.clock import Duration, SimClock
 from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
-from busflow.ingredients import What
-from busflow.launchfile.description import ClockMode
+from busflow.interfaces.message import Message, type_name
+from busflow.launchfile.model.description import ClockMode
 from busflow.log import LogRecord
-from busflow.message import Message, type_name
-from busflow.node import Node, runtime_of
-from busflow.publishers import Publisher
-from busflow.qos import QoS
-from busflow.runner import Graph
-from busflow.subscriptions import Subscription
-from busflow.testing.faults import Faults
-from busflow.testing.following import TOPIC as CLOCK
-from busflow.testing.following import Following
+from busflow.node.node import Node, runtime_of
+from busflow.runner.following import TOPIC as CLOCK
+from busflow.runner.following import Following
+from busflow.runner.graph import Graph
+from busflow.runner.loops.stalls import waiting
+from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.sources import What
 from busflow.testing.ledger import Ledger
-from busflow.testing.loop import VirtualLoop
-from busflow.testing.waiting import waiting
+from busflow.testing.link_faults import Faults
 from busflow.text import did_you_mean
-from busflow.topic import Topic
 
 if TYPE_CHECKING:
-    from busflow.recording.wanted import Wanted
+    from busflow.recording.recorder.options import Wanted
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
@@ -78,7 +78,7 @@ class Harness:
             embedded=True,
         )
         if record:
-            from busflow.recording.recorder import record_graph
+            from busflow.recording.recorder.recorder import record_graph
 
             record_graph(self.graph, record)
         self._loop = loop

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from busflow.accounts import SubscriptionStatistics
+from busflow.bus.accounts import SubscriptionStatistics
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,17 +26,17 @@ from typing import Any, cast
 
 import numpy as np
 
-from busflow.calls import Call
-from busflow.clients import Client
+from busflow.bus.call import Call
+from busflow.bus.client import Client
+from busflow.bus.publisher import Publisher
+from busflow.bus.server import Server
+from busflow.bus.subscription import Subscription
+from busflow.bus.timer import Timer
 from busflow.clock import NS_PER_S
+from busflow.interfaces.message import Message, type_name
 from busflow.log import LogRecord
-from busflow.message import Message, type_name
-from busflow.parameter_store import ParameterStore, SetResult
-from busflow.publishers import Publisher
-from busflow.runner import Graph
-from busflow.servers import Server
-from busflow.subscriptions import Subscription
-from busflow.timers import Timer
+from busflow.node.parameter_store import ParameterStore, SetResult
+from busflow.runner.graph import Graph
 
 _REMEMBERED = 1024
 """Messages whose hash is kept, since each is asked for once more by every delivery."""

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from busflow.errors import Deadlock, Fault, NodeFailed, Problem, Stray
-from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.faults import problems
-from busflow.launchfile.value import Origin, Source, Value
-from busflow.runner import Graph
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.faults import problems
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.runner.graph import Graph
+from busflow.runner.simulation import simulated_graph
 from busflow.testing.expectations import Expectations, expectations_of
-from busflow.testing.simulation import simulated_graph
 
 
 @dataclass(slots=True)

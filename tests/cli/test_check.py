@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from busflow.certificates import Authority
 from busflow.cli import main
+from busflow.wire.machines.certificates import Authority
 
 pytestmark = pytest.mark.usefixtures("project")
 

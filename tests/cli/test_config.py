@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.cli import main
-from busflow.launchfile.load import load
-from busflow.launchfile.resolved import lines
-from busflow.launchfile.value import Origin, Source, Value
+from busflow.launchfile.check.resolved import lines
+from busflow.launchfile.load.load import load
+from busflow.launchfile.yaml.value import Origin, Source, Value
 
 Captured = pytest.CaptureFixture[str]
 

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from busflow.cli import main
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import String
-from busflow.wire.foreign import ForeignType
-from busflow.wire.peer import join
-from busflow.wire.typesupport import TypeSupport
+from busflow.wire.client.client import join
 
 Captured = pytest.CaptureFixture[str]
 

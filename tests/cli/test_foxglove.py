@@ -19,11 +19,11 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from busflow.cli import main
+from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
-from busflow.wire.peer import join
-from busflow.wire.typesupport import TypeSupport
+from busflow.wire.client.client import join
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]

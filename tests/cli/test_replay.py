@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.bag import Bag
+from busflow.recording.bag.bag import Bag
 
 ROOT = Path(__file__).parents[2]
 LAB = str(ROOT / "configs/lab1.yaml")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.bag import Bag
+from busflow.recording.bag.bag import Bag
 
 pytestmark = pytest.mark.usefixtures("project")
 Captured = pytest.CaptureFixture[str]

@@ -16,7 +16,7 @@ from textual.widgets import DataTable, RichLog, Static
 
 from busflow.cli import main
 from busflow.cli.top.screen import Top
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
 
 PATIENCE_S = 60.0
 

@@ -3,8 +3,8 @@
 import pytest
 
 from busflow.cli.top.picture import Look, lines, node_rows, numbers, topic_rows
-from busflow.wire.keys import Kind, Token
-from busflow.wire.view import view
+from busflow.wire.client.graph_view import view
+from busflow.wire.zenoh.keys import Kind, Token
 
 
 def token(kind: Kind, number: int, node: str, topic: str = "", type_: str = "") -> Token:

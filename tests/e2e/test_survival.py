@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
-from busflow.wire.keys import Kind
-from busflow.wire.peer import Peer, join
-from busflow.wire.run_directory import find_run, runs
+from busflow.wire.client.client import Peer, join
+from busflow.wire.zenoh.keys import Kind
+from busflow.wire.zenoh.run_directory import find_run, runs
 
 pytestmark = pytest.mark.e2e
 
@@ -74,7 +74,7 @@ sys.exit(busflow.run(Flood, Ear, inspect="flood"))
 
 ECHO = """
 import sys
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
 
 with join(sys.argv[1]) as peer:
     topics = [peer.graph().topic(name) for name in sys.argv[2:]]
@@ -113,7 +113,7 @@ sys.exit(busflow.run(Burst, inspect="burst"))
 
 COUNT = """
 import sys
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
 
 with join("burst") as peer:
     topic = peer.graph().topic("/images")
@@ -447,8 +447,8 @@ import asyncio, os, sys
 import busflow
 from busflow import Node, publisher
 from busflow.msgs.std_msgs import Int64
-from busflow.wire.peer import Peer
-from busflow.wire.run_directory import find_run
+from busflow.wire.client.client import Peer
+from busflow.wire.zenoh.run_directory import find_run
 
 
 class Talker(Node):

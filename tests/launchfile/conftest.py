@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from busflow.launchfile.description import LaunchDescription
-from busflow.launchfile.load import examine, load
+from busflow.launchfile.load.load import examine, load
+from busflow.launchfile.model.description import LaunchDescription
 
 
 class Folder:

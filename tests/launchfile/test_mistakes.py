@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.launchfile.load import examine
+from busflow.launchfile.load.load import examine
 
 GALLERY = Path(__file__).with_name("mistakes.txt").read_text().split("\n=== ")[1:]
 

@@ -8,7 +8,7 @@ import pytest
 from busflow.errors import ProcessFailed
 from busflow.processes.assignment import Assignment
 from busflow.processes.memory import Memory
-from busflow.wire.run_directory import RunCard
+from busflow.wire.zenoh.run_directory import RunCard
 
 WHOLE = Assignment(
     process="left",

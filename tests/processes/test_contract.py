@@ -9,8 +9,8 @@ from collections import defaultdict
 import pytest
 
 from busflow.cli import main
-from busflow.recording.bag import Bag
-from busflow.surroundings import Rng
+from busflow.node.context import Rng
+from busflow.recording.bag.bag import Bag
 
 PATIENCE_NS = 60 * 10**9
 """How long a start may take on however slow a machine."""

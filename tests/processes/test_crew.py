@@ -5,9 +5,9 @@ import signal
 import pytest
 
 from busflow.cli import main
-from busflow.surroundings import Rng
-from busflow.wire.peer import join
-from busflow.wire.roll_call import call_roll
+from busflow.node.context import Rng
+from busflow.wire.client.client import join
+from busflow.wire.client.runs import call_roll
 
 PATIENCE_S = 60.0
 

@@ -4,14 +4,14 @@ import pytest
 from pydantic import Field
 
 from busflow import Node, client, publisher, subscription
-from busflow.launchfile.placement import Placement
-from busflow.message import Message
+from busflow.bus.qos import QoS
+from busflow.interfaces.message import Message
+from busflow.launchfile.model.placement import Placement
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
+from busflow.node.supervision import supervised
 from busflow.processes.crossing import crossing_problems
-from busflow.qos import QoS
-from busflow.runner import Graph
-from busflow.supervision import supervised
+from busflow.runner.graph import Graph
 
 
 class Plain(Message, package="test"):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
 
 pytest.importorskip("uvloop", reason="uvloop is not installed: pip install 'busflow[uvloop]'")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.certificates import Authority
+from busflow.wire.machines.certificates import Authority
 
 
 class Hosts:

@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 
 from busflow.cli import main
 from busflow.msgs.std_msgs import Int64
-from busflow.recording.bag import Bag
+from busflow.recording.bag.bag import Bag
 from busflow.testing import replay
 
 LAB1 = Path(__file__).parents[2] / "configs/lab1_processes.yaml"

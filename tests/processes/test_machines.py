@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from busflow.certificates import Authority
 from busflow.cli import main
-from busflow.recording.bag import Bag
+from busflow.recording.bag.bag import Bag
+from busflow.wire.machines.certificates import Authority
 
 PATIENCE_S = 60.0
 

@@ -5,13 +5,13 @@ import asyncio
 import pytest
 
 from busflow.clock import SystemClock
-from busflow.launchfile.description import ProcessSpec
-from busflow.launchfile.value import Origin, Source
+from busflow.launchfile.model.description import ProcessSpec
+from busflow.launchfile.yaml.value import Origin, Source
 from busflow.log import Log
+from busflow.node.supervision import Restart, RestartPolicy
 from busflow.processes.member import Life, Member, MemberState
-from busflow.supervision import Restart, RestartPolicy
 from busflow.testing import virtual_time
-from busflow.wire.session import LEASE_MS
+from busflow.wire.zenoh.session import LEASE_MS
 
 
 class Company:

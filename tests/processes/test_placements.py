@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from busflow.launchfile.load import load
-from busflow.launchfile.placement import placed
+from busflow.launchfile.load.load import load
+from busflow.launchfile.model.placement import placed
 from busflow.testing import harness, virtual_time
 from busflow.testing.trace import content_hash
 

@@ -9,7 +9,7 @@ import pytest
 import busflow
 from busflow import LaunchError, Node
 from busflow.cli import main
-from busflow.launchfile.load import load
+from busflow.launchfile.load.load import load
 
 SCRIPT = """
 import sys

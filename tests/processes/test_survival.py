@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.wire.roll_call import call_roll
+from busflow.wire.client.runs import call_roll
 
 PATIENCE_S = 60.0
 

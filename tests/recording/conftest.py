@@ -5,7 +5,7 @@ from struct import pack
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from busflow.wire.typesupport import TypeSupport
+from busflow.interfaces.encoding.typesupport import TypeSupport
 
 
 def write_numbers(

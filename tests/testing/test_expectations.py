@@ -5,7 +5,7 @@ import json
 import pytest
 
 from busflow.cli import main
-from busflow.launchfile.load import load
+from busflow.launchfile.load.load import load
 from busflow.testing.trials import Trials
 
 NODES = """

@@ -12,11 +12,11 @@ import pytest
 from busflow import Node, publisher, subscription, timer
 from busflow.errors import BusflowError, InvalidDeclaration, NodeFailed
 from busflow.msgs.std_msgs import Int64
+from busflow.runner.loops.schedule import Lever, Schedule
+from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.loops.virtual_test import run_virtual
 from busflow.testing import explore, harness, virtual_time
 from busflow.testing.exploration import minimised
-from busflow.testing.loop import VirtualLoop
-from busflow.testing.schedule import Lever, Schedule
-from busflow.testing.virtual_test import run_virtual
 
 
 class Sensors(Node):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow.bus.events import DeadlineMissed
 from busflow.clock import SIM_EPOCH_NS
 from busflow.errors import (
     BusflowError,
@@ -20,9 +21,8 @@ from busflow.errors import (
     NotRunning,
     StartTimeout,
 )
-from busflow.events import DeadlineMissed
-from busflow.handlers import on_event
 from busflow.msgs.std_msgs import Float64, Int64
+from busflow.node.handlers import on_event
 from busflow.testing import NotSeen, explore, harness, virtual_time
 from plugins.sensor_processor import SensorProcessor
 from plugins.sensor_publisher import SensorPublisher

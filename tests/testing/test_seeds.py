@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.launchfile.load import load
+from busflow.launchfile.load.load import load
 from busflow.testing.trials import Trials
 
 LAB = Path(__file__).parents[2] / "configs/lab1.yaml"

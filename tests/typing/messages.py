@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from busflow.clock import Clock
 from busflow.clock import Duration as ClockDuration
-from busflow.message import (
+from busflow.interfaces.message import (
     BoolArray,
     Float64Array,
     Length,

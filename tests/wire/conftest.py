@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from busflow import launch
-from busflow.wire.peer import Peer
-from busflow.wire.run_directory import find_run
+from busflow.wire.client.client import Peer
+from busflow.wire.zenoh.run_directory import find_run
 
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""

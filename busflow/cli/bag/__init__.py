@@ -1,6 +1,6 @@
 """`busflow bag`: recordings. The verbs are here by name; a file beside this has one or a few."""
 
-from busflow.cli.lazy import LazyGroup
+from busflow.cli.options.lazy_group import LazyGroup
 
 _HERE = "busflow.cli.bag"
 _VERBS = {

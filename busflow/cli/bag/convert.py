@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.naming import listed, named, reads, stretch, tell_damage, within
-from busflow.cli.bag.progress import progress
 from busflow.cli.bag.unwinding import unwound_by_signals
-from busflow.cli.joining import line_of, print_answer
-from busflow.cli.output import tell
+from busflow.cli.options.bag import listed, named, reads, stretch, tell_damage, within
+from busflow.cli.options.run import line_of, print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 
 _FORMS = ("ros2bag", "csv", "parquet", "jsonl", "mcap")
@@ -43,9 +43,9 @@ def convert(
     to_stdout = str(out) == "-"
     if to_stdout and (to != "jsonl" or as_json):
         raise click.UsageError("only --to jsonl can be written to standard output, without --json")
-    from busflow.recording.bag import Bag
-    from busflow.recording.conversion.convert import Form
-    from busflow.recording.conversion.convert import convert as converted
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.tools.convert import Form
+    from busflow.recording.tools.convert import convert as converted
 
     with unwound_by_signals(), Bag(in_) as bag, progress("converting", lambda: bag.messages) as step:
         channels = named(topics, bag) if topics else None

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.bag.naming import listed, named, reads, tell_damage
-from busflow.cli.bag.progress import progress
-from busflow.cli.joining import print_answer
+from busflow.cli.options.bag import listed, named, reads, tell_damage
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from busflow.recording.bag import Bag
-    from busflow.recording.bag_diff import BagDiff, TopicDifference
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.tools.diff import BagDiff, TopicDifference
 
 _EXAMPLES = """\b
 Examples:
@@ -44,9 +44,9 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
 
     The exit code is 0 where they are the same, 3 where they differ, and 5 where one could not be read to its end.
     """
-    from busflow.recording.bag import Bag
-    from busflow.recording.bag_diff import diff as compared
-    from busflow.recording.comparison import Comparison
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.tools.diff import diff as compared
+    from busflow.recording.tools.message_diff import Comparison
 
     with Bag(a) as left, Bag(b) as right, progress("comparing", None) as step:
         chosen = {each.topic for each in named(topics, left, right)} if topics else None

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from busflow.cli.bag.naming import named, reads, stretch, tell_damage, within
-from busflow.cli.output import tell
-from busflow.cli.topic.wanting import wants
+from busflow.cli.options.bag import named, reads, stretch, tell_damage, within
+from busflow.cli.options.message import wants
+from busflow.cli.terminal.output import tell
 from busflow.errors import MalformedMessage
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from busflow.cli.topic.printing import Printer, Wanted
-    from busflow.recording.bag import Bag
-    from busflow.recording.channel import Channel
+    from busflow.cli.terminal.message_text import Printer, Wanted
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel
 
 _EXAMPLES = """\b
 Examples:
@@ -55,7 +55,7 @@ def echo(
 
     Where the recording is damaged or cut off, what comes before is printed, and the exit code is 5.
     """
-    from busflow.recording.bag import Bag
+    from busflow.recording.bag.bag import Bag
 
     with Bag(file) as bag:
         channels = named([topic], bag)
@@ -78,7 +78,7 @@ class _Recorded(NamedTuple):
 
 def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, int | None]) -> Iterator[str]:
     """What is printed; of messages that cannot be read, why not."""
-    from busflow.cli.topic.paths import Absent
+    from busflow.cli.terminal.field_paths import Absent
 
     told: set[str] = set()
     for entry in bag.entries(printers.__contains__, *times):

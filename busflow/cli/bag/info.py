@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.bag.naming import reads
-from busflow.cli.joining import print_answer
-from busflow.cli.output import tell
-from busflow.cli.table import Column, bare, print_table
+from busflow.cli.options.bag import reads
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.table import Column, bare, print_table
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from busflow.recording.bag import Bag
-    from busflow.recording.channel import Channel
-    from busflow.recording.series import Series
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel
+    from busflow.recording.bag.series import Series
 
 _EXAMPLES = """\b
 Examples:
@@ -40,7 +40,7 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int
     Its summary is asked, so that large ones answer at once; busflow bag verify reads all of it.
     """
     from busflow.errors import BagError
-    from busflow.recording.bag import Bag
+    from busflow.recording.bag.bag import Bag
 
     with Bag(file) as bag:
         if launch_file:

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from busflow.cli.bag.naming import reads, within
-from busflow.cli.joining import complete_runs
-from busflow.cli.launching import duration
+from busflow.cli.options.bag import reads, within
+from busflow.cli.options.launch_file import duration
+from busflow.cli.options.run import complete_runs
 
 _EXAMPLES = """\b
 Examples:
@@ -28,7 +28,7 @@ _CLOCK_HZ = "40"
 
 def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
     """By topic, the one to publish on instead."""
-    from busflow.names import check_full_topic_name
+    from busflow.bus.names import check_full_topic_name
 
     found: dict[str, str] = {}
     for each in given:

@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.bag.console import Console
-from busflow.cli.bag.naming import refuse_beyond_end
-from busflow.cli.joining import print_answer
-from busflow.cli.output import colour, tell
+from busflow.cli.options.bag import refuse_beyond_end
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import colour, tell
+from busflow.cli.terminal.player_console import Console
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
+from busflow.node.supervision import supervised
 from busflow.program import inspectable, run_graph
-from busflow.recording.bag import Bag
-from busflow.recording.player import Player
-from busflow.recording.tape import chosen
-from busflow.runner import Graph
-from busflow.supervision import supervised
+from busflow.recording.bag.bag import Bag
+from busflow.recording.player.player import Player
+from busflow.recording.player.tape import chosen
+from busflow.runner.graph import Graph
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.recording.playing import Playing
+    from busflow.recording.player.playing import Playing
 
 _MOST_RATE = 1e6
 _UNFIT = re.compile(r"[^\w.-]+")

@@ -8,30 +8,30 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.cli.bag.console import Console
-from busflow.cli.bag.naming import refuse_beyond_end
+from busflow.bus.qos import QoS
 from busflow.cli.bag.playing import Standing, told
-from busflow.cli.joining import joined
-from busflow.cli.output import tell
+from busflow.cli.options.bag import refuse_beyond_end
+from busflow.cli.options.run import joined
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.player_console import Console
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
-from busflow.qos import QoS
-from busflow.recording.bag import Bag
-from busflow.recording.offered_qos import offered
-from busflow.recording.player import CLOCK
-from busflow.recording.playing import Playing
-from busflow.recording.tape import Span, Tape, chosen
+from busflow.interfaces.encoding.builtin_types import shipped_types
+from busflow.interfaces.encoding.description import rihs01
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.offered_qos import offered
+from busflow.recording.player.player import CLOCK
+from busflow.recording.player.playing import Playing
+from busflow.recording.player.tape import Span, Tape, chosen
 from busflow.text import printable
-from busflow.wire.description import rihs01
-from busflow.wire.foreign import ForeignType
-from busflow.wire.qos_form import to_text
-from busflow.wire.shipped import shipped_types
+from busflow.wire.zenoh.qos_text import to_text
 
 if TYPE_CHECKING:
-    from busflow.recording.channel import Channel, Entry
-    from busflow.wire.peer import Peer
-    from busflow.wire.speaker import Speaker
-    from busflow.wire.view import GraphView
+    from busflow.recording.bag.channel import Channel, Entry
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
+    from busflow.wire.client.speaker import Speaker
 
 _LOOK_S = 1.0
 """How often to look whether the run is there."""

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import complete_runs, complete_topics, joined, print_answer
-from busflow.cli.launching import duration
-from busflow.cli.output import tell
+from busflow.cli.options.launch_file import duration
+from busflow.cli.options.run import complete_runs, complete_topics, joined, print_answer
+from busflow.cli.terminal.output import tell
 from busflow.errors import ExitCode
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from busflow.recording.eavesdropper import Eavesdropper
-    from busflow.wire.peer import Peer
+    from busflow.processes.remote_recorder import Eavesdropper
+    from busflow.wire.client.client import Peer
 
 _EXAMPLES = """\b
 Examples:
@@ -61,11 +61,11 @@ def record(
     """
     if bool(topics) == everything:
         raise click.UsageError("name the topics to record, or give --all")
-    from busflow.launchfile.description import Compression, OnDrop, RecordSpec
+    from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec
 
     spec = RecordSpec(output, topics, exclude, OnDrop(on_drop), Compression(compression))
     with joined(run) as peer:
-        from busflow.recording.eavesdropper import Eavesdropper
+        from busflow.processes.remote_recorder import Eavesdropper
 
         eavesdropper = Eavesdropper(peer, spec)
         try:
@@ -83,7 +83,7 @@ def record(
 def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> ExitCode:
     """Follow the run until its end, a signal, or for so long; returns which."""
     from busflow.clock import SystemClock
-    from busflow.signals import CODES, heeded
+    from busflow.runner.signals import CODES, heeded
 
     clock, code, over = SystemClock(), ExitCode.OK, threading.Event()
 
@@ -112,7 +112,7 @@ def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> Exit
 def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
     """Say at once what is not there: a drive is over before anybody sees that a name was mistyped."""
     from busflow.text import did_you_mean
-    from busflow.wire.view import view
+    from busflow.wire.client.graph_view import view
 
     names = list(view(peer.tokens(), []).topics) if patterns else []
     for pattern in patterns:

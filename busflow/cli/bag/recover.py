@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.naming import reads
-from busflow.cli.bag.progress import progress
 from busflow.cli.bag.unwinding import unwound_by_signals
-from busflow.cli.joining import print_answer
-from busflow.cli.output import tell
+from busflow.cli.options.bag import reads
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 
 _EXAMPLES = """\b
@@ -34,7 +34,7 @@ def recover(file: Path, output: Path | None, as_json: bool) -> int:
     FILE is left as it is. The new file has everything else of it, too: types, launch file, metadata. It says of itself
     that it is INCOMPLETE, unless nothing was wrong.
     """
-    from busflow.recording.recovery import recover as recovered
+    from busflow.recording.tools.recover import recover as recovered
 
     target = output or file.with_name(f"{file.stem}.recovered.mcap")
     with unwound_by_signals(), progress("recovering") as step:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 
-from busflow.signals import CODES, heeded
+from busflow.runner.signals import CODES, heeded
 
 
 @contextmanager

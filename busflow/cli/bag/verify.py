@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.bag.naming import reads
-from busflow.cli.bag.progress import progress
-from busflow.cli.joining import print_answer
-from busflow.cli.output import tell
+from busflow.cli.options.bag import reads
+from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from busflow.recording.examination import Examination
+    from busflow.recording.tools.verify import Examination
 
 _EXAMPLES = """\b
 Examples:
@@ -35,8 +35,8 @@ def verify(file: Path, as_json: bool) -> int:
     type. The exit code is 0 where all is right, 5 where something is missing, 3 where something is wrong, and 2 where
     FILE cannot be read at all.
     """
-    from busflow.recording.bag import Bag
-    from busflow.recording.examination import examine
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.tools.verify import examine
 
     with Bag(file) as bag, progress("reading", lambda: bag.messages) as step:
         found = examine(bag, step)

@@ -32,7 +32,7 @@ def top(run_name: str | None, interval: float) -> int:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("busflow top needs a terminal; busflow topic stats --json is for scripts")
     from busflow.cli.top.screen import Top
-    from busflow.wire.peer import join
+    from busflow.wire.client.client import join
 
     with join(run_name) as peer:
         screen = Top(peer, interval)

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from busflow.cli.table import Column, bare
+from busflow.cli.terminal.table import Column, bare
 from busflow.text import printable
-from busflow.wire.view import GraphView, TopicView
+from busflow.wire.client.graph_view import GraphView, TopicView
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,14 +18,14 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Footer, Input, RichLog, Sparkline, Static
 from textual.widgets.data_table import RowDoesNotExist
 
-from busflow.cli.output import near
-from busflow.cli.table import Column, narrowed
+from busflow.cli.terminal.output import near
+from busflow.cli.terminal.table import Column, narrowed
 from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
 from busflow.clock import perf_counter
 from busflow.errors import BusflowError, ExitCode
 from busflow.text import printable
-from busflow.wire.peer import Listener, Peer
-from busflow.wire.view import TopicView
+from busflow.wire.client.client import Listener, Peer
+from busflow.wire.client.graph_view import TopicView
 
 _RATED_S = 3.0
 """Rates are those of this time, or of the last interval where that is longer."""

@@ -1,6 +1,6 @@
 """`busflow topic`: the topics of a running graph. The verbs are here by name; a file beside this has one or a few."""
 
-from busflow.cli.lazy import LazyGroup
+from busflow.cli.options.lazy_group import LazyGroup
 
 _HERE = "busflow.cli.topic"
 _VERBS = {

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import complete_topics, complete_types, joined, joins
-from busflow.cli.launching import duration
-from busflow.cli.topic.wanting import wants
+from busflow.cli.options.launch_file import duration
+from busflow.cli.options.message import wants
+from busflow.cli.options.run import complete_topics, complete_types, joined, joins
 from busflow.errors import ExitCode
 
 if TYPE_CHECKING:
-    from busflow.cli.topic.printing import Wanted
+    from busflow.cli.terminal.message_text import Wanted
 
 _EXAMPLES = """\b
 Examples:
@@ -62,8 +62,8 @@ def echo(
 
     With --json each message is an object on a line of its own, and nothing is cut unless --truncate-length is given.
     """
+    from busflow.cli.terminal.message_text import Form
     from busflow.cli.topic.echoing import Echo
-    from busflow.cli.topic.printing import Form
 
     with joined(run) as peer:
         echoed = Echo(peer, name, type_name, wanted, with_info=with_info and wanted.form is not Form.JSON)

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import full_type
-from busflow.cli.output import tell
-from busflow.cli.topic.paths import Absent
+from busflow.cli.options.run import full_type
+from busflow.cli.terminal.field_paths import Absent
+from busflow.cli.terminal.output import tell
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import counted, did_you_mean, printable
-from busflow.wire.known_type import known_type
+from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.cli.topic.printing import Wanted
-    from busflow.wire.peer import Listener, Peer, Received
-    from busflow.wire.view import GraphView, TopicView
+    from busflow.cli.terminal.message_text import Wanted
+    from busflow.wire.client.client import Listener, Peer, Received
+    from busflow.wire.client.graph_view import GraphView, TopicView
 
 _LOOK_S = 1.0
 """How often, while nothing comes, it is looked whether the run is still there."""

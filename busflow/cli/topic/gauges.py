@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import print_line
-from busflow.cli.output import tell
+from busflow.cli.options.run import print_line
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.shape import shape_of
 from busflow.cli.topic.echoing import agreed_type, tell_if_silent
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
-from busflow.cli.topic.shape import shape_of
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
-from busflow.wire.known_type import known_type
+from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.wire.peer import Peer
+    from busflow.wire.client.client import Peer
 
 _ASKED_EVERY_S = 1.0
 """A run stops counting for who has not asked for five seconds."""

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_topics, joined, joins, print_answer
-from busflow.cli.output import tell
+from busflow.cli.options.run import complete_topics, joined, joins, print_answer
+from busflow.cli.terminal.output import tell
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.wire.qos_form import WireQoS
-    from busflow.wire.view import EndView, TopicView
+    from busflow.wire.client.graph_view import EndView, TopicView
+    from busflow.wire.zenoh.qos_text import WireQoS
 
 _EXAMPLES = """\b
 Examples:

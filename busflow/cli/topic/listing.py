@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.joining import complete_topics, complete_types, full_type, joined, joins, print_answer
-from busflow.cli.output import tell
-from busflow.cli.table import print_text
+from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins, print_answer
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.table import print_text
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.wire.view import EndView, GraphView, TopicView
+    from busflow.wire.client.graph_view import EndView, GraphView, TopicView
 
 _EXAMPLES = """\b
 Examples:

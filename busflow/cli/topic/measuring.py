@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from busflow.cli.joining import complete_topics, joined, joins
-from busflow.cli.launching import duration
+from busflow.cli.options.launch_file import duration
+from busflow.cli.options.run import complete_topics, joined, joins
 
 _count = click.IntRange(min=1)
 

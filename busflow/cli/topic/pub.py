@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from busflow.cli.joining import complete_topics, complete_types, joined, joins
+from busflow.cli.options.run import complete_topics, complete_types, joined, joins
 
 _EXAMPLES = """\b
 Examples:

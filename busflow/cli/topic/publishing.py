@@ -10,23 +10,23 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.joining import full_type, print_line
-from busflow.cli.output import tell
-from busflow.cli.topic.abridged import Abridger
-from busflow.cli.topic.one_line import python_form
-from busflow.cli.topic.shape import shape_of
+from busflow.bus.names import check_full_topic_name
+from busflow.cli.options.run import full_type, print_line
+from busflow.cli.terminal.abridged import Abridger
+from busflow.cli.terminal.one_line import python_form
+from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.shape import shape_of
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
-from busflow.names import check_full_topic_name
 from busflow.text import counted, did_you_mean, printable
-from busflow.wire.keys import Kind
-from busflow.wire.known_type import known_type
+from busflow.wire.client.known_type import known_type
+from busflow.wire.zenoh.keys import Kind
 
 if TYPE_CHECKING:
-    from busflow.wire.peer import Peer, Speaker
-    from busflow.wire.qos_form import WireQoS
-    from busflow.wire.view import GraphView
+    from busflow.wire.client.client import Peer, Speaker
+    from busflow.wire.client.graph_view import GraphView
+    from busflow.wire.zenoh.qos_text import WireQoS
 
 _LOOK_S = 1.0
 """How often it is told that nobody receives, and looked whether the run is still there."""

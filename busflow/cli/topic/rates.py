@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from busflow.text import printable
-from busflow.wire.meter import Spread
+from busflow.wire.queries.meter import Spread
 
 _UNITS = ((1_000_000, "MB", 2), (1000, "KB", 2), (1, "B", 0))
 

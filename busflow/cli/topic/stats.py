@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from busflow.cli.joining import complete_topics, joined, joins, print_answer
-from busflow.cli.summary import TOPIC_COLUMNS, topic_rows
-from busflow.cli.table import print_table
+from busflow.cli.options.run import complete_topics, joined, joins, print_answer
+from busflow.cli.terminal.run_summary import TOPIC_COLUMNS, topic_rows
+from busflow.cli.terminal.table import print_table
 
 _EXAMPLES = """\b
 Examples:

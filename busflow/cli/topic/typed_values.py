@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
-from busflow.cli.topic.paths import shape_at
+from busflow.cli.terminal.field_paths import shape_at
 from busflow.errors import InvalidInput, MalformedMessage, Problem
-from busflow.launchfile.document import parse
-from busflow.launchfile.value import Value
+from busflow.launchfile.yaml.document import parse
+from busflow.launchfile.yaml.value import Value
 
 if TYPE_CHECKING:
-    from busflow.cli.topic.shape import Shape
-    from busflow.wire.foreign import ForeignType
+    from busflow.cli.terminal.shape import Shape
+    from busflow.interfaces.encoding.foreign import ForeignType
 
 _LABEL = "VALUES"
 _HEADER = "std_msgs/msg/Header"

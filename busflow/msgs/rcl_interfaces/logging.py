@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Message, ServiceType, uint8, uint32
+from busflow.interfaces.message import Message, ServiceType, uint8, uint32
 from busflow.msgs.builtin_interfaces import Time
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
-from busflow.message import (
+from busflow.interfaces.message import (
     BoolArray,
     ByteArray,
     Float64Array,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Message, ServiceType, UInt8Array, uint64, zeros
+from busflow.interfaces.message import Message, ServiceType, UInt8Array, uint64, zeros
 from busflow.msgs.rcl_interfaces.parameters import (
     ListParametersResult,
     Parameter,

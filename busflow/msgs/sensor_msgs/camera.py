@@ -5,7 +5,7 @@ A picture's frame is the optical one: x to the right of the picture, y down, z o
 
 from typing import Annotated
 
-from busflow.message import Float64Array, Length, Message, ServiceType, UInt8Array, uint8, uint32, zeros
+from busflow.interfaces.message import Float64Array, Length, Message, ServiceType, UInt8Array, uint8, uint32, zeros
 from busflow.msgs.std_msgs import Header
 
 

@@ -1,6 +1,6 @@
 """The surroundings: pressure, light, humidity, temperature, and other clocks. A variance of 0 means unknown."""
 
-from busflow.message import Message, float64
+from busflow.interfaces.message import Message, float64
 from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.std_msgs import Header
 

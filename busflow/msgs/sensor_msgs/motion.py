@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated
 
-from busflow.message import Float64Array, Length, Message, zeros
+from busflow.interfaces.message import Float64Array, Length, Message, zeros
 from busflow.msgs.geometry_msgs import Quaternion, Transform, Twist, Vector3, Wrench
 from busflow.msgs.std_msgs import Header
 

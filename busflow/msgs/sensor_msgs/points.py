@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Float32Array, Message, UInt8Array, uint8, uint32, zeros
+from busflow.interfaces.message import Float32Array, Message, UInt8Array, uint8, uint32, zeros
 from busflow.msgs.geometry_msgs import Point32
 from busflow.msgs.std_msgs import Header
 

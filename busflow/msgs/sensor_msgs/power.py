@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from busflow.message import Float32Array, Message, float32, uint8, zeros
+from busflow.interfaces.message import Float32Array, Message, float32, uint8, zeros
 from busflow.msgs.std_msgs import Header
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from busflow.message import Float32Array, Message, float32, uint8, zeros
+from busflow.interfaces.message import Float32Array, Message, float32, uint8, zeros
 from busflow.msgs.std_msgs import Header
 
 

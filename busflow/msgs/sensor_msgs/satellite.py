@@ -2,7 +2,7 @@
 
 from typing import Annotated, ClassVar
 
-from busflow.message import Float64Array, Length, Message, float64, int8, uint8, uint16, zeros
+from busflow.interfaces.message import Float64Array, Length, Message, float64, int8, uint8, uint16, zeros
 from busflow.msgs.std_msgs import Header
 
 

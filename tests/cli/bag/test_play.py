@@ -10,10 +10,10 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from busflow.cli import main
-from busflow.cli.bag.console import Console
 from busflow.cli.bag.playing import Standing
+from busflow.cli.terminal.player_console import Console
+from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
-from busflow.wire.typesupport import TypeSupport
 
 MS = 1_000_000
 

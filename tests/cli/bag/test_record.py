@@ -14,13 +14,13 @@ import pytest
 from busflow import Message
 from busflow.cli import main
 from busflow.cli.param import parameters_of
+from busflow.interfaces.encoding.description import rihs01
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Bool
-from busflow.recording.bag import Bag
-from busflow.testing.replay_past import past_of
-from busflow.wire.description import rihs01
-from busflow.wire.foreign import ForeignType
-from busflow.wire.peer import join
-from busflow.wire.typesupport import TypeSupport
+from busflow.recording.bag.bag import Bag
+from busflow.recording.replay.history import past_of
+from busflow.wire.client.client import join
 
 COMMAND = [sys.executable, "-m", "busflow", "bag", "record"]
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.chunk import Chunk
-from busflow.recording.contents import Contents
+from busflow.recording.mcap.chunks import Chunk
+from busflow.recording.mcap.contents import Contents
 from tests.recording.conftest import write_numbers
 
 LAB = Path(__file__).parents[3] / "configs/lab1.yaml"

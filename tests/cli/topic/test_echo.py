@@ -10,8 +10,8 @@ from collections.abc import Callable
 import pytest
 
 from busflow.cli import main
-from busflow.wire.known_type import known_type
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
+from busflow.wire.client.known_type import known_type
 
 Captured = pytest.CaptureFixture[str]
 Said = Callable[[str], str]

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from busflow.cli import main
-from busflow.wire.peer import join
+from busflow.wire.client.client import join
 
 Captured = pytest.CaptureFixture[str]
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.cli.topic.rates import BW, HZ, Flows, Reading, Window, bw_text, drop_lines
-from busflow.wire.meter import Spread
+from busflow.wire.queries.meter import Spread
 
 
 def spread(*values: float) -> Spread:

@@ -2,13 +2,13 @@
 
 import pytest
 
-from busflow.cli.topic.shape import shape_of
+from busflow.cli.terminal.shape import shape_of
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.errors import InvalidInput, LaunchError
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.geometry_msgs import PoseArray
 from busflow.msgs.std_msgs import Float64, String
-from busflow.wire.foreign import ForeignType
-from busflow.wire.typesupport import TypeSupport
 
 
 def typed(text, cls=Float64):

@@ -1,0 +1,136 @@
+"""Client: the asking end of a service, and its account of every call."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Generic, cast
+
+from busflow.bus.call import Req, Res
+from busflow.bus.service import Service
+from busflow.bus.statistics import ClientStatistics
+from busflow.errors import BusflowError, IncompatibleType, NotRunning
+from busflow.interfaces.message import Message, ServiceType, type_name
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.bus.endpoint import ServiceEndpoint
+
+TIMEOUT_S = 5.0
+"""How long a call waits for its answer unless told, by the run's clock."""
+
+
+class Client(Generic[Req, Res]):
+    """The asking end of a service."""
+
+    __slots__ = ("_service", "answered", "called", "cancelled", "endpoint", "errors", "type")
+
+    def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
+        """A client that `Bus.attach_client` has yet to connect."""
+        self.type = service_type
+        self.endpoint = endpoint
+        self.called = self.answered = self.cancelled = 0
+        self.errors: Counter[str] = Counter()
+        self._service: Service[Req, Res] | None = None
+
+    @property
+    def service(self) -> str:
+        """The service's final name."""
+        return self.endpoint.service
+
+    @property
+    def available(self) -> bool:
+        """Whether somebody answers the service now."""
+        return self._service is not None and self._service.server is not None
+
+    async def call(self, request: Req | None = None, *, timeout: float | None = TIMEOUT_S) -> Res:  # noqa: ASYNC109  # by the run's clock, and told apart from the caller's own
+        """Ask, and wait for the answer.
+
+        A request that nobody waits for any more, because its caller was cancelled or its time is up, is withdrawn
+        where it still waits; a handler that has begun with it is not interrupted.
+
+        Args:
+            request: What is asked; by default a request with default values.
+            timeout: Seconds of the run's clock, or None to wait as long as it takes.
+
+        Raises:
+            ServiceUnavailable: nobody answers the service, or its server has no room.
+            ServiceFailed: the server's handler raised; the error carries its words.
+            ServiceGone: the server's node ended before it had answered.
+            ServiceTimeout: there was no answer in time.
+            DeadlockError: the server waits, directly or through others, for the one who asks.
+            IncompatibleType: the request is of another type.
+        """
+        service = self._attached()
+        asked = cast("Req", self.type.Request()) if request is None else request
+        if type(asked) is not self.type.Request:
+            given = type_name(type(asked)) if isinstance(asked, Message) else repr(asked)  # type: ignore[redundant-expr]  # users without a type checker
+            raise IncompatibleType(
+                f"{self.endpoint.origin} asks {self.service} with a {type_name(self.type.Request)}, not "
+                f"{printable(given, limit=200)}"
+            )
+        check_timeout(timeout)
+        self.called += 1
+        try:
+            response = await service.call(asked, caller=self.endpoint.node, timeout_s=timeout)
+        except BusflowError as error:
+            self.errors[type(error).__name__] += 1
+            raise
+        except BaseException:
+            self.cancelled += 1
+            raise
+        self.answered += 1
+        return response
+
+    async def ready(self, *, timeout: float | None = TIMEOUT_S) -> None:  # noqa: ASYNC109  # as above
+        """Wait until somebody answers the service.
+
+        Raises:
+            ServiceUnavailable: nobody did in time.
+        """
+        check_timeout(timeout)
+        await self._attached().wait_for_server(timeout)
+
+    def statistics(self) -> ClientStatistics:
+        """The client's account, as it stands now."""
+        failed = self.errors.total()
+        return ClientStatistics(
+            node=self.endpoint.node,
+            service=self.service,
+            called=self.called,
+            answered=self.answered,
+            failed=failed,
+            timed_out=self.errors["ServiceTimeout"],
+            cancelled=self.cancelled,
+            waiting=self.called - self.answered - failed - self.cancelled,
+            errors=dict(self.errors),
+        )
+
+    def attach(self, service: Service[Req, Res]) -> None:
+        """Connect to a service; called by the bus."""
+        self._service = service
+        service.clients.append(self)
+
+    def close(self) -> None:
+        """Leave the service."""
+        if self._service is not None:
+            service, self._service = self._service, None
+            service.forget_client(self)
+
+    def _attached(self) -> Service[Req, Res]:
+        if self._service is None:
+            raise NotRunning(f"the client of {self.service} in {self.endpoint.node} is not part of a running graph")
+        return self._service
+
+    def __repr__(self) -> str:
+        s = self.statistics()
+        return f"<Client {s.service} of {s.node}: {s.answered} answered, {s.failed} failed, {s.waiting} waiting>"
+
+
+def check_timeout(timeout_s: float | None) -> None:
+    """Refuse a limit in which nothing could be answered.
+
+    Raises:
+        ValueError: it is not a positive number of seconds.
+    """
+    if timeout_s is not None and not 0 < timeout_s < float("inf"):
+        raise ValueError(f"timeout is a number of seconds above 0, or None for no limit, not {timeout_s!r}")

@@ -1,0 +1,79 @@
+"""Failure: a node that raised, and how that is told: in one block that names node, handler, line and message."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from inspect import isasyncgen, iscoroutine, isgenerator
+from typing import cast
+
+from busflow.errors import InvalidDeclaration
+from busflow.interfaces.message import Message, type_name
+from busflow.text import printable
+from busflow.validation.tracebacks import blame
+
+_SHOWN = 400
+"""Characters of a message that a block shows: enough to recognise it by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What a node raised, where, and on which message."""
+
+    node: str
+    origin: str
+    """What raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
+    error: BaseException
+    message: Message | None = None
+
+    @property
+    def summary(self) -> str:
+        """The failure in one line."""
+        place = blame(self.cause)
+        return f"failed in {self.origin}: {self._raised()}{f' ({place})' if place else ''}"
+
+    @property
+    def cause(self) -> BaseException:
+        """The exception itself, or the first one of a group."""
+        error = self.error
+        while isinstance(error, BaseExceptionGroup):
+            error = cast("BaseExceptionGroup[BaseException]", error).exceptions[0]
+        return error
+
+    def render(self) -> str:
+        """The failure as a block for people."""
+        lines = [f"node {self.node} failed in {self.origin}"]
+        place = blame(self.cause)
+        if place is not None:
+            lines += [f"  at {place}", f"    {printable(place.excerpt.strip())}"]
+        lines.append(f"  {self._raised()}")
+        if self.message is not None:
+            shown = printable(repr(self.message), limit=_SHOWN)
+            lines.append(f"  on {type_name(type(self.message))}: {shown}")
+        return "\n".join(lines)
+
+    def _raised(self) -> str:
+        error = self.cause
+        text = printable(str(error), limit=_SHOWN)
+        return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def is_failure(error: BaseException) -> bool:
+    """Whether what a node's code raised is its own doing, and not that it is being cancelled from outside."""
+    if isinstance(error, asyncio.CancelledError):
+        task = asyncio.current_task()
+        return task is None or task.cancelling() == 0
+    return not isinstance(error, GeneratorExit)
+
+
+def refuse_coroutine(result: object, origin: str) -> None:
+    """Refuse what a plain handler returned if it is a coroutine: nobody awaits it, so nothing would ever happen.
+
+    Raises:
+        InvalidDeclaration: it is a coroutine or a generator.
+    """
+    if iscoroutine(result):
+        result.close()
+        raise InvalidDeclaration(f"{origin} returned a coroutine, which nobody awaits; make it an async def handler")
+    if isgenerator(result) or isasyncgen(result):
+        raise InvalidDeclaration(f"{origin} returned a generator, of which nothing has run; a handler has no yield")

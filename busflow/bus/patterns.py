@@ -1,0 +1,74 @@
+"""Patterns of names: `/imu/*` is every topic just below `/imu`, `/arm/**` every one at whatever depth below `/arm`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from busflow.bus.names import is_hidden
+from busflow.errors import InvalidName
+from busflow.text import printable
+
+_PATTERN = re.compile(r"/?(?:[A-Za-z_*][A-Za-z0-9_*]*)(?:/[A-Za-z_*][A-Za-z0-9_*]*)*", re.ASCII)
+
+
+class Selection:
+    """Which topics are meant: those that one of `topics` matches, all where there is none, without the excluded.
+
+    In a pattern `*` stands for any part of a name up to the next slash, `**` for any number of parts. What is hidden,
+    some part of its name beginning with `_`, has to be asked for by a pattern that is hidden itself.
+
+    >>> wanted = Selection(["/imu/*", "/arm/**"], exclude=["/arm/debug"])
+    >>> [name for name in ("/imu/data", "/imu/left/data", "/arm/left/state", "/arm/debug") if wanted.includes(name)]
+    ['/imu/data', '/arm/left/state']
+    """
+
+    def __init__(self, topics: Sequence[str] = (), exclude: Sequence[str] = ()) -> None:
+        """A selection; a pattern needs no slash at its beginning.
+
+        Raises:
+            InvalidName: one of them cannot match any name.
+        """
+        self._wanted = {pattern: _compiled(pattern) for pattern in topics}
+        self._unwanted = [_compiled(pattern) for pattern in exclude]
+        self._unmatched = dict.fromkeys(topics)
+
+    def includes(self, *names: str) -> bool:
+        """Whether something is meant that goes by each of these names."""
+        if any(pattern.fullmatch(name) for pattern in self._unwanted for name in names):
+            return False
+        if not self._wanted:
+            return not is_hidden(names[0])
+        found = [
+            stated
+            for stated, pattern in self._wanted.items()
+            if any(pattern.fullmatch(name) and (is_hidden(stated) or not is_hidden(name)) for name in names)
+        ]
+        for stated in found:
+            self._unmatched.pop(stated, None)
+        return bool(found)
+
+    @property
+    def unmatched(self) -> tuple[str, ...]:
+        """The patterns of what is wanted that have matched nothing so far."""
+        return tuple(self._unmatched)
+
+
+def check_pattern(pattern: str) -> str:
+    """The pattern itself.
+
+    Raises:
+        InvalidName: it cannot match any name.
+    """
+    if not _PATTERN.fullmatch(pattern) or "***" in pattern:
+        raise InvalidName(
+            f"{printable(pattern, limit=200)!r} is no pattern of topics: a name in which * stands for a part, ** for "
+            "several: /imu/*, /arm/**"
+        )
+    return pattern
+
+
+def _compiled(pattern: str) -> re.Pattern[str]:
+    parts = check_pattern(pattern).strip("/").split("/")
+    written = (re.escape(part).replace(r"\*\*", ".*").replace(r"\*", "[^/]*") for part in parts)
+    return re.compile(f"/{'/'.join(written)}")

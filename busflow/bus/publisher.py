@@ -1,0 +1,295 @@
+"""Publisher: the sending end of a topic.
+
+Theory of operation. A publish is a loop over the topic's tuple of functions that take a message in, and a look whether
+anybody has to be woken. Whatever needs more than that (a blocking queue, a kept history, another thread, an endpoint
+that is not attached) makes the publisher take `_publish_carefully`, so the common path pays for one test, one
+comparison of types and one thread number.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from threading import get_ident
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, PublisherMatched
+from busflow.bus.expiry import NS_PER_S, Perishable, Watch
+from busflow.bus.notices import Notices
+from busflow.bus.qos import Durability, Liveliness
+from busflow.errors import IncompatibleType, NotRunning, WouldBlock
+from busflow.interfaces.message import Message, type_name
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.bus.topic import Topic
+
+M = TypeVar("M", bound=Message)
+
+
+class Publisher(Generic[M]):
+    """The sending end of a topic."""
+
+    __slots__ = (
+        "_deadline", "_direct", "_hand_over", "_history", "_lease", "_lifespan_ns", "_notices", "_only", "_outlet",
+        "_pushes", "_thread", "_topic", "alive", "deadlines_missed", "endpoint", "liveliness_lost", "on_close",
+        "on_event", "on_first", "published", "type",
+    )  # fmt: skip
+
+    def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
+        """A publisher that `Bus.attach_publisher` has yet to connect."""
+        self.type = message_type
+        self.endpoint = endpoint
+        self.published = 0
+        self.deadlines_missed = 0
+        self.liveliness_lost = 0
+        self.alive = True
+        self.on_event: Callable[[Event], None] | None = None
+        self.on_close: Callable[[Publisher[M]], None] | None = None
+        self.on_first: Callable[[], None] | None = None
+        """Who waits for the first message that is published here from now on."""
+        self._topic: Topic[M] | None = None
+        self._outlet: Callable[[M], None] | None = None
+        self._thread = 0
+        # The thread on which a publish needs nothing but to call these; 0, which is no thread, sends it the long way.
+        self._direct = 0
+        self._pushes: tuple[Callable[[M], None], ...] = ()
+        self._only: Callable[[M], None] | None = None  # where it is one, calling it is 20 ns less than a loop over it
+        self._hand_over: Callable[[Callable[[], None]], None] | None = None
+        qos = endpoint.qos
+        latched = qos.durability is Durability.TRANSIENT_LOCAL
+        self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if latched else None
+        self._lifespan_ns = None if qos.lifespan_s is None else round(qos.lifespan_s * NS_PER_S)
+        self._deadline: Watch | None = None
+        self._lease: Watch | None = None
+        self._notices = Notices()
+
+    @property
+    def topic(self) -> str:
+        """The topic's final name."""
+        return self.endpoint.topic
+
+    @property
+    def is_received(self) -> bool:
+        """Whether a subscription, here or in another process, receives what is published here."""
+        return self._outlet is not None or self.subscription_count > 0
+
+    @property
+    def subscription_count(self) -> int:
+        """How many subscriptions receive what is published here."""
+        return len(self._topic.subscriptions) if self._topic else 0
+
+    def publish(self, message: M) -> None:
+        """Hand a message to every subscription's queue, without waiting.
+
+        From another thread the message is handed to the loop, in order, through the bus's bounded inbox.
+
+        Raises:
+            IncompatibleType: the message is not exactly of the topic's type.
+            WouldBlock: a subscription with `overflow: block` has no room, or a `send` is waiting; nobody got it.
+            NotRunning: the publisher belongs to no running graph.
+        """
+        if get_ident() == self._direct and type(message) is self.type:
+            topic: Any = self._topic
+            self.published += 1
+            try:
+                if (only := self._only) is not None:
+                    only(message)
+                else:
+                    for push in self._pushes:
+                        push(message)
+            finally:  # who has the message is woken, whatever the way out of the process may raise
+                if topic.idle:
+                    topic.wake()
+        else:
+            self._publish_carefully(message)
+
+    async def send(self, message: M) -> None:
+        """Publish once every `overflow: block` subscription has room; first come, first served.
+
+        Raises:
+            SendTimeout: no room within the subscription's `block_timeout_s`; nobody got it.
+            IncompatibleType, NotRunning: as `publish`.
+        """
+        topic = self._attached(message)
+        if get_ident() != self._thread:
+            raise NotRunning(f"send on {topic.name} must be awaited on the graph's own event loop; use publish")
+        if topic.waiting or topic.first_full() is not None:
+            await topic.wait_for_room()
+        try:
+            self._deliver(self._attached(message), message)  # the publisher may have left while it waited
+        finally:
+            topic.grant()
+
+    def _publish_carefully(self, message: M) -> None:
+        topic = self._attached(message)
+        if get_ident() != self._thread:
+            if self._hand_over is None:
+                raise NotRunning(f"publish on {topic.name} came from a thread before the graph was started")
+            self._hand_over(lambda: self.publish(message))
+            return
+        full = topic.first_full()
+        if full is not None:
+            raise WouldBlock(
+                f"{full.endpoint.node} has no room for a message on {topic.name} (overflow: block, depth "
+                f"{full.endpoint.qos.depth}); await send(), raise its depth, or choose overflow: drop_oldest"
+            )
+        if topic.waiting:
+            raise WouldBlock(f"a send() on {topic.name} is waiting its turn; await send() to queue behind it")
+        self._deliver(topic, message)
+
+    def assert_liveliness(self) -> None:
+        """Say that this publisher is alive without publishing; `liveliness: manual_by_topic` asks for it."""
+        if self._lease is not None and self._topic is not None:
+            self._lease.touch()
+            if not self.alive:
+                self.alive = True
+                self._topic.tell_changes()
+
+    def _deliver(self, topic: Topic[M], message: M) -> None:
+        self.published += 1
+        if self.on_first is not None:
+            tell, self.on_first = self.on_first, None
+            tell()
+            self.adjust()
+        self.assert_liveliness()
+        if self._deadline is not None:
+            self._deadline.touch()
+        item = message if self._lifespan_ns is None else self.as_kept(message)
+        if self._history is not None:
+            self._history.append((topic.published, item))
+        try:
+            for push in topic.pushes:
+                push(item)
+        finally:
+            topic.wake()
+        if self._outlet is not None:
+            self._outlet(message)
+
+    def _attached(self, message: M) -> Topic[M]:
+        if type(message) is not self.type:
+            raise IncompatibleType(
+                f"{self.endpoint.node} publishes {type_name(self.type)} on {self.topic}, but was given "
+                f"{printable(_type_shown(message), limit=200)}"
+            )
+        if self._topic is None:
+            raise NotRunning(f"the publisher of {self.topic} in {self.endpoint.node} is not part of a running graph")
+        return self._topic
+
+    def attach(self, topic: Topic[M], thread: int, hand_over: Callable[[Callable[[], None]], None] | None) -> None:
+        """Connect to a topic; called by the bus."""
+        self._topic, self._thread, self._hand_over = topic, thread, hand_over
+        qos = self.endpoint.qos
+        if qos.deadline_s is not None:
+            self._deadline = Watch(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
+        if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
+            self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
+        self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
+        topic.publishers.append(self)
+        topic.since_ns = topic.since_ns if topic.publishers_come else topic.clock.monotonic_ns()
+        topic.publishers_come += 1
+        topic.rebuild()
+
+    def adopt(self, predecessor: Publisher[M]) -> None:
+        """Take over the place of the same publisher of an earlier life of this node; called by the bus.
+
+        What it keeps for newcomers goes over; what leaves the process is the business of whoever asked for that. Limits
+        in time go on as they run. The node, which is new too, will be told anew who receives.
+        """
+        self._topic, self._thread, self._hand_over = predecessor._topic, predecessor._thread, predecessor._hand_over
+        self.published, self._history = predecessor.published, predecessor._history
+        self.alive, self._notices = predecessor.alive, Notices(predecessor._notices.before)
+        self.deadlines_missed, self.liveliness_lost = predecessor.deadlines_missed, predecessor.liveliness_lost
+        self._deadline, predecessor._deadline = predecessor._deadline, None
+        self._lease, predecessor._lease = predecessor._lease, None
+        if self._deadline is not None:
+            self._deadline.on_silence = self._miss_deadline
+        if self._lease is not None:
+            self._lease.on_silence = self._lose_liveliness
+        predecessor._topic, predecessor._direct = None, 0
+        predecessor.close()
+        if self._topic is not None:
+            self._topic.replace_publisher(predecessor, self)
+
+    def tell_changes(self) -> None:
+        """Tell the node who receives what is published here, as far as that has changed since it was last told."""
+        tell, topic = self.on_event, self._topic
+        if tell is None or topic is None:
+            return
+        come, current = topic.subscriptions_come, len(topic.subscriptions)
+        for event in self._notices.matching(PublisherMatched, self.topic, come, current):
+            tell(event)
+
+    def close(self) -> None:
+        """Leave the topic: what was published stays counted, what was kept for late joiners is gone."""
+        for watch in (self._deadline, self._lease):
+            if watch is not None:
+                watch.close()
+        if self.on_close is not None:
+            on_close, self.on_close = self.on_close, None
+            on_close(self)
+        if self._topic is not None:
+            topic, self._topic, self._direct = self._topic, None, 0
+            topic.forget_publisher(self)
+
+    def send_through(self, outlet: Callable[[M], None] | None) -> None:
+        """Have every message leave the process too, after those here have it; None while nobody there listens."""
+        self._outlet = outlet
+        self.adjust()
+
+    def adjust(self) -> None:
+        """Learn whether the short path is open; called by the topic when its ends change."""
+        topic = self._topic
+        plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
+        plain = plain and topic is not None and not topic.blocking and not topic.waiting and self.on_first is None
+        if topic is None or not plain:
+            self._direct = 0
+            return
+        self._direct = self._thread
+        self._pushes = topic.pushes if self._outlet is None else (*topic.pushes, self._outlet)
+        self._only = self._pushes[0] if len(self._pushes) == 1 else None
+
+    @property
+    def perishable(self) -> bool:
+        """Whether what is published here can expire."""
+        return self._lifespan_ns is not None
+
+    @property
+    def history(self) -> tuple[tuple[int, M | Perishable[M]], ...]:
+        """What a transient_local publisher keeps for late joiners: (order on the topic, message)."""
+        return tuple(self._history or ())
+
+    def as_kept(self, message: M) -> M | Perishable[M]:
+        """A message as it waits for who will receive it: with its end, where it has one."""
+        if self._lifespan_ns is None or self._topic is None:
+            return message
+        return Perishable(message, self._topic.clock.monotonic_ns() + self._lifespan_ns)
+
+    def remember(self, items: Sequence[M | Perishable[M]]) -> None:
+        """Keep for late joiners what this one, in another process, published before it was known here."""
+        if self._history is not None:
+            self._history = deque([*((0, item) for item in items), *self._history], self._history.maxlen)
+
+    def _miss_deadline(self) -> None:
+        self.deadlines_missed += 1
+        if self.on_event is not None:
+            self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
+
+    def _lose_liveliness(self) -> None:
+        self.alive = False
+        self.liveliness_lost += 1
+        if self.on_event is not None:
+            self.on_event(LivelinessLost(self.topic, self.liveliness_lost))
+        if self._topic is not None:
+            self._topic.tell_changes()
+
+    def __repr__(self) -> str:
+        return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"
+
+
+def _type_shown(message: object) -> str:
+    """What was given instead of a message, in words."""
+    if isinstance(message, Message):
+        return type_name(type(message))
+    return f"{type(message).__name__} {message!r}"

@@ -1,0 +1,303 @@
+"""QoS: how messages of a topic are queued, kept and limited in time, and which ends of a topic fit together.
+
+What delivery means
+===================
+One bounded queue per subscription, first in first out. `publish` never waits: what finds a full queue is dropped as
+the subscription's `overflow` says, and counted there. In every line of the ledger, at every moment,
+`published == delivered + dropped + queued`.
+
+>>> import asyncio
+>>> from busflow import Message, WouldBlock, launch
+>>> class Number(Message, package="doc"):
+...     data: int
+>>> async def drop(overflow):
+...     async with launch() as graph:
+...         subscription = graph.subscribe(Number, "numbers", qos=QoS(depth=2, overflow=overflow))
+...         for data in range(5):
+...             graph.publish("numbers", Number(data=data))
+...         line = subscription.statistics()
+...         first = (await anext(subscription)).data
+...         return first, (line.published, line.delivered, line.dropped, line.queued)
+>>> asyncio.run(drop(Overflow.DROP_OLDEST))
+(3, (5, 0, 3, 2))
+>>> asyncio.run(drop(Overflow.DROP_NEWEST))
+(0, (5, 0, 3, 2))
+
+With `overflow: block` nothing is dropped: `publish` is refused while any such queue of the topic is full, and then
+nobody receives the message and nothing is counted; `await publisher.send(message)` waits for room instead, first come
+first served, for at most the subscription's `block_timeout`.
+
+>>> async def block():
+...     async with launch() as graph:
+...         careful = graph.subscribe(Number, "numbers", qos=QoS(depth=1, overflow=Overflow.BLOCK))
+...         other = graph.subscribe(Number, "numbers")
+...         graph.publish("numbers", Number(data=1))
+...         try:
+...             graph.publish("numbers", Number(data=2))
+...         except WouldBlock:
+...             return careful.statistics().published, other.statistics().published
+>>> asyncio.run(block())
+(1, 1)
+
+A late joiner of a `transient_local` topic receives what its publishers kept: the last `depth` messages of the
+publisher or of the subscription, whichever is less. A `volatile` one receives what is published from then on.
+
+>>> async def join_late():
+...     latched = QoS(depth=3, durability=Durability.TRANSIENT_LOCAL)
+...     async with launch() as graph:
+...         publisher = graph.advertise(Number, "numbers", qos=latched)
+...         for data in range(5):
+...             publisher.publish(Number(data=data))
+...         newcomer = graph.subscribe(Number, "numbers", qos=latched.model_copy(update={"depth": 2}))
+...         return [(await anext(newcomer)).data for _ in range(2)], len(newcomer.queue)
+>>> asyncio.run(join_late())
+([3, 4], 0)
+
+Messages older than their publisher's `lifespan` are dropped as `expired` instead of delivered. A silence beyond the
+`deadline` is an event and a count on both ends; it runs from the first message. A `manual_by_topic` publisher that is
+silent beyond its `lease` counts as not alive.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Annotated, Any, Self
+
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
+
+from busflow.errors import Fault, InvalidDeclaration
+from busflow.text import did_you_mean, printable
+from busflow.validation.durations import PATTERN, parse_duration
+from busflow.validation.faults import faults
+
+
+class _Word(StrEnum):
+    """A word of a profile, in any case."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> Self | None:
+        lower = value.lower() if isinstance(value, str) else None
+        return next((member for member in cls if member.value == lower), None)
+
+
+class _Policy(_Word):
+    """A policy as ROS 2 names it, with the values that only peers elsewhere have."""
+
+    @classmethod
+    def read(cls, text: str | None) -> Self:
+        """What a peer says; UNKNOWN where this version does not know the word."""
+        return cls(text) if text in cls.__members__.values() else cls("unknown")
+
+    @classmethod
+    def __offered__(cls) -> list[Self]:
+        """What a profile may state: not what only others say, nor what is decided when the other ends are known."""
+        return [member for member in cls if member.value not in ("unknown", "best_available")]
+
+    @property
+    def word(self) -> str | None:
+        """The word to tell a peer; there is none for UNKNOWN."""
+        return None if self.value == "unknown" else self.value
+
+
+class Overflow(_Word):
+    """What happens to a message for a full queue."""
+
+    DROP_OLDEST = "drop_oldest"
+    DROP_NEWEST = "drop_newest"
+    BLOCK = "block"
+    """The publisher waits."""
+
+
+class History(_Policy):
+    """How much is kept, in ROS 2's words. busflow always keeps the last `depth`: no queue is unbounded."""
+
+    SYSTEM_DEFAULT = "system_default"
+    KEEP_LAST = "keep_last"
+    KEEP_ALL = "keep_all"
+    UNKNOWN = "unknown"
+
+
+class Reliability(_Policy):
+    """Whether what a link between processes loses is sent again."""
+
+    SYSTEM_DEFAULT = "system_default"
+    RELIABLE = "reliable"
+    BEST_EFFORT = "best_effort"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+class Durability(_Policy):
+    """Whether a newcomer receives what was published before it came."""
+
+    SYSTEM_DEFAULT = "system_default"
+    TRANSIENT_LOCAL = "transient_local"
+    VOLATILE = "volatile"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+class Liveliness(_Policy):
+    """Who says that a publisher is alive: its process, or every single message."""
+
+    SYSTEM_DEFAULT = "system_default"
+    AUTOMATIC = "automatic"
+    MANUAL_BY_TOPIC = "manual_by_topic"
+    UNKNOWN = "unknown"
+    BEST_AVAILABLE = "best_available"
+
+
+def _limit(value: object) -> float | None:
+    """A duration or no limit, which may be written as null or as infinity."""
+    return None if value is None or (seconds := parse_duration(value)) == math.inf else seconds
+
+
+_DURATION_SCHEMA = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
+_Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _DURATION_SCHEMA})]
+_Limit = Annotated[
+    float | None, BeforeValidator(_limit), WithJsonSchema({"anyOf": [*_DURATION_SCHEMA, {"type": "null"}]})
+]
+
+
+def _said(default: object, description: str, key: str | None = None) -> Any:
+    """A field and what the JSON Schema says of it; `key` is its word in YAML, where its own name carries the unit."""
+    alias = AliasChoices(key, f"{key}_s") if key else None
+    return Field(default=default, description=description, validation_alias=alias)
+
+
+class QoS(BaseModel):
+    """A quality-of-service profile. Fields that are not stated can be decided by another layer: see `merge`.
+
+    In YAML the durations are `deadline`, `lifespan`, `lease`, `block_timeout`: seconds, or text with a unit.
+
+    >>> QoS.model_validate({"depth": 5, "deadline": "50ms"}).deadline_s
+    0.05
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    depth: Annotated[int, Field(ge=1, strict=True)] = _said(
+        10, "How many messages may wait for a subscription, and how many a transient_local topic keeps."
+    )
+    overflow: Overflow = _said(Overflow.DROP_OLDEST, "What happens to a message for a full queue.")
+    block_timeout_s: _Seconds = _said(5.0, "How long `send` waits for room, where overflow is block.", "block_timeout")
+    reliability: Reliability = _said(Reliability.RELIABLE, "Whether what a link between processes loses is sent again.")
+    durability: Durability = _said(
+        Durability.VOLATILE, "Whether a newcomer receives what was published before it came."
+    )
+    deadline_s: _Limit = _said(None, "The longest time between two messages.", "deadline")
+    lifespan_s: _Limit = _said(None, "The age at which a message expires.", "lifespan")
+    liveliness: Liveliness = _said(
+        Liveliness.AUTOMATIC, "Who says that a publisher is alive: its process, or every single message."
+    )
+    lease_s: _Limit = _said(None, "How long a publisher that says nothing counts as alive.", "lease")
+
+    @property
+    def history(self) -> History:
+        """Always `keep_last`."""
+        return History.KEEP_LAST
+
+    @classmethod
+    def merge(cls, *layers: QoS) -> QoS:
+        """One profile of several layers: what a later one states wins, field by field.
+
+        What is stated as `system_default` becomes busflow's own default.
+
+        >>> merged = QoS.merge(QoS(depth=5, deadline_s=1), SENSOR_DATA, QoS(depth=2))
+        >>> merged.depth, merged.reliability.value, merged.deadline_s
+        (2, 'best_effort', 1.0)
+        """
+        if len(layers) < 2:  # as mostly: then all ends that are declared alike share one profile
+            only = layers[0] if layers else _NOTHING_STATED
+            if "system_default" not in only.__dict__.values():
+                return only
+        stated: dict[str, object] = {}
+        for layer in layers:
+            stated |= {name: getattr(layer, name) for name in layer.model_fields_set}
+        for name, value in stated.items():
+            if value == "system_default":
+                stated[name] = cls.model_fields[name].default
+        return cls.model_validate(stated)
+
+
+_NOTHING_STATED = QoS()
+
+
+def checked_qos(qos: Any, origin: str) -> QoS | None:
+    """The QoS, if it is one or none; a bare depth, as in rclpy, is told how to be written.
+
+    Raises:
+        InvalidDeclaration: it is anything else.
+    """
+    if qos is None or isinstance(qos, QoS):
+        return qos
+    depth = qos if type(qos) is int and qos > 0 else 10
+    got = printable(repr(qos), limit=200)
+    raise InvalidDeclaration(f"{origin}: qos must be a QoS: write qos=QoS(depth={depth}), not {got}")
+
+
+def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:
+    """Everything wrong with a profile as a file states it: the path of each key, why, and a remedy.
+
+    >>> for fault in qos_faults({"depht": 5, "deadline": -1}):
+    ...     print(fault.path, fault.message, "→", fault.fix)
+    ('deadline',) deadline: a duration is at least 1 ns and at most 292 years, got -1 → None
+    ('depht',) unknown key depht → did you mean 'depth'?
+    """
+    try:
+        profile = QoS.model_validate(data)
+    except ValidationError as error:
+        return tuple(_remedied(fault) for fault in faults(error, QoS, data, noun="key"))
+    words = {name: value for name, value in profile if value == "unknown"}
+    return tuple(Fault((name,), f"{name}: unknown is only for what others say", "leave it out") for name in words)
+
+
+def _remedied(fault: Fault) -> Fault:
+    """The fault of a key, with advice in the words of the YAML form."""
+    if fault.code != "unknown":
+        return fault
+    key, words = str(fault.path[-1]), [name.removesuffix("_s") for name in QoS.model_fields]
+    fix = did_you_mean(key, words)
+    if key == "history":
+        fix = "leave it out: the last `depth` messages are kept; instead of keep_all, choose overflow: block"
+    elif key.removesuffix("_s") in words:
+        fix = f"{key.removesuffix('_s')} says the same; leave one of them out"
+    return replace(fault, fix=fix)
+
+
+def _preset(depth: int, reliability: Reliability, durability: Durability = Durability.VOLATILE) -> QoS:
+    """A profile as ROS 2 has it: complete but for the time limits, which it leaves to others."""
+    system = Liveliness.SYSTEM_DEFAULT
+    return QoS(depth=depth, reliability=reliability, durability=durability, liveliness=system)
+
+
+DEFAULT = _preset(10, Reliability.RELIABLE)
+SENSOR_DATA = _preset(5, Reliability.BEST_EFFORT)
+SERVICES_DEFAULT = _preset(10, Reliability.RELIABLE)
+PARAMETERS = _preset(1000, Reliability.RELIABLE)
+PARAMETER_EVENTS = _preset(1000, Reliability.RELIABLE)
+ACTION_STATUS_DEFAULT = _preset(1, Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
+SYSTEM_DEFAULT = _preset(10, Reliability.SYSTEM_DEFAULT, Durability.SYSTEM_DEFAULT)
+BEST_AVAILABLE = QoS(
+    depth=10,
+    reliability=Reliability.BEST_AVAILABLE,
+    durability=Durability.BEST_AVAILABLE,
+    liveliness=Liveliness.BEST_AVAILABLE,
+)
+PRESETS: Mapping[str, QoS] = MappingProxyType(
+    {
+        "default": DEFAULT,
+        "sensor_data": SENSOR_DATA,
+        "services_default": SERVICES_DEFAULT,
+        "parameters": PARAMETERS,
+        "parameter_events": PARAMETER_EVENTS,
+        "action_status_default": ACTION_STATUS_DEFAULT,
+        "system_default": SYSTEM_DEFAULT,
+        "best_available": BEST_AVAILABLE,
+    }
+)
+"""The built-in profiles, by the names that `ros2 topic echo --qos-profile` takes."""

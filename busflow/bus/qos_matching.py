@@ -1,0 +1,128 @@
+"""Compatibility: which publisher and subscription fit together, and what to change where they do not.
+
+A publisher offers, a subscription requests, and a pair is refused when less is offered than requested. This
+is the rule of DDS, which ROS 2 follows on every middleware but Zenoh; that one delivers regardless.
+
+>>> found = compatibility(QoS(reliability=Reliability.BEST_EFFORT), QoS())
+>>> found.verdict, found.reasons
+(<Verdict.ERROR: 'ERROR'>, ('reliability: best_effort is offered, reliable is requested',))
+>>> found.fix
+'set reliability: best_effort on the subscription, or reliability: reliable on the publisher'
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from busflow.bus.qos import Durability, Liveliness, QoS, Reliability
+from busflow.validation.durations import show_duration
+
+
+class Verdict(StrEnum):
+    """Whether a publisher and a subscription fit."""
+
+    OK = "OK"
+    WARNING = "WARNING"
+    """It depends on what a `system_default` or unknown policy turns out to be."""
+    ERROR = "ERROR"
+
+
+@dataclass(frozen=True, slots=True)
+class Compatibility:
+    """Whether two ends fit: every policy that is in the way, why, and the smallest change that helps."""
+
+    verdict: Verdict
+    policies: tuple[str, ...] = ()
+    """In ROS 2's words: reliability, durability, deadline, liveliness, liveliness_lease_duration."""
+    reasons: tuple[str, ...] = ()
+    fix: str = ""
+
+
+_WEAK_AND_STRONG: Mapping[str, tuple[str, str]] = {
+    "reliability": (Reliability.BEST_EFFORT, Reliability.RELIABLE),
+    "durability": (Durability.VOLATILE, Durability.TRANSIENT_LOCAL),
+    "liveliness": (Liveliness.AUTOMATIC, Liveliness.MANUAL_BY_TOPIC),
+}
+_POLICIES = {
+    "reliability": "reliability",
+    "durability": "durability",
+    "deadline_s": "deadline",
+    "liveliness": "liveliness",
+    "lease_s": "liveliness_lease_duration",
+}
+_UNCLEAR = ("system_default", "unknown")
+
+
+def compatibility(offered: QoS, requested: QoS) -> Compatibility:
+    """Whether a publisher offers what a subscription requests.
+
+    Depth, overflow and lifespan never matter. Doubts are told only where there is no error. An unlimited
+    deadline or lease is the same as none.
+    """
+    pairs = [(name, getattr(offered, name), getattr(requested, name)) for name in _POLICIES]
+    if clashes := [pair for pair in pairs if _clash(*pair)]:
+        fixes = [" and ".join(f"{_said(each[0], each[end])}" for each in clashes) for end in (1, 2)]
+        fix = f"set {fixes[0]} on the subscription, or {fixes[1]} on the publisher"
+        return Compatibility(Verdict.ERROR, *_told(clashes), fix)
+    if doubts := [pair for pair in pairs if _doubt(*pair)]:
+        fix = f"state {' and '.join(name for name, *_ in doubts)} on both ends"
+        return Compatibility(Verdict.WARNING, *_told(doubts), fix)
+    return Compatibility(Verdict.OK)
+
+
+def best_available(profile: QoS, peers: Iterable[QoS], *, publisher: bool) -> QoS:
+    """The profile with each `best_available` policy made definite, so that it fits those peers.
+
+    A publisher offers the most, with the tightest limits that a subscription requests; a subscription
+    requests what every publisher offers. Time limits that the profile leaves open are decided with
+    its liveliness. Newcomers change nothing afterwards.
+    """
+    peers = list(peers)
+    decided: dict[str, object] = {}
+    for name, (weak, strong) in _WEAK_AND_STRONG.items():
+        if getattr(profile, name) == "best_available":
+            strongs = [getattr(peer, name) == strong for peer in peers]
+            most = (name != "liveliness" or any(strongs)) if publisher else all(strongs)
+            decided[name] = strong if most else weak
+    for name in ("deadline_s", "lease_s"):
+        if "liveliness" in decided and getattr(profile, name) is None:
+            limits = [limit for peer in peers if (limit := getattr(peer, name)) is not None]
+            decided[name] = (min if publisher else max)(limits, default=None)
+    return profile.model_copy(update=decided)
+
+
+def _clash(name: str, offered: Any, requested: Any) -> bool:
+    if name in _WEAK_AND_STRONG:
+        return (offered, requested) == _WEAK_AND_STRONG[name]
+    return requested is not None and (offered is None or requested < offered)
+
+
+def _doubt(name: str, offered: Any, requested: Any) -> bool:
+    """Whether the two would clash if what is unclear turned out badly."""
+    if name not in _WEAK_AND_STRONG or not {offered, requested} & {*_UNCLEAR}:
+        return False
+    weak, strong = _WEAK_AND_STRONG[name]
+    return offered in (*_UNCLEAR, weak) and requested in (*_UNCLEAR, strong)
+
+
+def _told(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The policies' names, and a reason for each."""
+    told = [
+        (_POLICIES[name], f"{_said(name, offered)} is offered, {_value(requested)} is requested")
+        for name, offered, requested in pairs
+    ]
+    return tuple(name for name, _ in told), tuple(reason for _, reason in told)
+
+
+def _said(name: str, value: str | float | None) -> str:
+    """A field as YAML has it."""
+    return f"{name.removesuffix('_s')}: {_value(value)}"
+
+
+def _value(value: str | float | None) -> str:
+    if value is None:
+        return "null"
+    return str(value) if isinstance(value, str) else show_duration(value)

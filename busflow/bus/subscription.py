@@ -1,0 +1,346 @@
+"""Subscription: the receiving end of a topic, and its line of the ledger."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Coroutine, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+
+from busflow.bus.accounts import SubscriptionStatistics
+from busflow.bus.delivery import MessageHandler, OnFailure, Recipient
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import DeadlineMissed, Event, SubscriptionMatched
+from busflow.bus.expiry import Perishable, Watch, expire
+from busflow.bus.notices import UNWANTED, Notices
+from busflow.bus.qos import Durability
+from busflow.bus.queues import create_queue
+from busflow.errors import Occupied
+from busflow.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from busflow.bus.dispatcher import Dispatcher
+    from busflow.bus.topic import Topic
+    from busflow.clock import Clock
+
+M = TypeVar("M", bound=Message)
+
+
+class Subscription(Recipient[M]):
+    """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
+
+    Pulling: `async for message in subscription` takes them one by one and ends with the graph; `latest` skips to
+    the newest.
+    """
+
+    __slots__ = (
+        "_at_close", "_at_start", "_deadline", "_ended", "_hear", "_latest", "_notices", "deadlines_missed",
+        "is_pulled", "link", "on_close", "on_event", "type",
+    )  # fmt: skip
+
+    def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
+        """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
+        super().__init__(endpoint, handler)
+        self.type = message_type
+        self.deadlines_missed = 0
+        self.on_event: Callable[[Event], None] | None = None
+        self.on_close: Callable[[Self], None] | None = None
+        self.link: Link | None = None
+        self.is_pulled = handler is None
+        self._hear: Callable[[M], None] | None = None
+        self._latest: M | None = None
+        self._deadline: Watch | None = None
+        self._notices = Notices()
+        self._at_start = 0
+        self._at_close: int | None = None
+        self._ended = False
+
+    @property
+    def topic(self) -> str:
+        """The topic's final name."""
+        return self.endpoint.topic
+
+    @property
+    def publisher_count(self) -> int:
+        """How many publishers there are on the topic."""
+        return len(self._topic.publishers) if self._topic else 0
+
+    @property
+    def published(self) -> int:
+        """How many messages were published to this subscription since it came."""
+        if self._at_close is not None:
+            return self._at_close
+        return self._topic.published - self._at_start if self._topic else 0
+
+    def statistics(self) -> SubscriptionStatistics:
+        """The ledger's line of this subscription, as it stands now."""
+        drops, qos = self.drops, self.endpoint.qos
+        return SubscriptionStatistics(
+            node=self.endpoint.node,
+            topic=self.topic,
+            depth=qos.depth,
+            overflow=qos.overflow,
+            published=self.published,
+            delivered=self.delivered,
+            dropped=drops.total(),
+            queued=self.queued,
+            drops=dict(drops),
+            deadlines_missed=self.deadlines_missed,
+        )
+
+    @property
+    def drops(self) -> Counter[str]:
+        """How many messages were lost here, by reason."""
+        drops = Counter(self.queue.drops)
+        lost = self.published - self.delivered - self.queued - drops.total()
+        if self.queue.forgets and lost > 0:
+            drops["overflow"] += lost
+        return drops
+
+    @property
+    def queued(self) -> int:
+        """How many messages wait here, or are on their way."""
+        return len(self.queue) if self.link is None else len(self.queue) + self.link.held
+
+    @property
+    def full(self) -> bool:
+        """Whether the next message finds no room; what has expired while it waited makes room first."""
+        if self.queued >= self.queue.depth:
+            self.discard_expired()
+        return self.queued >= self.queue.depth
+
+    def discard_expired(self) -> None:
+        """Drop what has outlived its lifespan while it waited."""
+        if self._topic is None or not self._topic.perishable:
+            return
+        if expired := expire(self.items, self._topic.clock):
+            self.queue.drops["expired"] += expired
+
+    # Pulling.
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> M:
+        self._refuse_beside_handler()
+        while (message := self._take()) is None:
+            if self._ended:
+                raise StopAsyncIteration
+            await self._ring()
+        return message
+
+    @property
+    def latest(self) -> M | None:
+        """The newest message, or None before the first; older ones still waiting are dropped as `superseded`.
+
+        Raises:
+            Occupied: the subscription has a handler.
+        """
+        self._refuse_beside_handler()
+        self.discard_expired()
+        while len(self.queue) > 1:
+            self.queue.discard("superseded")
+        self._take()
+        return self._latest
+
+    def _take(self) -> M | None:
+        """Hand over the oldest message that has not expired, if one waits."""
+        items: Any = self.items
+        message: M | None = None
+        while items and message is None:
+            message = items.popleft()
+            if type(message) is Perishable:
+                message = self._fresh(message)  # type: ignore[arg-type]  # of this subscription's type
+        if message is not None:
+            self._latest = message
+            self.delivered += 1
+            if self._hear is not None:
+                self._hear(message)
+        if self._topic is not None and self._topic.waiting:
+            self._topic.grant()
+        return message
+
+    # Being handed messages.
+
+    def observe(self, hear: Callable[[M], None]) -> None:
+        """Have every message told just before it is handed over; who does not ask pays nothing."""
+        inner: Any = self._hear if self._handler is None else self._handler
+
+        def heard(message: M) -> Any:
+            hear(message)
+            return inner(message)
+
+        if self._handler is None:
+            self._hear = hear if inner is None else heard
+        else:
+            self._handler = heard
+
+    def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
+        """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
+        self._topic, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
+        self._at_start = topic.published
+        self._notices.before = topic.publishers_come - len(topic.publishers)
+        self._watch(topic.clock)
+        topic.subscriptions.append(self)
+        topic.subscriptions_come += 1
+        if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
+            kept = topic.kept()[-self.endpoint.qos.depth :]
+            self._at_start -= len(kept)
+            for message in kept:
+                self.queue.push(message)
+        topic.rebuild()
+
+    @property
+    def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
+        """What a publish on the topic has to call for this subscription."""
+        return self.arrivals if self.link is None else (self.link.carry,)
+
+    @property
+    def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
+        """What has to hear of a message that arrives."""
+        push = self._make_room_and_push if self._topic is not None and self._topic.perishable else self.queue.way_in
+        if self._deadline is None or self._ended:
+            return (push,)
+        return (push, self._deadline.touch)
+
+    def tell_changes(self) -> None:
+        """Tell the node who publishes here, as far as that has changed since it was last told."""
+        tell, topic = self.on_event, self._topic
+        if tell is None or topic is None:
+            return
+        name, notices = self.topic, self._notices
+        for event in (
+            *notices.matching(SubscriptionMatched, name, topic.publishers_come, len(topic.publishers)),
+            *notices.liveliness(name, *topic.liveliness()),
+            *notices.losses(name, self.drops),
+        ):
+            tell(event)
+
+    def receive(self, item: M | Perishable[M]) -> None:
+        """Take in a message that a link has held."""
+        for arrive in self.arrivals:
+            arrive(item)
+        if self.idle:
+            self.wake()
+
+    def receive_earlier(self, items: Sequence[M | Perishable[M]]) -> None:
+        """Take in what was published before this subscription came, and is found to be kept for it only now."""
+        self._at_start -= len(items)
+        for item in items:
+            self.receive(item)
+
+    def had_already(self) -> None:
+        """What is being published was received before it came here: it is not counted twice."""
+        self._at_start += 1
+
+    def hear_drops(self, hear: Callable[[str], None]) -> None:
+        """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
+        self.queue.hear_drops(hear)
+        if self._topic is not None:
+            self._topic.rebuild()
+
+    def hear_losses(self) -> None:
+        """Tell the node also of messages that were lost, together those of one moment."""
+        self.hear_drops(self._on_drop)
+
+    def open(self) -> Coroutine[Any, Any, None] | None:
+        """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
+        self._open = True
+        if self._handler is None:
+            return None
+        if self._is_async:
+            return self._pump(self._handler)
+        if self.items:
+            self.wake()
+        else:
+            self._rest()
+        return None
+
+    def close(self) -> None:
+        """Leave the topic; iterations end after what still waits."""
+        self.pause()
+        if not self._ended and self.on_close is not None:
+            self.on_close(self)
+        self._ended = True
+        self._answer()
+        if self._deadline is not None:
+            self._deadline.close()
+        if self._topic is not None:
+            topic, self._at_close = self._topic, self.published
+            self._topic = None
+            topic.forget_subscription(self)
+
+    def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
+        """Take over the place of the same subscription of an earlier life of this node; called by the bus.
+
+        Its queue, account and topic, the link before it and the deadline that runs go over. Who observed it is told of
+        the new one and can observe that; the node, which is new too, will be told anew who publishes.
+        """
+        self._have(predecessor.queue)
+        self.queue.ignore_drops()
+        self.delivered = predecessor.delivered
+        self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
+        self._topic, self._dispatcher, self._clock = predecessor._topic, predecessor._dispatcher, predecessor._clock
+        self._on_failure = on_failure
+        self._notices = Notices(predecessor._notices.before, predecessor._notices.lost)
+        self._deadline, predecessor._deadline = predecessor._deadline, None
+        if self._deadline is not None:
+            self._deadline.on_silence = self._miss_deadline
+        self.link, predecessor.link = predecessor.link, None
+        if self.link is not None:
+            self.link.target = self
+        predecessor._topic = None
+        predecessor._have(create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth))
+        predecessor.close()
+        if self._topic is not None:
+            self._topic.replace_subscription(predecessor, self)
+
+    def _refuse_beside_handler(self) -> None:
+        if self._handler is not None:
+            raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
+
+    def _answer(self) -> None:
+        if self._doorbell is not None and not self._doorbell.done():
+            self._doorbell.set_result(None)
+
+    def _watch(self, clock: Clock) -> None:
+        self._clock = clock
+        limit_s = self.endpoint.qos.deadline_s
+        self._deadline = None if limit_s is None else Watch(limit_s, clock, self._miss_deadline, repeat=True)
+
+    def _make_room_and_push(self, item: M | Perishable[M]) -> None:
+        if self.queue.full:
+            self.discard_expired()
+        self.queue.push(item)
+
+    def _on_drop(self, reason: str) -> None:
+        if self._clock is not None and reason not in UNWANTED and not self._notices.pending:
+            self._notices.pending = True
+            self._clock.call_at(self._clock.monotonic_ns(), self._tell_losses)
+
+    def _tell_losses(self) -> None:
+        self._notices.pending = False
+        self.tell_changes()
+
+    def _miss_deadline(self) -> None:
+        self.deadlines_missed += 1
+        if self.on_event is not None:
+            self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
+
+    def __repr__(self) -> str:
+        s = self.statistics()
+        return f"<Subscription {s.topic} of {s.node}: {s.delivered} delivered, {s.dropped} dropped, {s.queued} queued>"
+
+
+class Link(Protocol):
+    """What a test, or the wire, may put between a topic and one of its subscriptions."""
+
+    target: Subscription[Any]
+
+    @property
+    def held(self) -> int:
+        """Messages on their way: they count as queued."""
+        ...
+
+    def carry(self, item: Any) -> None:
+        """Bring a message to the target, now or later, or lose it and count that."""
+        ...

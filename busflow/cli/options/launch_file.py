@@ -1,0 +1,180 @@
+"""What every command that reads a launch file takes: the file, `name:=value` arguments and `--set`."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.errors import LaunchError, Problem
+from busflow.text import printable
+from busflow.validation.durations import parse_duration
+
+if TYPE_CHECKING:
+    from busflow.launchfile.check.preflight import Plan
+    from busflow.launchfile.model.description import LaunchDescription
+
+_OTHER_KINDS = {
+    ".mcap": "is a recording: busflow bag play FILE plays it, busflow replay FILE LAUNCH_FILE runs nodes on it",
+    ".py": "is Python: a launch file is YAML, and names it as plugin; busflow new my_robot makes an example",
+    ".xml": "is XML: a launch file is YAML; busflow new my_robot makes an example",
+}
+"""What people take for a launch file, by its ending, and what to do with it."""
+_NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A launch file and what the command line says over it."""
+
+    file: Path
+    assignments: tuple[str, ...]
+    sets: tuple[str, ...]
+    profiles: tuple[str, ...] = ()
+
+    def description(self, args: Mapping[str, object] | None = None) -> LaunchDescription:
+        """What the file describes; `args` are arguments that the command line does not give.
+
+        Raises:
+            LaunchError: With every problem.
+        """
+        description, problems = self.examine(args)
+        if description is None:
+            raise LaunchError(problems)
+        if problems:
+            from busflow.launchfile.model.problems import in_order
+            from busflow.runner.graph import Graph
+
+            files = [str(each) for each in description.files]
+            raise LaunchError(in_order([*problems, *Graph([description]).plan().errors], files))
+        return description
+
+    def examine(self, args: Mapping[str, object] | None = None) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+        """What the file describes as far as it is right, and everything that is wrong with it.
+
+        The variables that it states are in the environment from now on, until the command ends.
+        """
+        description, problems = self.read(args=args)
+        if description is not None:
+            before = {name: os.environ.get(name) for name in description.environment}
+            os.environ.update(description.environment)
+            click.get_current_context().call_on_close(lambda: _restore(before))
+        return description, problems
+
+    def arguments(self) -> list[str]:
+        """What says the same again on the command line of another process."""
+        stated = [*(f"--set={each}" for each in self.sets), *(f"--profile={each}" for each in self.profiles)]
+        return [str(self.file.absolute()), *self.assignments, *stated]
+
+    def read(
+        self, environment: Mapping[str, str] | None = None, args: Mapping[str, object] | None = None
+    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+        """What the file describes, in this environment, and everything that is wrong with it."""
+        from busflow.launchfile.load.load import examine
+
+        return examine(
+            self.file,
+            args=args,
+            assignments=self.assignments,
+            sets=self.sets,
+            profiles=self.profiles,
+            environment=environment,
+        )
+
+    def plan(self) -> tuple[LaunchDescription, Plan]:
+        """What the file describes, and its nodes, built and checked.
+
+        Raises:
+            LaunchError: With every problem.
+        """
+        from busflow.runner.graph import Graph
+
+        description = self.description()
+        plan = Graph([description]).plan()
+        if plan.errors:
+            raise LaunchError(plan.errors)
+        return description, plan
+
+
+def refuse_other_kinds(file: Path) -> None:
+    """Say what a file is that is no launch file, by its name.
+
+    Raises:
+        click.UsageError: It is none.
+    """
+    if kind := _OTHER_KINDS.get(file.suffix):
+        raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
+
+
+def _restore(before: Mapping[str, str | None]) -> None:
+    for name, value in before.items():
+        os.environ.pop(name, None)
+        if value is not None:
+            os.environ[name] = value
+
+
+def launch_file(
+    *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]..."
+) -> Callable[[Callable[..., int]], Callable[..., int]]:
+    """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE.
+
+    Args:
+        required: Whether FILE has to be there.
+        file_: What help calls it.
+        rest: What help calls all that follows it.
+    """
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def called(file: Path | None, **how: Any) -> int:
+            stated = [how.pop(name) for name in ("assignments", "sets", "profiles")]
+            if file is None and any(stated):
+                context = click.get_current_context()
+                raise click.MissingParameter("what is given changes a file", context, context.command.params[0])
+            if file is not None:
+                refuse_other_kinds(file)
+            return command(Given(file, *stated) if file is not None else None, **how)
+
+        for parameter in (
+            click.option(
+                "--profile",
+                "profiles",
+                multiple=True,
+                metavar="NAME",
+                help="Lay this profile of FILE over the rest of it; the last one of several is on top.",
+            ),
+            click.option(
+                "--set",
+                "sets",
+                multiple=True,
+                metavar="PATH=VALUE",
+                help="Change one value, by its path: nodes.sensor_publisher.parameters.noise.imu=0.5.",
+            ),
+            click.argument("assignments", nargs=-1, metavar=rest),
+            click.argument("file", required=required, metavar=file_, type=click.Path(path_type=Path)),
+        ):
+            called = parameter(called)
+        return called
+
+    return decorate
+
+
+def duration(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
+    """The callback of an option that takes `5s`, `50ms`, `10min`, or a plain number of seconds."""
+    if given is None:
+        return None
+    try:
+        return parse_duration(float(given) if _NUMBER.fullmatch(given) else given)
+    except ValueError as error:
+        raise click.BadParameter(str(error), ctx, param) from None
+
+
+def duration_or_off(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
+    """As `duration`, or the word `off`."""
+    return None if given == "off" else duration(ctx, param, given)

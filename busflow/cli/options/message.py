@@ -1,0 +1,81 @@
+"""The options that say what of a message is shown, and in which form: those of `topic echo` and of `bag echo`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from busflow.cli.terminal.message_text import Wanted
+
+_OPTIONS = (
+    click.option("--field", metavar="PATH", help="Print only this part: linear_acceleration.z, position[0]."),
+    click.option(
+        "--filter", "filter_", metavar="EXPR", help="Print only messages for which this is true: m.data > 0.5."
+    ),
+    click.option("--csv", is_flag=True, help="Print the values of a message on a line, with commas between them."),
+    click.option("--raw", is_flag=True, help="Print the bytes as they travel."),
+    click.option("--flow-style", is_flag=True, help="Print each sequence on one line."),
+    click.option("--no-arr", is_flag=True, help="Of a sequence, print its type and length only."),
+    click.option("--no-str", is_flag=True, help="Of a text, print its length only."),
+    click.option("-f", "--full-length", is_flag=True, help="Print long sequences and texts to their end."),
+    click.option(
+        "-l",
+        "--truncate-length",
+        type=click.IntRange(min=0),
+        help="Where to cut sequences and texts.  [default: 128]",
+    ),
+)
+
+
+def wants(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds the options to a command that has `--json`; it gets what they say as `wanted`."""
+
+    @wraps(command)
+    def asked(
+        *,
+        field: str | None,
+        filter_: str | None,
+        csv: bool,
+        raw: bool,
+        flow_style: bool,
+        no_arr: bool,
+        no_str: bool,
+        full_length: bool,
+        truncate_length: int | None,
+        as_json: bool,
+        **others: Any,
+    ) -> Any:
+        from busflow.cli.terminal.message_text import Form
+
+        forms = {Form.CSV: csv, Form.RAW: raw, Form.FLOW: flow_style, Form.JSON: as_json}
+        chosen = [form for form, given in forms.items() if given] or [Form.YAML]
+        if len(chosen) > 1:
+            raise click.UsageError("--csv, --raw, --flow-style and --json exclude each other")
+        if raw and field:
+            raise click.UsageError("--raw prints whole messages; leave --field out")
+        whole = full_length or (as_json and truncate_length is None)
+        return command(wanted=_wanted(chosen[0], field, filter_, whole, truncate_length, no_arr, no_str), **others)
+
+    for option in reversed(_OPTIONS):
+        asked = option(asked)
+    return asked
+
+
+def _wanted(
+    form: Any,
+    field: str | None,
+    filter_: str | None,
+    whole: bool,
+    truncate_length: int | None,
+    no_arr: bool,
+    no_str: bool,
+) -> Wanted:
+    from busflow.cli.terminal.abridged import TRUNCATED_AFTER, Abridger
+    from busflow.cli.terminal.message_text import Wanted
+
+    length = None if whole else TRUNCATED_AFTER if truncate_length is None else truncate_length
+    return Wanted(form, Abridger(length, no_arr, no_str), field, filter_)

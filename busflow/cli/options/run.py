@@ -1,0 +1,120 @@
+"""What every command that looks into a running graph shares: `--run`, `--json` and its version, names to complete.
+
+Zenoh is imported when a run is joined, so that `--help` costs nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+from busflow.cli.terminal.output import print_json
+from busflow.interfaces.encoding.finite import finite
+
+if TYPE_CHECKING:
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView
+
+JSON_VERSION = 1
+"""What `version` says in all that is printed with `--json`: it grows when something there is taken away or changes."""
+COMPLETION_S = 0.5
+"""How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
+
+Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
+
+def joins(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Adds `--run` and `--json` to a command, which gets them as `run` and `as_json`."""
+    command = click.option("--json", "as_json", is_flag=True, help="Print JSON.")(command)
+    return click.option(
+        "--run",
+        metavar="NAME",
+        shell_complete=complete_runs,
+        help="The run to look into, where there are several; see busflow ps.",
+    )(command)
+
+
+def joined(run: str | None) -> AbstractContextManager[Peer]:
+    """Be a member of a run while the block lasts; without a name, of the only one there is.
+
+    Raises:
+        NoSuchRun: There is none, or it has to be said which.
+        InspectionUnavailable: It does not answer, or Zenoh is missing.
+    """
+    from busflow.wire.zenoh.session import require_zenoh
+
+    require_zenoh()
+    from busflow.wire.client.client import join
+
+    return join(run)
+
+
+def print_answer(answer: Mapping[str, Any]) -> None:
+    """Print what a command found out, as one JSON object."""
+    print_json({"version": JSON_VERSION, **answer})
+
+
+def print_line(told: Mapping[str, Any]) -> None:
+    """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
+    click.echo(line_of(told))
+
+
+def line_of(told: Mapping[str, Any]) -> str:
+    """An object as one line of JSON, with the version."""
+    versioned = {"version": JSON_VERSION, **told}
+    try:
+        return json.dumps(versioned, default=str, allow_nan=False)
+    except ValueError:  # infinity or NaN; a picture's million numbers are not looked at one by one to find none
+        return json.dumps(finite(versioned), default=str, allow_nan=False)
+
+
+def full_type(name: str, kind: str = "msg") -> str:
+    """A type's full name, of which the middle may be left out.
+
+    >>> full_type("std_msgs/String"), full_type("std_srvs/Trigger", "srv"), full_type("std_msgs/msg/String")
+    ('std_msgs/msg/String', 'std_srvs/srv/Trigger', 'std_msgs/msg/String')
+    """
+    return name.replace("/", f"/{kind}/") if name.count("/") == 1 else name
+
+
+# Completion. The shell shows whatever a completer prints, so that it fails in silence.
+
+
+def complete_runs(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The runs of this machine."""
+    from busflow.wire.zenoh.run_directory import runs
+
+    try:
+        return [CompletionItem(each.name) for each in runs() if each.name.startswith(incomplete)]
+    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
+        return []
+
+
+def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
+    """Completes what is typed to a name of the run that `--run`, or its being the only one, says."""
+
+    def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        try:
+            from busflow.wire.client.client import join
+            from busflow.wire.client.graph_view import view
+
+            with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
+                found = sorted(set(names(view(peer.tokens(), []))))
+        except Exception:  # noqa: BLE001  # as above
+            return []
+        if not incomplete.startswith("/"):
+            found = [name.removeprefix("/") for name in found]
+        return [CompletionItem(name) for name in found if name.startswith(incomplete)]
+
+    return complete
+
+
+complete_topics = _completer(lambda graph: [topic.name for topic in graph.topics.values() if not topic.hidden])
+complete_nodes = _completer(lambda graph: [node.name for node in graph.nodes.values() if not node.hidden])
+complete_services = _completer(lambda graph: graph.services)
+complete_types = _completer(lambda graph: [type_ for topic in graph.topics.values() for type_ in topic.types])

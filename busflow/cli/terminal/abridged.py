@@ -1,0 +1,73 @@
+"""Abridged: a message's value as it is shown, its long sequences and texts cut, so that an image is a few lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+from busflow.cli.terminal.shape import Shape
+from busflow.interfaces.encoding.description import Count
+
+TRUNCATED_AFTER = 128
+"""Items of a sequence, or characters of a text, as in ROS 2."""
+_IDL_WORDS = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet", "char": "uint8"}
+"""What ROS 2 calls its types where it leaves out a sequence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Abridger:
+    """What is shown of a value: sequences become lists, what is too long ends with `...`."""
+
+    truncate_after: int | None = TRUNCATED_AFTER
+    """None is the whole."""
+    no_arrays: bool = False
+    """Show of a sequence its type and length only."""
+    no_texts: bool = False
+    """Show of a text its length only."""
+
+    def __call__(self, value: Any, shape: Shape | None = None) -> Any:
+        """The value as plain mappings, lists, text and numbers.
+
+        >>> Abridger(2)({"data": memoryview(bytes(3)), "text": "abc"})
+        {'data': [0, 0, '...'], 'text': 'ab...'}
+        """
+        if isinstance(value, Mapping):
+            fields = (shape and shape.fields) or {}
+            members = cast("Mapping[str, Any]", value).items()
+            return {key: self(each, fields.get(key)) for key, each in members}
+        if isinstance(value, str):
+            if self.no_texts:
+                return f"<string length: <{len(value)}>>"
+            return value if self._fits(value) else value[: self.truncate_after] + "..."
+        if isinstance(value, memoryview):
+            return self._numbers(cast("memoryview[Any]", value), shape)
+        if isinstance(value, Sequence):
+            return self._items(cast("Sequence[Any]", value), shape)
+        return value
+
+    def _numbers(self, value: memoryview[Any], shape: Shape | None) -> Any:
+        if self.no_arrays:
+            return _abbreviated(value, shape)
+        return value.tolist() if self._fits(value) else [*value[: self.truncate_after].tolist(), "..."]
+
+    def _items(self, value: Sequence[Any], shape: Shape | None) -> Any:
+        if self.no_arrays:
+            return _abbreviated(value, shape)
+        item = shape and shape.item
+        shown = [self(each, item) for each in value[: self.truncate_after]]
+        return shown if self._fits(value) else [*shown, "..."]
+
+    def _fits(self, value: Sequence[Any] | memoryview[Any]) -> bool:
+        return self.truncate_after is None or len(value) <= self.truncate_after
+
+
+def _abbreviated(value: Sequence[Any] | memoryview[Any], shape: Shape | None) -> str:
+    """A sequence in the words of `ros2 topic echo --no-arr`."""
+    if shape is None:
+        return f"<sequence length: {len(value)}>"
+    word = _IDL_WORDS.get(shape.base, shape.base)
+    if shape.count is Count.FIXED:
+        return f"<array type: {word}[{shape.size}]>"
+    bound = f"[{shape.size}]" if shape.count is Count.BOUNDED else ""
+    return f"<sequence type: {word}{bound}, length: {len(value)}>"

@@ -1,0 +1,118 @@
+"""Paths: `linear_acceleration.z` or `points[0].x`, the way from a message to a value inside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+from busflow.cli.terminal.shape import Shape
+from busflow.errors import InvalidInput, KeyPath, Place, Problem
+from busflow.interfaces.encoding.description import Count
+from busflow.text import did_you_mean, printable
+
+STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[\s*(?P<index>-?[0-9]{1,9})\s*\]", re.ASCII)
+
+
+class Absent(LookupError):
+    """A message has no value at a path: its sequence is shorter, or its JSON leaves the field out."""
+
+
+def parse_path(text: str, option: str, shape: Shape | None = None) -> KeyPath:
+    """The path that a text states.
+
+    >>> parse_path("points[0].x", "--field")
+    ('points', 0, 'x')
+
+    Args:
+        text: The path.
+        option: Whose value it is, for the error.
+        shape: What the path leads through, where that is known.
+
+    Raises:
+        InvalidInput: It is none, or there is no such field; a caret shows which.
+    """
+    steps: list[tuple[str | int, int]] = []
+    at = 0
+    while at < len(text):
+        if steps and text[at] == ".":
+            at += 1
+        found = STEP.match(text, at)
+        # A name follows a dot, or begins; an index follows a name, or another index.
+        if found is None or (found["name"] is None) is not (bool(steps) and text[at - 1] != "."):
+            raise _invalid("a path is field.field or field[0].field", option, text, at)
+        steps.append((found["name"] or int(found["index"]), at))
+        at = found.end()
+    if not steps:
+        raise _invalid("a field is missing", option, text, at)
+    path = tuple(step for step, _ in steps)
+    check_path(path, [start for _, start in steps], option, text, shape)
+    return path
+
+
+def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, shape: Shape | None) -> Shape | None:
+    """The shape of the value at a path, whose steps begin at `starts` in `text`; None where it is not known.
+
+    Raises:
+        InvalidInput: There is no such field.
+    """
+    for step, start in zip(path, starts, strict=True):
+        if shape is None:
+            return None
+        if isinstance(step, int):
+            if not shape.is_sequence:
+                raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
+            if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
+                told = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
+                raise _invalid(told, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
+            shape = shape.item
+        elif shape.is_sequence:
+            raise _invalid("a sequence is followed by an index, such as [0]", option, text, start, len(step))
+        elif shape.fields is None:
+            raise _invalid(f"{_named(shape)} has no fields", option, text, start, len(step))
+        elif step not in shape.fields:
+            fix = did_you_mean(step, shape.fields)
+            raise _invalid(f"{_named(shape)} has no field {step}", option, text, start, len(step), fix=fix)
+        else:
+            shape = shape.fields[step]
+    return shape
+
+
+def shape_at(path: KeyPath, shape: Shape | None) -> Shape | None:
+    """The shape of the value at a path that has been checked."""
+    for step in path:
+        if shape is not None:
+            shape = shape.item if isinstance(step, int) else (shape.fields or {}).get(step)
+    return shape
+
+
+def value_at(path: KeyPath, value: Any) -> Any:
+    """The value at a path of a message, which fits its shape.
+
+    >>> value_at(("points", -1), {"points": (1, 2)})
+    2
+
+    Raises:
+        Absent: This message has none there.
+    """
+    for step in path:
+        if isinstance(step, int) and isinstance(value, Sequence | memoryview) and not isinstance(value, str):
+            items = cast("Sequence[Any]", value)
+            if not -len(items) <= step < len(items):
+                raise Absent(f"there is no item {step}, there are {len(items)}")
+            value = items[step]
+        elif isinstance(step, str) and isinstance(value, Mapping) and step in value:
+            value = cast("Mapping[str, Any]", value)[step]
+        else:
+            raise Absent(f"there is no {printable(step)!r}")
+    return value
+
+
+def _named(shape: Shape) -> str:
+    return f"a {shape.base}" if shape.fields is None else shape.base
+
+
+def _invalid(
+    message: str, option: str, text: str, start: int, width: int = 1, *, fix: str | None = None
+) -> InvalidInput:
+    return InvalidInput(Problem("path", message, fix, Place(option, 1, start + 1, width, text)))

@@ -1,0 +1,132 @@
+"""Printing: what `busflow topic echo` shows of a message, in each of its forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.cli.options.run import line_of
+from busflow.cli.terminal.abridged import Abridger
+from busflow.cli.terminal.field_paths import parse_path, shape_at, value_at
+from busflow.cli.terminal.message_filter import Filter, parse_filter
+from busflow.cli.terminal.one_line import csv_line
+from busflow.cli.terminal.shape import Shape, shape_of
+from busflow.cli.terminal.yaml_text import yaml_lines
+from busflow.errors import KeyPath
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+
+
+class Showable(Protocol):
+    """A message with what is known of its way."""
+
+    @property
+    def payload(self) -> bytes:
+        """Its bytes."""
+        ...
+
+    @property
+    def sequence(self) -> int:
+        """Its number; 0 where nobody said."""
+        ...
+
+    @property
+    def stamp_ns(self) -> int:
+        """When it was published; 0 where nobody said."""
+        ...
+
+
+class Form(Enum):
+    """How messages are written."""
+
+    YAML = auto()
+    FLOW = auto()
+    """YAML whose sequences are on one line."""
+    CSV = auto()
+    RAW = auto()
+    """The bytes as they travel."""
+    JSON = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What somebody wants to see of a topic, as typed."""
+
+    form: Form
+    abridger: Abridger
+    field: str | None = None
+    filter: str | None = None
+
+    def printer(self, topic: str, type_: ForeignType) -> Printer:
+        """What shows messages of a type so.
+
+        Raises:
+            InvalidInput: The type has no such field, or the filter is none.
+        """
+        shape = shape_of(type_)
+        path: KeyPath = ()
+        if self.field is not None:
+            path = parse_path(self.field, "--field", shape)
+        shape = shape_at(path, shape)
+        matches = None if self.filter is None else parse_filter(self.filter, shape)
+        return Printer(topic, type_.decode, self, path, shape, matches)
+
+
+@dataclass(frozen=True, slots=True)
+class Printer:
+    """Shows the messages of one topic."""
+
+    topic: str
+    decode: Callable[[bytes], Any]
+    wanted: Wanted
+    path: KeyPath
+    shape: Shape | None
+    """Of what is shown."""
+    matches: Filter | None
+
+    def __call__(self, received: Showable) -> str | None:
+        """A message as text, None where the filter leaves it out.
+
+        Raises:
+            MalformedMessage: The bytes are none.
+            Absent: It has nothing at the field's path.
+            InvalidInput: The filter does not fit its values.
+        """
+        form = self.wanted.form
+        if form is Form.RAW and self.matches is None:
+            return self._raw(received.payload)
+        value = value_at(self.path, self.decode(received.payload))
+        if self.matches is not None and not self.matches(value):
+            return None
+        if form is Form.RAW:
+            return self._raw(received.payload)
+        shown = self.wanted.abridger(value, self.shape)
+        if form is Form.JSON:
+            return self._json(received, shown)
+        if form is Form.CSV:
+            return csv_line(shown)
+        if isinstance(shown, str):  # a field: for a reader that wants the text, not YAML
+            return f"{printable(shown, limit=len(shown) + 1)}\n---"
+        return "\n".join([*yaml_lines(shown, flow=form is Form.FLOW), "---"])
+
+    def _raw(self, payload: bytes) -> str:
+        most = self.wanted.abridger.truncate_after
+        if most is None or len(payload) <= most:
+            return repr(payload)
+        return f"{payload[:most]!r}... ({len(payload)} bytes)"
+
+    def _json(self, received: Showable, shown: Any) -> str:
+        told: dict[str, Any] = {
+            "topic": self.topic,
+            "sequence": received.sequence or None,
+            "published_ns": received.stamp_ns or None,
+        }
+        if self.path:
+            told |= {"field": self.wanted.field, "value": shown}
+        else:
+            told["message"] = shown
+        return line_of(told)

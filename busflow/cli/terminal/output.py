@@ -1,0 +1,57 @@
+"""What commands print: problems and errors, and JSON that every reader accepts."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable
+
+import click
+
+from busflow.errors import Problem
+from busflow.interfaces.encoding.finite import finite
+from busflow.text import printable
+
+_LABEL = re.compile(r"(^|: |  )(error|warning|info|fix):", re.MULTILINE)
+_COLOURS = {"error": "red", "warning": "yellow", "info": "cyan", "fix": "green"}
+
+
+def colour() -> bool | None:
+    """Whether to colour: NO_COLOR and FORCE_COLOR decide, else (None) whether it is a terminal."""
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    return True if os.environ.get("FORCE_COLOR") else None
+
+
+def tell(text: str, *, error_stream: bool = True) -> None:
+    """Write a message, control characters escaped and its labels coloured; to standard error unless it is data."""
+    safe = "\n".join(printable(line) for line in text.rstrip("\n").split("\n"))
+    marked = _LABEL.sub(lambda found: found[1] + click.style(found[2], fg=_COLOURS[found[2]], bold=True) + ":", safe)
+    click.echo(marked, err=error_stream, color=colour())
+
+
+def print_problems(problems: Iterable[Problem], *, error_stream: bool = False) -> None:
+    """Write each problem with its line, caret and fix."""
+    for problem in problems:
+        tell(problem.render(), error_stream=error_stream)
+
+
+def print_json(data: object) -> None:
+    """Print data as JSON."""
+    click.echo(json_text(data))
+
+
+def json_text(data: object) -> str:
+    """Data as JSON that every reader accepts; ASCII only, so that nothing in it can steer a terminal."""
+    return json.dumps(finite(data), indent=2, default=str, allow_nan=False)
+
+
+def near(file: str) -> str:
+    """A path as short as it can be said from here.
+
+    >>> near("/no/such/place"), near("configs/lab1.yaml")
+    ('/no/such/place', 'configs/lab1.yaml')
+    """
+    relative = os.path.relpath(file)
+    return file if relative.startswith(os.pardir) or not file.startswith("/") else relative

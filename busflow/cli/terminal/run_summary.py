@@ -1,0 +1,182 @@
+"""The tables at the end of a run: what became of every message, and how punctual the timers were."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.terminal.table import Column, bare, print_table, print_text
+from busflow.text import counted, printable
+
+if TYPE_CHECKING:
+    from busflow.runner.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport
+
+
+def print_summary(report: Report) -> None:
+    """Print the tables on standard output."""
+    click.echo()
+    ended = f"exit code {int(report.exit_code)}"
+    print_text(
+        f"{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
+    )
+    told = report.as_json()
+    for rows, columns in (
+        (list(topic_rows(told["topics"], report.duration_s)), TOPIC_COLUMNS),
+        _services(report),
+        (list(_timers(report)), _TIMER_COLUMNS),
+    ):
+        if rows:
+            click.echo()
+            print_table(rows, *columns)
+    for remark in _remarks(report):
+        click.echo()
+        print_text(remark)
+
+
+def _remarks(report: Report) -> Iterator[str]:
+    """What has to be said beside the tables."""
+    for node in report.nodes:
+        if node.parameters_set:
+            yield f"{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran"
+        if node.restarts or node.failures:
+            yield f"{printable(node.name)}: {_lives(node)}"
+    for block in report.blocks:
+        yield (
+            f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
+            f"for {block.longest_s:.2f} s at the longest"
+        )
+    for process in report.processes:
+        if process.restarts or process.fates:
+            yield _fortunes(process)
+    for topic in report.topics:
+        if gone := {reason: count for reason, count in topic.losses.items() if count}:
+            reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
+            yield f"{printable(topic.name)}: not all that came from other processes was received: {reasons}"
+    if lost := report.inbox_dropped + report.inbox_refused:
+        yield f"{counted(lost, 'message')} from other threads did not reach any topic: dropped before"
+    if report.recording is not None:
+        yield _recording(report.recording)
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _lives(node: NodeReport) -> str:
+    """How a node that failed or was started anew fared."""
+    failed = f"failed {_times(node.failures)}" if node.failures else ""
+    anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
+    last = f"; the last time it {printable(node.last_failure, limit=200)}" if node.last_failure else ""
+    return " and ".join(filter(None, [failed, anew])) + last
+
+
+def _fortunes(process: ProcessReport) -> str:
+    """How a process that ended before its time fared."""
+    anew = f" was started anew {_times(process.restarts)}" if process.restarts else ""
+    last = f"; the last time {printable(process.fates[-1], limit=200)}" if process.fates else ""
+    return f"process {printable(process.name)}{anew}{last}" if anew else printable(process.fates[-1])
+
+
+TOPIC_COLUMNS = (
+    Column("topic"),
+    Column("type", short=bare, goes=1),
+    Column("published", right=True),
+    Column("rate", right=True, goes=2),
+    Column("delivered", right=True),
+    Column("dropped", right=True),
+    Column("queued", right=True),
+)
+
+
+def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool = False) -> Iterator[tuple[Any, ...]]:
+    """The ledger of topics as a report's JSON has them, if wanted with the reasons why messages were dropped."""
+    for topic in topics:
+        length_s = seconds - topic.get("since_s", 0.0)
+        rate = topic["published"] / length_s if length_s > 0 else 0.0
+        yield topic["name"], topic["type"], topic["published"], f"{rate:.1f} Hz", "", "", ""
+        for line in topic["subscriptions"]:
+            drops = ", ".join(f"{count} {word}" for word, count in line["drops"].items()) if why else ""
+            dropped = f"{line['dropped']} ({drops})" if drops else line["dropped"]
+            queue = f"depth {line['depth']}, {line['overflow']}"
+            yield f"  → {line['node']}", queue, line["published"], "", line["delivered"], dropped, line["queued"]
+
+
+_CALLS = ("calls", "answered", "failed", "refused", "timed out", "withdrawn", "cancelled", "lost", "waiting")
+"""What becomes of calls: those of a line are the sum of what follows, whichever end of a service it is about."""
+_ALWAYS = {"calls", "answered", "failed", "waiting"}
+
+
+def _services(report: Report) -> tuple[list[tuple[object, ...]], tuple[Column, ...]]:
+    """The services that were asked, with what became of any call; the report has the other services too."""
+    asked = [each for each in report.services if any(_received(each))]
+    lines = [(each, [*_served(each), *_called(each)]) for each in asked]
+    shown = [word for word in _CALLS if word in _ALWAYS or any(line[2].get(word) for _, all_ in lines for line in all_)]
+    rows: list[tuple[object, ...]] = []
+    for service, ends in lines:
+        rows.append((service.name, service.type, *("" for _ in shown)))
+        rows += [(node, depth, *(counts.get(word, "") for word in shown)) for node, depth, counts in ends]
+    titles = (Column(word, right=True) for word in shown)
+    return rows, (Column("service"), Column("type", short=bare, goes=1), *titles)
+
+
+def _received(service: ServiceReport) -> Iterator[int]:
+    yield from (line.received for line in service.servers)
+    yield from (line.called for line in service.clients)
+
+
+def _served(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+    for line in service.servers:
+        counts = {
+            "calls": line.received,
+            "answered": line.served,
+            "failed": line.failed,
+            "refused": line.refused,
+            "withdrawn": line.withdrawn,
+            "lost": line.lost,
+            "waiting": line.waiting,
+        }
+        yield f"  ← {line.node}", f"depth {line.depth}", counts
+
+
+def _called(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]:
+    for line in service.clients:
+        counts = {
+            "calls": line.called,
+            "answered": line.answered,
+            "failed": line.failed - line.timed_out,
+            "timed out": line.timed_out,
+            "cancelled": line.cancelled,
+            "waiting": line.waiting,
+        }
+        yield f"  → {line.node}", "", counts
+
+
+def _recording(recording: RecordingReport) -> str:
+    """Whether all is in the recording, in one line."""
+    shown = f"{printable(recording.path)}: {counted(recording.recorded, 'message')} recorded"
+    if recording.complete:
+        return f"{shown}, complete"
+    return f"{shown}, INCOMPLETE, {recording.missed} missed: {printable(recording.why, limit=400)}"
+
+
+_TIMER_COLUMNS = (
+    Column("node"),
+    Column("timer"),
+    Column("period", right=True, goes=2),
+    Column("fired", right=True),
+    Column("missed", right=True),
+    Column("late p50", right=True, goes=1),
+    Column("late p99", right=True),
+)
+
+
+def _timers(report: Report) -> Iterator[tuple[object, ...]]:
+    for timer in report.timers:
+        late = (_milliseconds(timer.lateness_p50_s), _milliseconds(timer.lateness_p99_s))
+        yield timer.node, timer.name, f"{timer.period_s:g} s", timer.fired, timer.missed, *late
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "" if seconds is None else f"{seconds * 1000:.2f} ms"

@@ -1,0 +1,331 @@
+"""Decoding: the function that turns CDR of one byte order into messages of one class.
+
+It is written for the class, as its counterpart in `encoding.py`. What it reads has the type and range that the field
+wants, so that messages are put together without being checked again; classes with rules of their own are constructed
+as if by hand. Which bytes are a message is said in `plain_reader.py`. Here they are refused just as well, yet without a
+reason: that one is found afterwards, by reading once more.
+
+Sequences of numbers are read-only arrays, views of the message's bytes: no copy of an image or a point cloud is made.
+Numbers of 8 bytes alone are copied, for the header puts them 4 bytes off their alignment, where each operation on them
+takes longer by what the copy costs, and where code in C may not expect them at all.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from struct import Struct
+from typing import Any, cast
+
+import numpy as np
+from pydantic import BaseModel
+
+from busflow.interfaces import fields
+from busflow.interfaces.arrays import AnyArray
+from busflow.interfaces.codegen import Source, word
+from busflow.interfaces.constructor import blank, has_rules
+from busflow.interfaces.encoding.cdr_encoder import FAULTS, SMALL
+from busflow.interfaces.encoding.cdr_layout import HEADER_SIZE, SPARE, Item, alignment, packed
+from busflow.interfaces.encoding.description import PRIMITIVES
+from busflow.interfaces.encoding.plain_reader import wide_text
+from busflow.interfaces.fields import ArrayKind, FieldType
+from busflow.interfaces.message import Message, fields_of
+
+_ORDERS = {"little": "<", "big": ">"}
+_HEADERS = {"little": 0x0100, "big": 0}
+"""What a header of each order is as a number in that order."""
+_TRUTH = (False, True)
+
+
+def decoder(
+    cls: type[Message], order: str, other: Callable[[Any], Message], explain: Callable[[bytes, Exception], Exception]
+) -> Callable[[Any], Message]:
+    """The function that decodes messages of `cls` in the byte order "little" or "big".
+
+    What is no `bytes`, or has not the header of this order, goes to `other`; `explain` makes the error that is raised
+    for a message that cannot be read.
+    """
+    return _Decoder(cls, order).function(other, explain)
+
+
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """A message that is read and not yet put together: its fields as expressions, or as messages likewise."""
+
+    cls: type[Message]
+    fields: tuple[tuple[str, str | _Parts], ...]
+
+
+class _Decoder:
+    """The function in the making: where it is in the message, and what it has not read yet."""
+
+    def __init__(self, cls: type[Message], order: str) -> None:
+        self._cls = cls
+        self._order = order
+        self._source = Source()
+        self._at: int | None = 0
+        """The offset where it is known; elsewhere the function counts it in `offset`."""
+        self._run, self._names = [Item("H2x", 1, HEADER_SIZE)], ["header"]
+        """What the next format will unpack, and into which names."""
+        self._blanks: dict[type[Message], type[BaseModel]] = {}
+
+    def function(
+        self, other: Callable[[Any], Message], explain: Callable[[bytes, Exception], Exception]
+    ) -> Callable[[Any], Message]:
+        source, give = self._source, self._source.give
+        self._elsewhere = f"    return {give(other)}(data)"
+        source.add(f"if data.__class__ is not {give(bytes)}:", self._elsewhere, "try:")
+        source.indent(1)
+        parts = self._message(self._cls)
+        self._unpack()
+        source.add(f"if {self._size} > {self._offset} + {SPARE}:", f"    raise {self._fault}")
+        source.add(f"return {self._made(parts)}")
+        source.indent(-1)
+        source.add(f"except {give(FAULTS)} as error:", f"    raise {give(explain)}(data, error) from None")
+        return source.function("data")
+
+    @property
+    def _offset(self) -> str:
+        return "offset" if self._at is None else str(self._at)
+
+    @property
+    def _size(self) -> str:
+        return f"{self._source.give(len)}(data)"
+
+    @property
+    def _fault(self) -> str:
+        return self._source.give(ValueError)
+
+    def _message(self, cls: type[Message]) -> _Parts:
+        fields = fields_of(cls)
+        if not fields:
+            self._run.append(Item("x", 1, 1))
+        return _Parts(cls, tuple((field.name, self._field(field)) for field in fields))
+
+    def _field(self, field: FieldType) -> str | _Parts:
+        if field.array is ArrayKind.NONE:
+            return self._item(field)
+        fixed = field.array is ArrayKind.FIXED
+        if isinstance(field.base, str) and PRIMITIVES[field.base].size:
+            size = PRIMITIVES[field.base].size * field.size
+            if fixed and size <= SMALL:
+                name = self._value(f"{size}s", PRIMITIVES[field.base].size, size)
+                return self._array(field.base, name)
+            return self._numbers(field.base, str(field.size) if fixed else self._count(field), fixed=fixed)
+        count = str(field.size) if fixed else self._count(field)
+        if field.base == "string" and field.string_bound is None:
+            return self._texts(count)
+        return self._each(field, count)
+
+    def _item(self, field: FieldType) -> str | _Parts:
+        if not isinstance(field.base, str):
+            return self._message(cast("type[Message]", field.base))
+        primitive = PRIMITIVES[field.base]
+        if not primitive.size:
+            return self._text(field)
+        if primitive.code == "?":
+            return f"{self._source.give(_TRUTH)}[{self._value('B', 1, 1)}]"
+        return self._value(primitive.code, primitive.size, primitive.size)
+
+    def _value(self, code: str, alignment: int, size: int) -> str:
+        """A name for a value of the next run."""
+        self._run.append(Item(code, alignment, size))
+        self._names.append(self._source.new("value"))
+        return self._names[-1]
+
+    def _count(self, field: FieldType) -> str:
+        count = self._value("I", 4, 4)
+        self._unpack()
+        if field.array is ArrayKind.BOUNDED:
+            self._source.add(f"if {count} > {field.size}:", f"    raise {self._fault}")
+        return count
+
+    def _text(self, field: FieldType) -> str:
+        source = self._source
+        count = self._value("I", 4, 4)
+        self._unpack()
+        wide = field.base == "wstring"
+        if field.string_bound is not None:
+            most = field.string_bound if wide else field.string_bound + 1
+            source.add(f"if {count} > {most}:", f"    raise {self._fault}")
+        name = source.new("text")
+        start = self._start()
+        if wide:
+            self._take(start, f"{count} * 4")
+            little = source.give(self._order == "little")
+            source.add(f"{name} = {source.give(wide_text)}(data[{start}:offset], little={little})")
+        else:
+            # Beyond the end this is an IndexError. A length of 0 looks at its own last byte, which is 0 then.
+            source.add(f"offset = {start} + {count}", "if data[offset - 1]:", f"    raise {self._fault}")
+            source.add(f"{name} = data[{start}:offset - 1].decode()")
+        self._at = None
+        return name
+
+    def _start(self) -> str:
+        """What to call the present offset when it is about to change."""
+        if self._at is not None:
+            return str(self._at)
+        self._source.add("start = offset")
+        return "start"
+
+    def _take(self, start: str, size: str) -> None:
+        """Goes on by `size` bytes, which have to be there."""
+        self._source.add(f"offset = {start} + {size}", f"if offset > {self._size}:", f"    raise {self._fault}")
+        self._at = None
+
+    def _numbers(self, base: str, count: str, *, fixed: bool) -> str:
+        source, give, size = self._source, self._source.give, PRIMITIVES[base].size
+        self._unpack()
+        if size == 8 or fixed:  # else the length before it has brought it into line
+            gap = f"({HEADER_SIZE} - {self._offset}) % {size}"
+            source.add(f"start = {self._offset} + {gap} if {count} else {self._offset}")
+        else:
+            source.add(f"start = {self._offset}")
+        self._take("start", f"{count} * {size}")
+        name, dtype = source.new("array"), _dtype_of(base)
+        if size < 8 and base != "bool" and (self._order == sys.byteorder or size == 1):
+            view = f"{give(np.frombuffer)}(data, {give(dtype)}, {count}, start)"
+            source.add(f"{name} = {view} if {count} else {give(np.frombuffer(b'', dtype))}")
+        else:
+            source.add(f"{name} = {self._array(base, 'data[start:offset]')}")
+        return name
+
+    def _array(self, base: str, data: str) -> str:
+        """The expression of an array that has the bytes `data` for its own."""
+        give, dtype = self._source.give, _dtype_of(base)
+        if base == "bool":
+            return f"{give(_truths)}({data})"
+        if PRIMITIVES[base].size > 1 and self._order != sys.byteorder:
+            return f"{give(_swapped)}({data}, {give(dtype)})"
+        return f"{give(np.frombuffer)}({data}, {give(dtype)})"
+
+    def _each(self, field: FieldType, count: str) -> str:
+        """Decodes item after item."""
+        source, give = self._source, self._source.give
+        self._unpack()
+        source.add(f"if {count} * {_least(field)} > {self._size} - {self._offset}:", f"    raise {self._fault}")
+        if self._at is not None:
+            source.add(f"offset = {self._at}")
+            self._at = None
+        items, append = source.new("items"), source.new("append")
+        source.add(f"{items} = []", f"{append} = {items}.append", f"for _ in {give(range)}({count}):")
+        source.indent(1)
+        item = self._item(field)
+        self._unpack()
+        source.add(f"{append}({self._made(item)})")
+        source.indent(-1)
+        return f"{give(tuple)}({items})"
+
+    def _texts(self, count: str) -> str:
+        """Decodes text after text in a loop of its own, which knows that each begins where its length is aligned."""
+        source, name = self._source, self._source.new("texts")
+        self._unpack()
+        size = Struct(f"{_ORDERS[self._order]}I").unpack_from
+        source.add(f"{name}, offset = {source.give(_texts_decoder(size))}(data, {self._offset}, {count})")
+        self._at = None
+        return name
+
+    def _unpack(self) -> None:
+        """Unpacks what waits for it."""
+        run, source = self._run, self._source
+        if not run:
+            return
+        target = f"{', '.join(self._names)}, = " if self._names else ""
+        order = _ORDERS[self._order]
+        if self._at is not None or alignment(run) == 1:
+            format_ = packed(run, self._at or 0, order)
+            source.add(f"{target}{source.give(format_.unpack_from)}(data, {self._offset})")
+            if self._at is None:
+                source.add(f"offset += {format_.size}")
+            else:
+                self._at += format_.size
+        else:
+            formats = [packed(run, offset, order) for offset in range(8)]
+            unpacks = source.give([each.unpack_from for each in formats])
+            sizes = source.give([each.size for each in formats])
+            source.add(f"{target}{unpacks}[offset & 7](data, offset)", f"offset += {sizes}[offset & 7]")
+        if self._names[:1] == ["header"]:
+            source.add(f"if header != {_HEADERS[self._order]}:", self._elsewhere)
+        self._run, self._names = [], []
+
+    def _made(self, parts: str | _Parts) -> str:
+        """Puts a message together; its name."""
+        if isinstance(parts, str):
+            return parts
+        source, give, cls = self._source, self._source.give, parts.cls
+        if cls not in self._blanks:
+            self._blanks[cls] = blank()
+        fields = [(name, self._made(value)) for name, value in parts.fields]
+        name = source.new("message")
+        if has_rules(cls, Message):
+            source.add(f"{name} = {give(cls)}({', '.join(f'{word(field)}={value}' for field, value in fields)})")
+            return name
+        source.add(
+            f"{name} = {give(object.__new__)}({give(self._blanks[cls])})",
+            *(f"{name}.{word(field)} = {value}" for field, value in fields),
+            f"{name}.__class__ = {give(cls)}",
+        )
+        return name
+
+
+def _least(field: FieldType) -> int:
+    """The fewest bytes that one item of a field takes, padding left out."""
+    if isinstance(field.base, str):
+        return PRIMITIVES[field.base].size or 4
+    fields = fields_of(cast("type[Message]", field.base))
+    counts = {ArrayKind.NONE: 1, ArrayKind.BOUNDED: 0, ArrayKind.UNBOUNDED: 0}
+    return sum(_least(each) * counts.get(each.array, each.size) or 4 for each in fields) or 1
+
+
+def _texts_decoder(
+    unpack: Callable[[bytes, int], tuple[int]],
+) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
+    """What decodes so many texts of a field, and says where they end.
+
+    It knows those of the message before, for the names of joints stay the same: equal bytes are equal texts.
+    """
+    known: tuple[int, bytes, tuple[str, ...]] = (0, b"", ())  # in one, for other threads decode too
+
+    def decode(data: bytes, offset: int, count: int) -> tuple[tuple[str, ...], int]:
+        nonlocal known
+        former_count, encoded, former = known
+        begin = offset + (-offset & 3) if count else offset
+        if count == former_count and data.startswith(encoded, begin):
+            return former, begin + len(encoded)
+        texts, end = _texts(data, begin, count, unpack)
+        known = (count, data[begin:end], texts)
+        return texts, end
+
+    return decode
+
+
+def _texts(
+    data: bytes, offset: int, count: int, unpack: Callable[[bytes, int], tuple[int]]
+) -> tuple[tuple[str, ...], int]:
+    """So many texts, and where they end."""
+    if count * 4 > len(data) - offset:
+        raise ValueError
+    texts: list[str] = []
+    for _ in range(count):
+        start = offset + (-offset & 3)
+        offset = start + 4 + unpack(data, start)[0]
+        if data[offset - 1]:
+            raise ValueError
+        texts.append(data[start + 4 : offset - 1].decode())
+    return tuple(texts), offset
+
+
+def _truths(data: bytes) -> AnyArray:
+    if data.strip(b"\0\1"):
+        raise ValueError
+    return np.frombuffer(data, np.bool_)
+
+
+def _swapped(data: bytes, dtype: np.dtype[Any]) -> AnyArray:
+    return np.frombuffer(np.frombuffer(data, dtype).byteswap().tobytes(), dtype)
+
+
+def _dtype_of(base: str) -> np.dtype[Any]:
+    """The very dtype that arrays of a primitive have in messages; numpy has equal ones that are slower to compare."""
+    return np.dtype(cast("type[np.generic]", fields.PRIMITIVES[base].dtype))

@@ -1,0 +1,64 @@
+"""`ForeignType`: a type known by what a peer says of it, for whoever has not its class."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, cast
+
+from busflow.errors import MalformedMessage
+from busflow.interfaces.encoding import json_form
+from busflow.interfaces.encoding import msg_text as definition
+from busflow.interfaces.encoding.description import TypeDescription, check, rihs01
+from busflow.interfaces.encoding.plain_reader import decoder_from_description
+from busflow.interfaces.encoding.plain_writer import encoder_from_description
+
+
+class ForeignType:
+    """Reads and writes messages as plain values, by a description that is checked against its hash.
+
+    Raises:
+        MalformedMessage: The description is none, or not the one that the hash stands for.
+    """
+
+    def __init__(self, name: str, type_hash: str, description: object) -> None:
+        self.name, self.type_hash = name, type_hash
+        self.is_ros = not type_hash.startswith(json_form.PREFIX)
+        self.encoding = "cdr" if self.is_ros else "json"
+        """How the bytes are encoded, in MCAP's word."""
+        self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
+        """How `definition` is to be read, in MCAP's word."""
+        try:
+            self.description: Any = check(description) if self.is_ros else description
+            found = rihs01(self.description) if self.is_ros else json_form.type_hash(self.description)
+        except (AttributeError, TypeError, RecursionError):
+            raise MalformedMessage("the description is no JSON Schema", type_name=name) from None
+        if found != type_hash:
+            raise MalformedMessage(f"the description's hash is {found}, not {type_hash}", type_name=name)
+        if self.is_ros and self.description["type_description"]["type_name"] != name:
+            raise MalformedMessage("the description is of another type", type_name=name)
+
+    @cached_property
+    def definition(self) -> str:
+        """The description as text: the `.msg` file with those it needs, or the JSON Schema."""
+        if self.is_ros:
+            return definition.ros2msg(cast("TypeDescription", self.description))
+        return json.dumps(self.description, indent=2)
+
+    @cached_property
+    def decode(self) -> Callable[[bytes | bytearray | memoryview], Any]:
+        """The plain value that the bytes are. Raises MalformedMessage where they are none."""
+        if self.is_ros:
+            return decoder_from_description(self.description)
+        return lambda payload: json_form.decode(payload, self.name)
+
+    @cached_property
+    def encode(self) -> Callable[[Mapping[str, Any]], bytes]:
+        """The bytes of a message, given as a mapping. Raises MalformedMessage where a value does not fit.
+
+        Whether what becomes JSON fits its schema is left to who receives it.
+        """
+        if self.is_ros:
+            return encoder_from_description(self.description)
+        return lambda values: json.dumps(values).encode()

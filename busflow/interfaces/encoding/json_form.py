@@ -1,0 +1,123 @@
+"""The JSON form: how messages travel that ROS cannot describe, with optional fields, unions or mappings.
+
+Their type is described by JSON Schema; the hash that stands for it is of the schema without what is only for people. No
+pydantic is imported here: the command line reads the form too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, cast
+
+from busflow.errors import InvalidDeclaration, MalformedMessage
+
+if TYPE_CHECKING:
+    from busflow.interfaces.message import Message
+
+PREFIX = "JSON01_"
+"""What a hash of this form begins with."""
+
+_FOR_PEOPLE = {"title", "description", "examples", "default", "deprecated", "$comment"}
+_NAMED = {"properties", "$defs", "patternProperties", "dependentSchemas"}
+"""The words under which a schema has names of somebody's choice, and a schema for each."""
+
+
+def schema_of(cls: type[Message]) -> dict[str, Any]:
+    """The JSON Schema of a message class.
+
+    Raises:
+        InvalidDeclaration: A field has none.
+    """
+    try:
+        return cls.model_json_schema()
+    except ValueError as error:
+        raise InvalidDeclaration(f"{cls.__name__} cannot be described in JSON Schema: {error}") from None
+
+
+def type_hash(schema: Mapping[str, Any]) -> str:
+    """The hash of a type that this schema describes: the same whatever its titles, descriptions and defaults are.
+
+    >>> type_hash({"type": "integer", "title": "X"}) == type_hash({"type": "integer"})
+    True
+    >>> type_hash({"properties": {"title": {"type": "integer"}}}) == type_hash({})
+    False
+    """
+    names: dict[str, str] = {}
+    canonical = json.dumps(_canonical(schema, names), sort_keys=True, separators=(",", ":"))
+    return PREFIX + hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def codec(cls: type[Message], name: str) -> tuple[Callable[[Message], bytes], Callable[[Any], Message]]:
+    """What encodes and what decodes messages of a class; both raise MalformedMessage for what cannot be."""
+
+    def encode(message: Message) -> bytes:
+        try:
+            return message.model_dump_json().encode()
+        except ValueError as error:
+            raise MalformedMessage(str(error), type_name=name) from None
+
+    def decode(payload: bytes | bytearray | memoryview) -> Message:
+        try:
+            return cls.model_validate_json(bytes(payload))
+        except ValueError as error:
+            raise _explained(error, name) from None
+
+    return encode, decode
+
+
+def decode(payload: bytes | bytearray | memoryview, name: str) -> Any:
+    """The plain value that a message is.
+
+    Raises:
+        MalformedMessage: It is no JSON.
+    """
+    try:
+        return json.loads(bytes(payload))
+    except (ValueError, RecursionError) as error:
+        offset = error.pos if isinstance(error, json.JSONDecodeError) else None
+        raise MalformedMessage(f"no JSON: {error}", type_name=name, offset=offset) from None
+
+
+def _explained(error: ValueError, name: str) -> MalformedMessage:
+    """The first thing that pydantic found wrong."""
+    faults = cast("Any", error).errors()
+    return MalformedMessage(faults[0]["msg"], type_name=name, path=faults[0]["loc"])
+
+
+def _canonical(schema: Any, names: dict[str, str]) -> Any:
+    """A schema without what is for people, its definitions named by the order in which they are needed.
+
+    Pydantic names a definition after its class, and after its module too where two classes share a name; neither is
+    what the schema says, and plugins' modules have other names in other processes.
+    """
+    if isinstance(schema, list):
+        return [_canonical(each, names) for each in cast("list[Any]", schema)]
+    if not isinstance(schema, Mapping):
+        return schema
+    found: dict[str, Any] = {}
+    definitions: Mapping[str, Any] = {}
+    for key, value in sorted(cast("Mapping[str, Any]", schema).items()):
+        if key == "$defs":
+            definitions = value
+        elif key == "$ref":
+            found[key] = names.setdefault(value.rpartition("/")[2], f"{len(names)}")
+        elif key in _NAMED:
+            found[key] = {name: _canonical(value[name], names) for name in sorted(value)}
+        elif key in ("const", "enum"):
+            found[key] = value
+        elif key not in _FOR_PEOPLE:
+            found[key] = _canonical(value, names)
+    if definitions:
+        found["$defs"] = _definitions(definitions, names)
+    return found
+
+
+def _definitions(definitions: Mapping[str, Any], names: dict[str, str]) -> dict[str, Any]:
+    """The definitions that are needed, those too that only they need."""
+    found: dict[str, Any] = {}
+    while missing := [name for name in names if names[name] not in found]:
+        for name in missing:
+            found[names[name]] = _canonical(definitions.get(name, True), names)
+    return found

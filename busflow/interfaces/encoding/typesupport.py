@@ -1,0 +1,213 @@
+"""`TypeSupport`: what a message class is on the wire: its description, hash and schema, and how it is coded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from busflow.errors import InvalidDeclaration
+from busflow.interfaces.encoding import json_form
+from busflow.interfaces.encoding import msg_text as definition
+from busflow.interfaces.encoding.cdr import Codec
+from busflow.interfaces.encoding.description import (
+    Count,
+    Field,
+    IndividualDescription,
+    TypeDescription,
+    assemble,
+    individual,
+    rihs01,
+    service_types,
+)
+from busflow.interfaces.encoding.opaque import OpaqueMessage
+from busflow.interfaces.fields import ArrayKind, FieldType
+from busflow.interfaces.message import Message, ServiceType, constants_of, fields_of, is_ros_type, type_name
+from busflow.msgs.service_msgs import ServiceEventInfo
+
+_BYTE_KINDS = {"uint8", "int8", "byte", "char"}
+_COUNTS = {
+    ArrayKind.NONE: Count.ONE,
+    ArrayKind.FIXED: Count.FIXED,
+    ArrayKind.BOUNDED: Count.BOUNDED,
+    ArrayKind.UNBOUNDED: Count.UNBOUNDED,
+}
+
+
+class TypeSupport:
+    r"""How messages of one class, or calls of one service, travel: as CDR, or as JSON where ROS has no words for them.
+
+    What is asked for is made then, and kept. A service has no codec: its `Request` and `Response` have theirs.
+
+    >>> from busflow.msgs.std_msgs import String
+    >>> support = TypeSupport(String)
+    >>> support.name, support.encoding, support.definition
+    ('std_msgs/msg/String', 'cdr', 'string data\n')
+    >>> support.decode(support.encode(String(data="ahoy")))
+    String(data='ahoy')
+    """
+
+    def __init__(self, cls: type[Message | ServiceType]) -> None:
+        self.cls = cls
+        self.name = type_name(cls)
+        self._foreign = cls.foreign if issubclass(cls, OpaqueMessage) else None
+        parts = (cls.Request, cls.Response) if issubclass(cls, ServiceType) else (cls,)
+        self.is_ros = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
+        self.encoding = "cdr" if self.is_ros else "json"
+        """How the bytes are encoded, in MCAP's word."""
+        self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
+        """How `definition` is to be read, in MCAP's word."""
+
+    @cached_property
+    def description(self) -> dict[str, Any]:
+        """What a peer needs to read the messages, ready to be JSON: a `TypeDescription`, or a JSON Schema."""
+        if self._foreign:
+            return self._foreign.description
+        if self.is_ros:
+            return cast("dict[str, Any]", describe(self.cls))
+        if not issubclass(self.cls, ServiceType):
+            return json_form.schema_of(self.cls)
+        parts = {"request": self.cls.Request, "response": self.cls.Response}
+        return {"type": "object", "properties": {word: json_form.schema_of(part) for word, part in parts.items()}}
+
+    @cached_property
+    def type_hash(self) -> str:
+        """What names the type besides its name: `RIHS01_…` as ROS 2 computes it, or `JSON01_…`."""
+        if self.is_ros:
+            return rihs01(cast("TypeDescription", self.description))
+        return json_form.type_hash(self.description)
+
+    @cached_property
+    def definition(self) -> str:
+        """The description as text, as recordings hold it: the `.msg` file with those it needs, or the JSON Schema."""
+        if self.is_ros:
+            return definition.ros2msg(cast("TypeDescription", self.description))
+        return json.dumps(self.description)
+
+    @cached_property
+    def encode(self) -> Callable[[Message], bytes]:
+        """The bytes of a message. Raises MalformedMessage for one that cannot be put into bytes."""
+        return self._codec.encode
+
+    @cached_property
+    def decode(self) -> Callable[[bytes | bytearray | memoryview], Message]:
+        """The message that the bytes are. Raises MalformedMessage where they are none."""
+        return self._codec.decode
+
+    @property
+    def is_heavy(self) -> bool:
+        """Whether a message may hold an array that is worth not being copied."""
+        plain = self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
+        return plain and _holds_arrays(cast("type[Message]", self.cls))
+
+    @cached_property
+    def is_bulky(self) -> bool:
+        """Whether a message is mostly bytes, and any number of them: an image, a cloud, a map."""
+        fields = fields_of(self.cls) if self.is_ros and issubclass(self.cls, Message) else ()
+        return any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
+
+    @property
+    def encode_in_parts(self) -> Callable[[Message], list[Any]]:
+        """As `encode` of what is heavy, before the parts are joined: of a large array the array itself."""
+        return cast("Codec", self._codec).encode_in_parts
+
+    @cached_property
+    def _codec(self) -> Codec | _Codec:
+        if issubclass(self.cls, ServiceType):
+            raise InvalidDeclaration(f"{self.name} is a service; its Request and its Response are encoded")
+        if issubclass(self.cls, OpaqueMessage):
+            return _opaque_codec(self.cls)
+        if not self.is_ros:
+            return _Codec(*json_form.codec(self.cls, self.name))
+        return Codec(self.cls, cast("TypeDescription", self.description))
+
+
+class _Codec(NamedTuple):
+    encode: Callable[[Any], bytes]
+    decode: Callable[[Any], Message]
+
+
+def _opaque_codec(cls: type[OpaqueMessage]) -> _Codec:
+    """Bytes stay what they are."""
+
+    def encode(message: Any) -> bytes:
+        return message.payload.tobytes()
+
+    def decode(payload: bytes | bytearray | memoryview) -> Message:
+        return cls(payload=np.frombuffer(bytes(payload), np.uint8))
+
+    return _Codec(encode, decode)
+
+
+def describe(cls: type[Message | ServiceType]) -> TypeDescription:
+    """The description of a message class, or of a service.
+
+    Raises:
+        InvalidDeclaration: ROS has no word for one of its fields.
+    """
+    types: dict[str, IndividualDescription] = {}
+    if issubclass(cls, ServiceType):
+        for part in (cls.Request, cls.Response, ServiceEventInfo):
+            _describe_all(part, types)
+        types |= {each["type_name"]: each for each in service_types(type_name(cls))}
+    else:
+        _describe_all(cls, types)
+    return assemble(type_name(cls), types)
+
+
+def _holds_arrays(cls: type[Message]) -> bool:
+    """Whether a field of the class, or of one inside it, is an array of numbers of any length."""
+    return any(
+        (field.array is ArrayKind.UNBOUNDED and field.base not in {"string", "wstring"})
+        if isinstance(field.base, str)
+        else field.array is ArrayKind.NONE and _holds_arrays(cast("type[Message]", field.base))
+        for field in fields_of(cls)
+    )
+
+
+def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -> None:
+    """Adds the class and the classes inside it to `types`."""
+    name = type_name(cls)
+    if name in types:
+        return
+    types[name] = individual(
+        name,
+        [_field(field).describe() for field in fields_of(cls)],
+        [{"name": each.name, "type": each.base, "value": _written(each.value)} for each in constants_of(cls)],
+    )
+    for field in fields_of(cls):
+        if not isinstance(field.base, str):
+            _describe_all(cast("type[Message]", field.base), types)
+
+
+def _field(field: FieldType) -> Field:
+    nested = not isinstance(field.base, str)
+    base = type_name(cast("type[Message]", field.base)) if nested else cast("str", field.base)
+    return Field(
+        field.name,
+        base,
+        nested,
+        _COUNTS[field.array],
+        field.size,
+        field.string_bound or 0,
+        _default(field, nested=nested),
+    )
+
+
+def _default(field: FieldType, *, nested: bool) -> str:
+    """A default as `.msg` files write it, empty where it is what ROS assumes anyway."""
+    value: Any = field.default
+    if nested or value is None:
+        return ""
+    if field.array is ArrayKind.NONE:
+        return _written(value) if value else ""
+    values = cast("Sequence[Any]", value.tolist() if hasattr(value, "tolist") else value)
+    idle = not any(values) if field.array is ArrayKind.FIXED else not values
+    return "" if idle else f"[{', '.join(map(_written, values))}]"
+
+
+def _written(value: bool | float | str) -> str:
+    return json.dumps(value) if isinstance(value, str | bool) else repr(value)

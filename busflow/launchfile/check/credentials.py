@@ -1,0 +1,165 @@
+"""Credentials: a machine's certificate and key, and what is wrong with them before anybody is asked to trust them.
+
+Whether a certificate will do is found out by what will judge it: a TLS handshake with itself, in memory.
+"""
+
+from __future__ import annotations
+
+import ssl
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import Problem, Severity
+from busflow.launchfile.model.faults import problem_at
+from busflow.launchfile.model.network import TLS, NetworkSpec, StatedFile
+
+if TYPE_CHECKING:
+    from busflow.clock import Time
+
+EXPIRED, TOO_EARLY, OTHER_HOST = 10, 9, (62, 64)
+"""What OpenSSL calls the reasons for which a certificate is refused."""
+_SOON_DAYS = 30
+_SECONDS_PER_DAY = 86_400
+_ROUNDS = 10
+_THERE = ", where the authority's key is, and copy what it makes here"
+
+
+@dataclass(frozen=True, slots=True)
+class Credentials:
+    """What a machine, or who joins a run, shows of itself, and by what it knows the others."""
+
+    ca: Path
+    cert: Path
+    key: Path
+
+    def context(self, *, server: bool) -> ssl.SSLContext:
+        """How either side of a TLS connection has to be: both show a certificate of the same authority.
+
+        Raises:
+            OSError: a file cannot be read, or holds no certificate, or no key that fits it.
+        """
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER if server else ssl.PROTOCOL_TLS_CLIENT)
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        context.load_verify_locations(self.ca)
+        context.load_cert_chain(self.cert, self.key, password="")  # else OpenSSL asks on the terminal
+        context.check_hostname = False
+        context.verify_mode = ssl.CERT_REQUIRED
+        return context
+
+    def seen_by_others(self, host: str = "") -> Mapping[str, Any]:
+        """The certificate as one reads it who is to trust it, and who looks for this host.
+
+        Raises:
+            OSError: nobody will trust it; `ssl.SSLCertVerificationError` says why.
+        """
+        client, server = self.context(server=False), self.context(server=True)
+        client.check_hostname = bool(host)
+        ways = ssl.MemoryBIO(), ssl.MemoryBIO()
+        near = client.wrap_bio(ways[0], ways[1], server_hostname=host or None)
+        far = server.wrap_bio(ways[1], ways[0], server_side=True)
+        for _ in range(_ROUNDS):
+            finished = [_shaken(near), _shaken(far)]
+            if all(finished):
+                break
+        return near.getpeercert() or {}
+
+
+def credentials_of(network: NetworkSpec, machine: str) -> Credentials | None:
+    """What a machine shows of itself; None where nothing is encrypted."""
+    spec = network.machines[machine]
+    if network.ca is None or spec.cert is None or spec.key is None:
+        return None
+    return Credentials(network.ca.path, spec.cert.path, spec.key.path)
+
+
+def credential_problems(network: NetworkSpec, machine: str, now: Time) -> Iterator[Problem]:
+    """What would keep the others from trusting a machine, or be unsafe, as things are on it now."""
+    spec = network.machines[machine]
+    ends = [spec.listen, *network.dialled_by(machine)]
+    if network.ca is None or spec.cert is None or spec.key is None or all(e is None or e.protocol != TLS for e in ends):
+        return
+    hosts = [spec.connect.host] if spec.connect is not None and spec.connect.protocol == TLS else []
+    yield from examined(machine, (network.ca, spec.cert, spec.key), hosts, now)
+
+
+def examined(
+    name: str, files: tuple[StatedFile, StatedFile, StatedFile], hosts: Sequence[str], now: Time
+) -> Iterator[Problem]:
+    """What is wrong with the `ca`, certificate and key of somebody, who is to be reached at these hosts."""
+    ca, cert, key = files
+    missing = [_missing(name, each, each is ca) for each in files if not each.path.is_file()]
+    if missing:
+        yield from missing
+        return
+    mode = key.path.stat().st_mode & 0o077
+    if mode:
+        text = f"the private key {key.path} can be read by others (mode {key.path.stat().st_mode & 0o777:04o})"
+        yield problem_at("open-key", text, f"chmod 600 {key.path}", key.origin)
+    credentials = Credentials(ca.path, cert.path, key.path)
+    again = f"busflow certs add {name} {cert.path.parent} --replace{_THERE}"
+    try:
+        told = credentials.seen_by_others()
+    except ssl.SSLCertVerificationError as error:
+        yield problem_at("bad-certificate", _refused(cert.path, ca.path, error), again, cert.origin)
+        return
+    except OSError as error:
+        yield problem_at("bad-certificate", _unfit(cert.path, key.path, ca.path, error), again, cert.origin)
+        return
+    owner = common_name(told)
+    if owner != name:
+        text = f"the certificate {cert.path} is that of {owner or 'nobody'}, and this is {name}"
+        yield problem_at("other-certificate", text, f"busflow certs add {name} {cert.path.parent}{_THERE}", cert.origin)
+    yield from _about_hosts(name, credentials, hosts, cert)
+    left_days = (ssl.cert_time_to_seconds(str(told["notAfter"])) - now.nanoseconds / 1e9) / _SECONDS_PER_DAY
+    if left_days < _SOON_DAYS:
+        text = f"the certificate {cert.path} expires in {left_days:.0f} days, on {told['notAfter']}"
+        found = problem_at("expires-soon", text, again, cert.origin)
+        yield Problem(found.code, found.message, found.fix, found.place, Severity.WARNING, found.included_from)
+
+
+def common_name(told: Mapping[str, Any]) -> str:
+    """Whose a certificate is."""
+    names = [value for part in told.get("subject", ()) for word, value in part if word == "commonName"]
+    return str(names[0]) if names else ""
+
+
+def _about_hosts(name: str, credentials: Credentials, hosts: Sequence[str], cert: StatedFile) -> Iterator[Problem]:
+    for host in hosts:
+        try:
+            credentials.seen_by_others(host)
+        except ssl.SSLCertVerificationError:
+            text = f"the certificate {cert.path} is not for {host}, where the others look for it"
+            fix = f"busflow certs add {name} {cert.path.parent} --replace --address {host}{_THERE}"
+            yield problem_at("other-host", text, fix, cert.origin)
+
+
+def _missing(name: str, file: StatedFile, is_ca: bool) -> Problem:
+    folder = file.path.parent
+    fix = f"busflow certs new {folder}" if is_ca else f"busflow certs add {name} {folder}"
+    return problem_at("missing-file", f"there is no file {file.path}", fix if is_ca else fix + _THERE, file.origin)
+
+
+def _refused(cert: Path, ca: Path, error: ssl.SSLCertVerificationError) -> str:
+    if error.verify_code == EXPIRED:
+        return f"the certificate {cert} has expired"
+    if error.verify_code == TOO_EARLY:
+        return f"the certificate {cert} is not valid yet: is the clock of this machine right?"
+    return f"the certificate {cert} is not one of {ca}: {error.verify_message}"
+
+
+def _unfit(cert: Path, key: Path, ca: Path, error: OSError) -> str:
+    reason = getattr(error, "reason", None) or error.strerror or str(error)
+    if reason == "KEY_VALUES_MISMATCH":
+        return f"the key {key} is not that of the certificate {cert}"
+    return f"{ca}, {cert} and {key} are not what TLS needs: {reason}"
+
+
+def _shaken(side: ssl.SSLObject) -> bool:
+    """Go on with a handshake as far as it gets; whether it is over."""
+    try:
+        side.do_handshake()
+    except ssl.SSLWantReadError:
+        return False
+    return True

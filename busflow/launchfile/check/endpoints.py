@@ -1,0 +1,112 @@
+"""Loose ends: what nodes, or the launch file, count on and nobody provides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from busflow.bus.names import resolve
+from busflow.errors import Problem, Severity
+from busflow.interfaces.message import type_name
+from busflow.launchfile.model.faults import problem_at
+from busflow.runner import rosout
+from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from busflow.bus.endpoint import Endpoint
+    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.model.description import TopicSpec
+
+
+def loose_ends(members: Sequence[Member], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
+    """Topics that nobody publishes or receives, and services that nobody answers, of nodes that are all of a graph.
+
+    Args:
+        members: the nodes.
+        topics: what the launch file says of topics.
+        strict: make what is missing an error.
+    """
+    meant = [name for member in members for name in _unused_names(member)]
+    yield from _idle_topic_specs(members, [each for each in topics if each.topic not in meant])
+    if not meant:
+        yield from _one_ended_topics(members, strict=strict)
+    yield from _unanswered_calls(members, strict=strict)
+
+
+def idle_specs(member: Member) -> Iterator[Problem]:
+    """What the launch file says of a node's endpoints and that touches none of them."""
+    spec = member.spec
+    if spec is None:
+        return
+    for kind, stated, endpoints in (
+        ("publish", spec.publishers, member.publishers),
+        ("subscribe to", spec.subscriptions, member.subscriptions),
+    ):
+        topics = {endpoint.topic for endpoint in endpoints}
+        for each in stated:
+            if each.full_topic(spec.name, spec.namespace) not in topics:
+                text = f"{spec.full_name} does not {kind} {each.topic}"
+                known = topics | {endpoint.written for endpoint in endpoints}
+                yield problem_at("unknown-topic", text, did_you_mean(each.topic, known), each.origin)
+    ends = (*member.publishers, *member.subscriptions, *member.servers, *member.clients)
+    written = {endpoint.written for endpoint in ends}
+    for rule in spec.remap:
+        if rule.match not in member.runtime.used_remaps:
+            text = f"the remap of {rule.match} matches no topic or service of {spec.full_name}"
+            yield problem_at("unused-remap", text, did_you_mean(rule.match, written), rule.origin)
+
+
+def _unused_names(member: Member) -> Iterator[str]:
+    """What unused remaps of a node would call its topics, were they right."""
+    spec = member.spec
+    for rule in spec.remap if spec is not None else ():
+        if spec is not None and rule.match not in member.runtime.used_remaps:
+            yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
+
+
+def _idle_topic_specs(members: Sequence[Member], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+    """Entries under `topics:` that no endpoint has, or whose type is another one."""
+    used = {endpoint.topic: endpoint for member in members for endpoint in (*member.publishers, *member.subscriptions)}
+    for spec in topics:
+        endpoint = used.get(spec.topic)
+        if endpoint is None:
+            text = f"no node publishes or receives the topic {spec.topic}"
+            yield problem_at("unknown-topic", text, did_you_mean(spec.topic, used), spec.origin)
+        elif spec.type is not None and spec.type not in _spellings(endpoint):
+            actual = type_name(endpoint.type)
+            text = f"the topic {spec.topic} carries {actual}, not {spec.type}"
+            yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
+
+
+def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Problem]:
+    published = {endpoint.topic for member in members for endpoint in member.publishers}
+    received = {endpoint.topic for member in members for endpoint in member.subscriptions}
+    for member in members:
+        for endpoint in member.subscriptions:
+            if endpoint.topic not in published and endpoint.topic != rosout.TOPIC:
+                yield member.problem(
+                    "nobody-publishes",
+                    f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",
+                    did_you_mean(endpoint.topic, published) if published else None,
+                    Severity.ERROR if strict else Severity.WARNING,
+                )
+        for endpoint in member.publishers:
+            if endpoint.topic not in received:
+                text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which nobody receives"
+                yield member.problem("nobody-receives", text, None, Severity.INFO)
+
+
+def _unanswered_calls(members: Sequence[Member], *, strict: bool) -> Iterator[Problem]:
+    served = {endpoint.service for member in members for endpoint in member.servers}
+    for member in members:
+        for endpoint in member.clients:
+            if endpoint.service not in served:
+                text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which nobody answers"
+                severity = Severity.ERROR if strict else Severity.WARNING
+                yield member.problem("nobody-answers", text, did_you_mean(endpoint.service, served), severity)
+
+
+def _spellings(endpoint: Endpoint) -> tuple[str, str]:
+    """Both ways to write a message type: `pkg/msg/Type` and `pkg/Type`."""
+    full = type_name(endpoint.type)
+    return full, full.replace("/msg/", "/")

@@ -1,0 +1,47 @@
+"""Here: a launch file as one of its machines runs it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from busflow.clock import SystemClock
+from busflow.errors import LaunchError, Problem, Severity
+from busflow.launchfile.check.credentials import credential_problems
+from busflow.launchfile.model.placement import MAIN
+from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from busflow.launchfile.model.description import LaunchDescription
+
+
+def on_machine(description: LaunchDescription, machine: str | None, *, together: bool) -> LaunchDescription:
+    """The description as a machine runs it, which its `here` says; as it was, where all of it runs here.
+
+    Args:
+        description: what a launch file describes.
+        machine: which machine this is; None for the main one.
+        together: all of the graph is to run here, whatever the file says.
+
+    Raises:
+        LaunchError: there is no such machine, or what it shows to the others will not do.
+    """
+    network = description.network
+    if machine is not None and (network is None or machine not in network.machines):
+        fix = did_you_mean(machine, network.machines) if network else "leave --machine out: the file names no machines"
+        raise LaunchError([Problem("unknown-machine", f"{description.name} has no machine {machine}", fix)])
+    if network is None or together:
+        if machine is not None:
+            text = f"{machine} runs a part of the graph, and all of it is to run here"
+            raise LaunchError(
+                [Problem("other-machine", text, "leave out the machine, or what puts it all into one place")]
+            )
+        return description
+    own = machine or MAIN
+    if len(network.machines) == 1 and not network.listens(own):
+        return description
+    found = list(credential_problems(network, own, SystemClock().now()))
+    errors = [problem for problem in found if problem.severity is Severity.ERROR]
+    if errors:
+        raise LaunchError(errors)
+    return replace(description, here=own, warnings=(*description.warnings, *found))

@@ -1,0 +1,224 @@
+"""Pre-flight: builds the nodes of a description without starting them, and finds everything that would go wrong.
+
+All problems are collected into one report. What declares what is known from the nodes themselves, so a graph made
+of classes and instances is checked exactly as one from a file, only without positions.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from busflow.bus.qos import QoS
+from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
+from busflow.launchfile.check.conflicts import conflicts
+from busflow.launchfile.check.endpoints import idle_specs, loose_ends
+from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.supervision import supervision_problems
+from busflow.launchfile.model.description import Doubt, EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.model.faults import parameter_problems, problem_at
+from busflow.launchfile.model.placement import as_seen_from, idle_places
+from busflow.launchfile.model.problems import in_order
+from busflow.launchfile.yaml.value import Source
+from busflow.node import parameter_events, plugins
+from busflow.node.context import Surroundings
+from busflow.node.node import Node, parameters_class
+from busflow.node.parameter_store import ValueSource
+from busflow.node.parameters import validate
+from busflow.node.supervision import Supervision
+from busflow.validation.tracebacks import blame
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.launchfile.yaml.value import Origin
+    from busflow.log import Log
+
+T = TypeVar("T")
+_NO_INIT = "write no __init__: its ends are declared in the class, or in declare(), and start() sets up the rest"
+
+
+@dataclass(slots=True)
+class Plan:
+    """The nodes of a graph, built and checked, ready to be started; or the problems that forbid it."""
+
+    members: list[Member] = field(default_factory=list[Member])
+    problems: list[Problem] = field(default_factory=list[Problem])
+    is_whole: bool = True
+    """Whether all nodes of the graph are among the members, and known by their right names."""
+
+    @property
+    def errors(self) -> list[Problem]:
+        """The problems because of which the graph must not start."""
+        return [problem for problem in self.problems if problem.severity is Severity.ERROR]
+
+
+@dataclass(frozen=True, slots=True)
+class Preflight:
+    """What the nodes are built with, and how strict to be."""
+
+    clock: Clock
+    log: Log
+    seed: int = 0
+    strict: bool = False
+    """Make a subscription whose topic nobody publishes an error."""
+
+    def plan(
+        self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[tuple[Node, Supervision]] = ()
+    ) -> Plan:
+        """Build and check everything; the caller looks at `errors` before it starts anything."""
+        plan = Plan()
+        topics = [topic for description in descriptions for topic in description.topics]
+        for description in descriptions:
+            plan.problems += description.warnings
+            for spec in description.nodes:
+                told = len(plan.problems)
+                self._add(plan, spec, topics, description.doubts)
+                plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
+        for node, supervision in nodes:
+            self._declare(plan, Member(node, type(node).__name__, None, supervision), topics)
+        _announce_parameters(plan.members)
+        doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
+        plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
+        for member in plan.members:
+            plan.problems += idle_specs(member)
+        plan.problems += idle_places(descriptions)
+        number = len(nodes) + sum(len(each.nodes) for each in descriptions)
+        plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
+        if plan.is_whole:
+            # Of a node that could not be built nobody knows what it publishes: the others are not to blame.
+            plan.problems += loose_ends(plan.members, topics, strict=self.strict)
+            plan.problems += supervision_problems(plan.members)
+        plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
+        return plan
+
+    def _add(self, plan: Plan, spec: NodeSpec, topics: Sequence[TopicSpec], doubts: frozenset[Doubt]) -> None:
+        """Load a node's plugin and build the node with its parameters."""
+        try:
+            node_class = plugins.load(spec.plugin, spec.folders)
+        except PluginError as error:
+            if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
+                plan.problems.append(_at_plugin(error.problem, spec))
+            return
+        try:
+            data = cast("Mapping[str, object]", spec.parameters.data)
+            parameters = validate(parameters_class(node_class), data)
+        except InvalidParameter as error:
+            told = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+            plan.problems += parameter_problems(InvalidParameter(told), spec)
+            self._stand_in(plan, spec, node_class, error, topics)
+            return
+        except BusflowError as error:
+            plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
+            return
+        build: Callable[[], Node] = lambda: node_class(parameters, name=spec.name)  # noqa: E731  # guarded below
+        node = _guarded(plan, spec, f"{spec.full_name} cannot be built", build)
+        if node is not None:
+            self._declare(plan, Member(node, spec.plugin, spec, spec.supervision), topics)
+
+    def _stand_in(
+        self, plan: Plan, spec: NodeSpec, node_class: type[Node], error: InvalidParameter, topics: Sequence[TopicSpec]
+    ) -> None:
+        """Build a node without its wrong parameters, where they decide nothing about how it is connected."""
+        if node_class.declare is not Node.declare or node_class.__init__ is not Node.__init__:
+            return
+        right = spec.parameters.without_any(fault.path for fault in error.faults)
+        try:
+            parameters = validate(parameters_class(node_class), cast("Mapping[str, object]", right.data))
+        except BusflowError:
+            return
+        aside = Plan()  # what else is wrong with it may be wrong only without them
+        node = _guarded(aside, spec, "", lambda: node_class(parameters, name=spec.name))
+        if node is not None:
+            self._declare(aside, Member(node, spec.plugin, spec, spec.supervision), topics)
+        plan.members += aside.members
+
+    def _declare(self, plan: Plan, member: Member, topics: Sequence[TopicSpec]) -> None:
+        """Give a node its surroundings and let it declare its endpoints."""
+        runtime, spec = member.runtime, member.spec
+        stated = _layers(topics, (), runtime.name, "/")
+        around = Surroundings(self.clock, self.log, self.seed, publisher_qos=stated, subscription_qos=stated)
+        if spec is not None:
+            around = replace(
+                around,
+                namespace=spec.namespace,
+                remaps={rule.match: rule.replacement for rule in spec.remap},
+                publisher_qos=_layers(topics, spec.publishers, spec.name, spec.namespace),
+                subscription_qos=_layers(topics, spec.subscriptions, spec.name, spec.namespace),
+                parameter_source=partial(_source, spec),
+            )
+        what = f"{runtime.name} cannot declare its endpoints"
+        if _guarded(plan, spec, what, lambda: (runtime.declare(around), member)) is not None:
+            plan.members.append(member)
+
+
+def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T]) -> T | None:
+    """Run a plugin's own code; whatever it raises is a problem, with the line that raised it."""
+    try:
+        return build()
+    except BusflowError as error:
+        plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
+        text, place = f"{what}: {type(error).__name__}: {error}", blame(error)
+        fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
+        plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
+    return None
+
+
+def _layers(
+    topics: Sequence[TopicSpec], endpoints: Sequence[EndpointSpec], node: str, namespace: str
+) -> Callable[[str], tuple[QoS, ...]]:
+    """What the launch file states for an endpoint of a node: the topic's contract, then the node's own."""
+
+    def stated(topic: str) -> tuple[QoS, ...]:
+        own = [each.qos for each in endpoints if each.full_topic(node, namespace) == topic]
+        return (*(each.qos for each in topics if each.topic == topic), *own)
+
+    return stated
+
+
+def _source(spec: NodeSpec, name: str) -> ValueSource | None:
+    """Where the launch file, or what overrides it, states a parameter of a node."""
+    found = spec.parameters.find(tuple(name.split(".")))
+    if found is None:
+        return None
+    origin = found.origin
+    return ValueSource(str(origin), origin.place if origin.source is Source.FILE else None)
+
+
+def _announce_parameters(members: Sequence[Member]) -> None:
+    """Where a node listens to changes of parameters, the others publish them from the start."""
+    if any(endpoint.topic == parameter_events.TOPIC for member in members for endpoint in member.subscriptions):
+        for member in members:
+            member.runtime.parameter_events.declare()
+
+
+def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
+    """A node that declares what cannot be: at the line of its code, or where the launch file names it."""
+    place, text = error.place or blame(error), text.splitlines()[0]  # more lines only show where in a name it is
+    if place is None:
+        return Problem("declaration", text, None) if origin is None else problem_at("declaration", text, None, origin)
+    named = (origin.place, *origin.included_from) if origin is not None and origin.place is not None else ()
+    return Problem("declaration", text, None, place, included_from=named)
+
+
+def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:
+    """A plugin's own problem keeps its line of code; one that has none gets the launch file's."""
+    origin = spec.plugin_origin
+    if problem.code == "unknown-plugin" and (folder := _unnamed_folder(spec)):
+        problem = replace(problem, fix=f"its file is in a folder that this one does not name: add plugins: [{folder}]")
+    if problem.place is None:
+        return replace(problem, place=origin.place, included_from=origin.included_from)
+    return problem if origin.place is None else replace(problem, included_from=(*problem.included_from, origin.place))
+
+
+def _unnamed_folder(spec: NodeSpec) -> str | None:
+    """Where a plugin is, as its launch file would say it, although it does not."""
+    place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
+    beside = Path(place.file).parent if place is not None else Path()
+    named = {each.resolve() for each in spec.folders}
+    there = (each for each in ("plugins", "../plugins") if os.path.isfile(beside / each / file))  # noqa: PTH113  # never raises
+    return next((each for each in there if (beside / each).resolve() not in named), None)

@@ -1,0 +1,77 @@
+"""A resolved launch file as YAML that can be read back, each value with the place it came from as a comment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from busflow.errors import PluginError
+from busflow.launchfile.yaml.scalar import written
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.node.node import parameters_class
+from busflow.node.parameters import describe
+from busflow.node.plugins import load
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.launchfile.model.description import LaunchDescription
+
+
+def resolve(description: LaunchDescription) -> Value:
+    """The whole as one file, each node's parameters filled up with its plugin's defaults.
+
+    A node whose plugin cannot be loaded is shown as the files state it: `busflow check` tells why.
+    """
+    default = Origin(Source.DEFAULT)
+    resolved = description.resolved or Value({}, default)
+    for spec in description.nodes:
+        with suppress(PluginError):
+            for parameter in describe(parameters_class(load(spec.plugin, spec.folders))):
+                path = ("nodes", spec.full_name.removeprefix("/"), "parameters", *parameter.name.split("."))
+                if not parameter.required and resolved.find(path) is None:
+                    resolved = resolved.with_member(path, Value.of(parameter.default, default))
+    return resolved
+
+
+def lines(value: Value) -> Iterator[str]:
+    """The YAML, with aligned comments."""
+    pairs = list(_block(value, ""))
+    width = min(60, max((len(text) for text, origin in pairs if origin), default=0))
+    for text, origin in pairs:
+        yield f"{text:<{width}}  # from {printable(origin)}" if origin else text
+
+
+def text_of(value: Value) -> str:
+    """The YAML alone."""
+    return "".join(f"{text}\n" for text, _ in _block(value, ""))
+
+
+def origins(value: Value) -> dict[str, str]:
+    """The origin of each value, by its dotted path."""
+    return {".".join(map(str, path)): str(leaf.origin) for path, leaf in value.leaves()}
+
+
+def _block(value: Value, indent: str) -> Iterator[tuple[str, str]]:
+    """Lines, each with the origin of the scalar it holds; empty for lines that hold none."""
+    if isinstance(value.content, dict):
+        for key, member in value.content.items():
+            yield from _member(f"{indent}{written(key)}:", member, indent + "  ")
+    elif isinstance(value.content, list):
+        for member in value.content:
+            yield from _member(f"{indent}-", member, indent + "  ")
+    else:
+        yield f"{indent}{written(value.content)}", str(value.origin)
+
+
+def _member(head: str, member: Value, indent: str) -> Iterator[tuple[str, str]]:
+    match member.content:
+        case dict() | list() as content if content:
+            yield head, ""
+            yield from _block(member, indent)
+        case dict():
+            yield f"{head} {{}}", str(member.origin)
+        case list():
+            yield f"{head} []", str(member.origin)
+        case scalar:
+            yield f"{head} {written(scalar)}", str(member.origin)

@@ -1,0 +1,151 @@
+"""The arguments of a launch file: declared, given, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any, cast
+
+from pydantic import ValidationError, create_model
+
+from busflow.errors import Fault, LaunchError, Problem
+from busflow.launchfile.load.resolver import Resolver
+from busflow.launchfile.model.description import Argument
+from busflow.launchfile.model.faults import key_origin, problem_at, problems
+from busflow.launchfile.model.keys import ArgumentKeys
+from busflow.launchfile.yaml.document import parse_value
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.text import did_you_mean
+from busflow.validation.annotations import Bounds, StrictModel
+from busflow.validation.faults import faults, shown
+
+_TYPES: dict[str, Any] = {"float": float, "int": int, "bool": bool, "str": str}
+
+
+@dataclass(slots=True)
+class Arguments:
+    """The arguments of one file."""
+
+    known: dict[str, Argument] = field(default_factory=dict[str, Argument])
+    broken: set[str] = field(default_factory=set[str])
+    """Those whose value is missing or wrong; that is told."""
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """What `args.…` stands for in an expression."""
+        return {name: argument.value for name, argument in self.known.items()}
+
+
+def bind(declared: Value | None, given: Mapping[str, Value], resolver: Resolver) -> Arguments:
+    """The value of every argument: the given one, else the default.
+
+    Args:
+        declared: The file's `args:`; what is wrong with its keys is told elsewhere.
+        given: Values from the command line (still text), a caller, or the `include` entry of another file.
+        resolver: Resolves the defaults, which may use variables of the environment.
+    """
+    found = Arguments()
+    entries: Mapping[str, Value] = declared.members if declared is not None else {}
+    for name, value in given.items():
+        if name not in entries:
+            fix = did_you_mean(name, entries)
+            origin = key_origin(value)
+            resolver.problems.add(problem_at("unknown-argument", f"unknown argument {name}", fix, origin))
+    for name, entry in entries.items():
+        try:
+            keys = ArgumentKeys.model_validate(entry.data)
+        except ValidationError:
+            found.broken.add(name)
+        else:
+            _bind(found, name, entry, keys, given.get(name), resolver)
+    return found
+
+
+def _bind(
+    found: Arguments, name: str, entry: Value, keys: ArgumentKeys, given: Value | None, resolver: Resolver
+) -> None:
+    default = entry.members.get("default")
+    if default is not None and default.content is None:
+        default = None
+    if default is not None:
+        path = ("args", name, "default")
+        default = resolver.resolve(default, path, as_text=keys.type == "str")
+        if path in resolver.failed:
+            found.broken.add(name)
+            return
+    stated = given if given is not None else default
+    argument = Argument(
+        name=name,
+        type=keys.type,
+        value=Value(None, key_origin(entry)),
+        required=default is None,
+        default=default.data if default is not None else None,
+        help=keys.help,
+        choices=tuple(keys.choices) if keys.choices is not None else None,
+        minimum=keys.min,
+        maximum=keys.max,
+    )
+    found.known[name] = argument
+    if stated is None:
+        included = entry.origin.included_from
+        fix = f"add `{name}:` to the `args` of the include" if included else f"add {name}:=<{keys.type}> to the command"
+        message = f"the argument {name} has no value"
+        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)), doubt=None)
+        found.broken.add(name)
+        return
+    value, wrong = _typed(argument, stated)
+    found.known[name] = replace(argument, value=value)
+    if wrong:
+        resolver.problems.add(*wrong, doubt=None)
+        found.broken.add(name)
+
+
+def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
+    """A value as the argument's type, and what is wrong with it."""
+    origin = stated.origin
+    if origin.source is Source.COMMAND_LINE and origin.place is not None:
+        before = origin.place.excerpt[: origin.place.column - 1]
+        try:
+            text = argument.type == "str"
+            stated = parse_value(str(stated.content), origin.place.file, before, as_text=text)
+        except LaunchError as error:
+            return stated, list(error.problems)
+    model, data = _model(argument.type), {"value": stated.data}
+    try:
+        value: Any = model.model_validate(data).model_dump()["value"]
+    except ValidationError as error:
+        found = faults(error, model, data, noun="argument")
+        named = [
+            replace(each, path=each.path[1:], message=f"argument {argument.name}{each.message[5:]}") for each in found
+        ]
+        return stated, problems(named, stated, noun="argument")
+    wrong = problems(_outside(argument, stated.data), stated, noun="argument")
+    return (stated if isinstance(value, list) else replace(stated, content=value)), wrong
+
+
+@cache
+def _model(kind: str) -> type[StrictModel]:
+    annotation = list[_TYPES[kind[5:-1]]] if kind.startswith("list") else _TYPES[kind]
+    return create_model("Argument", __base__=StrictModel, value=(annotation, ...))
+
+
+def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
+    """Each item outside the argument's choices or range."""
+    bounds = Bounds(argument.minimum, argument.maximum)
+    items = cast("list[Any]", value if isinstance(value, list) else [value])
+    for index, item in enumerate(items):
+        path = (index,) if isinstance(value, list) else ()
+        name = f"argument {argument.name}[{index}]" if path else f"argument {argument.name}"
+        if argument.choices is not None and item not in argument.choices:
+            allowed = ", ".join(str(each) for each in argument.choices)
+            fix = did_you_mean(str(item), map(str, argument.choices))
+            yield Fault(path, f"{name} must be one of {allowed}, got {shown(item)}", fix, "choice")
+        below = bounds.minimum is not None and not item >= bounds.minimum
+        if below or (bounds.maximum is not None and not item <= bounds.maximum):
+            yield Fault(path, f"{name} must be {bounds}, got {shown(item)}", None, "range")
+
+
+def from_caller(args: Mapping[str, object]) -> dict[str, Value]:
+    """Arguments that Python code passes."""
+    return {name: Value.of(data, Origin(Source.CALLER)) for name, data in args.items()}

@@ -1,0 +1,282 @@
+"""From the merged keys of all files to a `LaunchDescription`, every name and QoS profile checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+from busflow.bus import names
+from busflow.bus.qos import PRESETS, QoS, qos_faults
+from busflow.errors import InvalidName
+from busflow.launchfile.load.build_network import network_of, unknown_machine
+from busflow.launchfile.load.merge import Part
+from busflow.launchfile.model.description import (
+    Argument,
+    ClockSpec,
+    Doubt,
+    EndpointSpec,
+    LaunchDescription,
+    NodeSpec,
+    ProcessSpec,
+    RecordSpec,
+    RemapSpec,
+    TopicSpec,
+)
+from busflow.launchfile.model.faults import key_origin, problem_at, problems
+from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
+from busflow.launchfile.model.placement import MAIN
+from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.yaml.value import Value
+from busflow.node.supervision import RestartPolicy, Supervision
+from busflow.text import did_you_mean
+from busflow.validation.faults import shown
+
+_PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
+
+
+@dataclass(slots=True)
+class Builder:
+    """Builds a description, leaving out what is wrong and collecting why."""
+
+    part: Part
+    keys: LaunchKeys
+    problems: Problems
+    _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
+
+    def build(self, name: str, arguments: Mapping[str, Argument], files: tuple[Path, ...]) -> LaunchDescription:
+        """The description of everything that is right."""
+        keys = self.keys
+        self._profiles = self._named_profiles(self.part.tree.section("qos"))
+        nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
+        clock = keys.clock
+        return LaunchDescription(
+            name=keys.name or name,
+            nodes=tuple(node for node in nodes if node is not None),
+            topics=tuple(self._topics()),
+            profiles=self._profiles,
+            arguments=tuple(arguments.values()),
+            folders=tuple(self.part.folders),
+            processes=tuple(self._processes()),
+            network=network_of(keys, self.part.tree, self.problems),
+            clock=ClockSpec(clock.mode, clock.start, clock.rate),
+            seed=clock.seed if keys.seed is None else keys.seed,
+            record=None if keys.record is None else record_spec(keys.record),
+            expect=self.part.tree.members.get("expect"),
+            shutdown_grace_s=keys.shutdown.grace,
+            environment=variables(self.part.tree.members.get("env", self.part.tree.without(()))),
+            files=files,
+            resolved=self._resolved(),
+        )
+
+    def _resolved(self) -> Value:
+        """Everything as one launch file, in the order a person would write it."""
+        tree = self.part.tree
+        folders = [Value(str(folder.path.resolve()), folder.origin) for folder in self.part.folders]
+        members = {**tree.members, **({"plugins": Value(list(folders), tree.origin)} if folders else {})}
+        ordered = {key: members[key] for key in ORDER if key in members}
+        if "nodes" in ordered:  # what the defaults of a file add comes first in an entry
+            nodes = {key: _ordered(node) for key, node in ordered["nodes"].members.items()}
+            ordered["nodes"] = replace(ordered["nodes"], content=nodes)
+        return replace(tree, content=ordered)
+
+    def _node(self, key: str, value: Value) -> NodeSpec | None:
+        stated = self.keys.nodes.get(key)
+        if stated is None or stated.plugin is None or not stated.when:
+            return None
+        space, _, name = key.rpartition("/")
+        namespace, origin = f"/{space}", key_origin(value)
+        right = self._named(names.node_name_fault, "node name", name, value)
+        right = self._named(names.namespace_fault, "namespace", namespace, value) and right
+        if not right:
+            return None
+        members = value.members
+        own = self.part.own_folders.get(key, ())
+        others = (folder.path for folder in self.part.folders)
+        return NodeSpec(
+            name=name,
+            namespace=namespace,
+            origin=origin,
+            plugin=stated.plugin,
+            plugin_origin=members["plugin"].origin,
+            parameters=_mapping(members.get("parameters"), value),
+            folders=tuple(dict.fromkeys([*own, *others])),
+            remap=tuple(self._remap(stated, value)),
+            publishers=tuple(self._endpoints(value.section("publishers"))),
+            subscriptions=tuple(self._endpoints(value.section("subscriptions"))),
+            supervision=_supervision(stated),
+            depends_origins={f"/{key}": key_origin(each) for key, each in value.section("depends_on").items()},
+            process=self._process(stated, value),
+            machine=self._machine(stated, value),
+        )
+
+    def _process(self, stated: NodeKeys, node: Value) -> str | None:
+        """Where a node runs; None in the main process."""
+        name = stated.process
+        if name is not None and name != MAIN and name not in self.keys.processes:
+            fix = f"{did_you_mean(name, [MAIN, *self.keys.processes])}; or add it: processes: {{{name}: {{}}}}"
+            origin = node.members["process"].origin
+            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin), doubt=None)
+        return None if name == MAIN else name
+
+    def _machine(self, stated: NodeKeys, node: Value) -> str | None:
+        """On which machine a node runs: that of its process; None on the main one."""
+        process = self.keys.processes.get(stated.process or MAIN)
+        if process is None:
+            return self._known_machine(stated.machine, node)
+        if stated.machine is not None and stated.machine != (process.machine or MAIN):
+            text = f"the process {stated.process} is on the machine {process.machine or MAIN}, not on {stated.machine}"
+            fix = f"write machine: {stated.machine} below processes: {stated.process}, or leave it out here"
+            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin), doubt=None)
+        return None if process.machine == MAIN else process.machine
+
+    def _known_machine(self, name: str | None, entry: Value) -> str | None:
+        """A machine as an entry names it; None for the main one."""
+        if name is not None and name != MAIN and name not in self.keys.machines:
+            text, fix = unknown_machine(name, self.keys.machines)
+            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin), doubt=None)
+        return None if name == MAIN else name
+
+    def _processes(self) -> Iterator[ProcessSpec]:
+        for name, value in self.part.tree.section("processes").items():
+            stated = self.keys.processes[name]
+            if name == MAIN:
+                message, fix = "main is the process that busflow run itself is", "choose another name"
+                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)), doubt=None)
+            elif self._named(_process_name_fault, "process name", name, value):
+                env = variables(value.members.get("env", value.without(())))
+                machine = self._known_machine(stated.machine, value)
+                yield ProcessSpec(name, key_origin(value), machine, stated.nice, env, _policy(stated.restart))
+
+    def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
+        rules: list[RemapSpec] = []
+        entries = node.section("remap")
+        for match, replacement in stated.remap.items():
+            value = entries[match]
+            right = self._topic(match, value)
+            right = self._topic(replacement, value, at_key=False) and right
+            if right:
+                rules.append(RemapSpec(match, replacement, key_origin(value)))
+        return rules
+
+    def _topics(self) -> list[TopicSpec]:
+        found: list[TopicSpec] = []
+        for name, value in self.part.tree.section("topics").items():
+            stated = self.keys.topics[name]
+            if not stated.when:
+                continue
+            entry = value.members.get("qos")
+            qos = (self._qos(entry) if entry is not None and entry.content is not None else None) or QoS()
+            if self._named(names.full_topic_name_fault, "topic name", name, value):
+                found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type, stated.history))
+        return found
+
+    def _endpoints(self, section: Mapping[str, Value]) -> list[EndpointSpec]:
+        found: list[EndpointSpec] = []
+        for topic, value in section.items():
+            qos = self._qos(value) or QoS()
+            if self._topic(topic, value):
+                found.append(EndpointSpec(topic, qos, value, key_origin(value)))
+        return found
+
+    def _named_profiles(self, stated: Mapping[str, Value]) -> dict[str, QoS]:
+        found: dict[str, QoS] = {}
+        for name, value in stated.items():
+            if name in PRESETS:
+                message, fix = f"{name} is a built-in profile", "choose another name"
+                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)), doubt=Doubt.QOS)
+            qos = self._qos(value)
+            if qos is not None:
+                found[name] = qos
+        return found
+
+    def _qos(self, value: Value) -> QoS | None:
+        """A profile by name or by its fields; None where it is wrong."""
+        if isinstance(value.content, str):
+            known = {**PRESETS, **self._profiles}
+            if value.content in known:
+                return known[value.content]
+            # A profile that is wrong itself is told where it is stated.
+            if value.content not in self.part.tree.section("qos"):
+                message = f"there is no QoS profile {value.content}"
+                fix = did_you_mean(value.content, known)
+                self.problems.add(problem_at("unknown-profile", message, fix, value.origin), doubt=Doubt.QOS)
+            return None
+        data = cast("dict[str, Any]", value.data)
+        found = qos_faults(data)
+        if "qos" in data:
+            without = "write the profile's name, or its fields, without `qos:`"
+            found = [replace(fault, fix=without) if fault.path == ("qos",) else fault for fault in found]
+        self.problems.add(*problems(found, value, noun="key"), doubt=Doubt.QOS)
+        return None if found else QoS.model_validate(data)
+
+    def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:
+        """Whether a topic's name is one, also once it is expanded."""
+
+        def find(name: str) -> names.Fault | None:
+            fault = names.topic_name_fault(name)
+            try:
+                return fault or names.full_topic_name_fault(names.expand(name, node="node", namespace="/"))
+            except InvalidName as error:
+                reason = str(error).partition("\n")[0].removeprefix(f"topic name {name!r}: ")
+                return names.Fault("not_expandable", 0, reason)
+
+        return self._named(find, "topic name", name, value, at_key=at_key)
+
+    def _named(
+        self,
+        find: Callable[[str], names.Fault | None],
+        what: str,
+        name: str,
+        value: Value,
+        *,
+        at_key: bool = True,
+    ) -> bool:
+        """Whether a name is one; where not, that is a problem at its key or its value."""
+        fault = find(name)
+        if fault is not None:
+            origin = key_origin(value) if at_key else value.origin
+            self.problems.add(problem_at("invalid-name", f"{what} {name!r}: {fault.message}", None, origin))
+        return fault is None
+
+
+def _supervision(stated: NodeKeys) -> Supervision:
+    """What is asked for a node, the names of others in full."""
+    needs = {f"/{key}": what for key, what in stated.depends_on.items()}
+    return Supervision(_policy(stated.restart), needs, stated.on_exit)
+
+
+def _policy(keys: RestartKeys) -> RestartPolicy:
+    return RestartPolicy(keys.policy, keys.max, keys.backoff[0], keys.backoff[1], keys.window)
+
+
+def record_spec(keys: RecordKeys) -> RecordSpec:
+    """What is to be recorded."""
+    return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression)
+
+
+def _process_name_fault(name: str) -> names.Fault | None:
+    if _PROCESS_NAME.fullmatch(name):
+        return None
+    return names.Fault("not_allowed", 0, "it is made of up to 32 letters, digits, _ and -, a letter first")
+
+
+def _ordered(node: Value) -> Value:
+    """A node's entry, first what it is and whether it is there."""
+    first = [key for key in ("when", "plugin") if key in node.members]
+    return replace(node, content={key: node.members[key] for key in dict.fromkeys([*first, *node.members])})
+
+
+def variables(env: Value) -> dict[str, str]:
+    """Variables of the environment, which are always texts."""
+    contents = ((name, each.content) for name, each in env.members.items())
+    return {name: each if isinstance(each, str) else shown(each) for name, each in contents}
+
+
+def _mapping(stated: Value | None, node: Value) -> Value:
+    """What is stated, or an empty mapping at the node's own key."""
+    if stated is not None and isinstance(stated.content, dict):
+        return stated
+    return replace(node, content={})

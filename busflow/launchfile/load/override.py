@@ -1,0 +1,136 @@
+"""What a command line or a caller says over the files: `name:=value`, and `--set nodes.talker.restart=always`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from busflow.errors import KeyPath, LaunchError, Place, Problem
+from busflow.launchfile.model.faults import key_origin, problem_at
+from busflow.launchfile.model.keys import NodeKeys
+from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.text import did_you_mean
+from busflow.validation.faults import dotted, shown
+
+COMMAND_LINE = Source.COMMAND_LINE.value
+SETTABLE = (
+    *("clock", "expect", "machines", "name", "network", "nodes", "processes", "qos", "record", "seed"),
+    *("shutdown", "topics"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Override:
+    """One value of the description, replaced."""
+
+    path: KeyPath
+    value: Value
+
+
+def parse_assignment(text: str) -> tuple[str, Value]:
+    """The argument's name, and its value still as text, of `name:=value`.
+
+    Raises:
+        LaunchError: It is not an assignment.
+    """
+    name, sign, value = text.partition(":=")
+    if not sign or not name.strip():
+        fix = "write name:=value, for instance rate_hz:=50"
+        raise LaunchError([Problem("bad-argument", "this is not an argument", fix, _place(text, 0, len(text)))])
+    place = _place(text, len(name) + 2, len(value))
+    return name.strip(), Value(value, Origin(Source.COMMAND_LINE, place), _place(text, 0, len(name)))
+
+
+def parse_override(text: str) -> Override:
+    """What `--set` states: a dotted path, `=`, a value.
+
+    Raises:
+        LaunchError: It is not that, or the value is not one.
+    """
+    path, sign, value = text.partition("=")
+    steps = path.strip().split(".")
+    if not sign or not all(steps) or len(steps) > MAX_DEPTH:
+        fix = "write a path and a value: nodes.talker.parameters.rate_hz=50"
+        raise LaunchError([Problem("bad-override", "this is not path=value", fix, _place(text, 0, len(text)))])
+    if not value:
+        fix = f"for an empty text write {path}='\"\"'"
+        raise LaunchError([Problem("bad-override", "there is no value", fix, _place(text, len(text), 1))])
+    found = parse_value(value, COMMAND_LINE, path + sign)
+    return Override(tuple(steps), replace(found, key=_place(text, 0, len(path))))
+
+
+def from_caller(overrides: Mapping[str, object]) -> list[Override]:
+    """Overrides that Python code passes: dotted paths and plain data."""
+    origin = Origin(Source.CALLER)
+    return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
+
+
+def apply(tree: Value, override: Override) -> tuple[Value, Problem | None]:
+    """The description with one value replaced, or why it cannot be."""
+    path = override.path
+    section, *_ = path
+    if section not in SETTABLE:
+        return tree, _unknown(override, f"{section} cannot be set", _instead(tree, path))
+    if section == "topics" and len(path) > 1:
+        path = ("topics", f"/{str(path[1]).lstrip('/')}", *path[2:])
+    if section == "nodes" and len(path) > 1:
+        nodes = tree.members.get("nodes")
+        names = list(nodes.members) if nodes is not None else []
+        found = _node(str(path[1]), names)
+        if found is None:
+            return tree, _unknown(override, f"there is no node {path[1]}", did_you_mean(str(path[1]), names))
+        path = ("nodes", found, *path[2:])
+    path = _with_indices(tree, path)
+    for end in range(1, len(path)):
+        parent = tree.find(path[:end])
+        if parent is not None and not _may_hold(parent, path[end]):
+            what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
+            message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
+            return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
+    return tree.with_member(path, override.value), None
+
+
+def _node(name: str, names: list[str]) -> str | None:
+    """The node that is meant; its namespace may be left out where its name is unique."""
+    wanted = name.lstrip("/")
+    if wanted in names:
+        return wanted
+    same = [each for each in names if each.rpartition("/")[2] == wanted]
+    return same[0] if len(same) == 1 else None
+
+
+def _may_hold(parent: Value, step: str | int) -> bool:
+    """Whether there is, or can be, something at one step further in."""
+    if isinstance(parent.content, list):
+        return isinstance(step, int) and step < len(parent.content)
+    return parent.content is None or isinstance(parent.content, dict)
+
+
+def _with_indices(tree: Value, path: KeyPath) -> KeyPath:
+    """The path with a number wherever it steps into a list."""
+    steps: list[str | int] = []
+    for step in path:
+        parent = tree.find(tuple(steps))
+        is_index = parent is not None and isinstance(parent.content, list) and str(step).isdecimal()
+        steps.append(int(step) if is_index else step)
+    return tuple(steps)
+
+
+def _instead(tree: Value, path: KeyPath) -> str:
+    first, *rest = path
+    nodes = tree.members.get("nodes")
+    if rest and nodes is not None and _node(str(first), list(nodes.members)) is not None:
+        within = rest if rest[0] in NodeKeys.model_fields else ("parameters", *rest)
+        return f"write {dotted(('nodes', str(first).lstrip('/'), *within))}=…"
+    if first == "args" and rest:
+        return f"write {rest[0]}:=… without --set"
+    return did_you_mean(str(first), SETTABLE)
+
+
+def _unknown(override: Override, message: str, fix: str) -> Problem:
+    return problem_at("unknown-override", message, fix, key_origin(override.value))
+
+
+def _place(text: str, start: int, width: int) -> Place:
+    return Place(COMMAND_LINE, 1, start + 1, max(1, width), text)

@@ -1,0 +1,65 @@
+"""`Resolver`: replaces every `${…}` in a tree of values, collecting what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from busflow.errors import KeyPath, LaunchError
+from busflow.launchfile.load.expression import Scope, Template
+from busflow.launchfile.model.faults import key_origin, problem_at
+from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.yaml.value import Value
+from busflow.validation.faults import shown
+
+
+@dataclass(slots=True)
+class Resolver:
+    """Replaces the expressions of values, collecting what is wrong."""
+
+    scope: Scope
+    problems: Problems
+    failed: set[KeyPath] = field(default_factory=set[KeyPath])
+    """The paths whose expression could not be evaluated: they still hold its text."""
+
+    def resolve(self, value: Value, path: KeyPath = (), *, as_text: bool = False) -> Value:
+        """The value with every expression in it replaced.
+
+        Args:
+            value: What may hold expressions.
+            path: Where it is, for `failed`.
+            as_text: Do not read a variable of the environment as YAML: its text is wanted.
+        """
+        content = value.content
+        if isinstance(content, dict):
+            members: dict[str, Value] = {}
+            for stated, each in content.items():
+                key = self._key(stated, each, path) if "${" in stated else stated
+                if key in members:
+                    message, fix = f"two keys are {key} once their expressions are replaced", "leave one of them out"
+                    self.problems.add(problem_at("duplicate-key", message, fix, key_origin(each)))
+                members[key] = self.resolve(each, (*path, key), as_text=as_text)
+            return replace(value, content=members)
+        if isinstance(content, list):
+            items = [self.resolve(each, (*path, n), as_text=as_text) for n, each in enumerate(content)]
+            return replace(value, content=items)
+        if not isinstance(content, str) or "${" not in content:
+            return value
+        try:
+            data, through = Template(value, content, self.scope, as_text=as_text).evaluate()
+        except LaunchError as error:
+            self.failed.add(path)
+            self.problems.add(*error.problems, doubt=None)  # who leaves out what has failed knows
+            return value
+        origin = replace(value.origin, through=through)
+        return replace(Value.of(data, origin), key=value.key)
+
+    def _key(self, key: str, value: Value, path: KeyPath) -> str:
+        """A key with its expressions replaced, which it may hold below a `for_each`."""
+        stated = Value(key, key_origin(value))
+        if not self.scope.each:
+            message, fix = "a key cannot hold an expression", "write it out; only below for_each keys hold expressions"
+            self.problems.add(problem_at("expression", message, fix, stated.origin), doubt=None)
+            self.failed.add((*path, key))
+            return key
+        found = self.resolve(stated, (*path, key), as_text=True).content
+        return found if isinstance(found, str) else shown(found)

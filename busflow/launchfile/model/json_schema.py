@@ -1,0 +1,184 @@
+"""The JSON Schema of a launch file, with the parameters of each known plugin, for editors to complete and check."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import Any, NamedTuple
+
+from pydantic.errors import PydanticInvalidForJsonSchema
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
+
+from busflow.bus.qos import PRESETS, QoS
+from busflow.launchfile.model.keys import LaunchKeys
+from busflow.node.parameters import Parameters
+from busflow.node.supervision import Restart
+
+Schema = dict[str, Any]
+
+_EXPRESSION: Schema = {"type": "string", "pattern": r"\$\{"}
+_NODE_NAME = r"^/?([A-Za-z_][A-Za-z0-9_]*/)*[A-Za-z_][A-Za-z0-9_]*$|\$\{"
+_BESIDE = ("description", "default", "readOnly")
+"""What is said of a value, whatever its form."""
+
+
+class PluginSchema(NamedTuple):
+    """What the schema has to know of a plugin."""
+
+    name: str
+    parameters: type[Parameters]
+    summary: str = ""
+
+
+class _Generator(GenerateJsonSchema):
+    """pydantic's, silent about defaults that JSON cannot hold: they are left out."""
+
+    ignored_warning_kinds: set[JsonSchemaWarningKind] = {"skipped-choice", "non-serializable-default"}  # noqa: RUF012  # as pydantic has it
+
+
+def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
+    """The schema, in the draft of 2020-12.
+
+    >>> launch_schema()["properties"]["seed"]["description"]
+    'Decides every random number of the run.'
+    """
+    root = _model_schema(LaunchKeys, "")
+    definitions: Schema = {"Expression": _EXPRESSION, **root.pop("$defs")}
+    profile = _model_schema(QoS, "QoS.")
+    definitions |= {**profile.pop("$defs", {}), "QoS": profile}
+    _place_qos(root, definitions)
+    _place_restart(definitions)
+    for file in (root, definitions["ProfileKeys"]):
+        file["properties"]["record"]["anyOf"].insert(0, {"type": "string"})  # which is short for `to`
+    definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
+    for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
+        _place_includes(graph)
+        graph["properties"]["nodes"]["propertyNames"] = {"pattern": _NODE_NAME}
+    for name, section in [("", root), *definitions.items()]:
+        if name == "" or name.endswith("Keys"):
+            section["patternProperties"] = {"^x-": True}
+            section["properties"] = {key: _or_null(each) for key, each in section["properties"].items()}
+    return {
+        "$schema": GenerateJsonSchema.schema_dialect,
+        "title": "busflow launch file",
+        **root,
+        "$defs": dict(sorted(definitions.items())),
+    }
+
+
+def _model_schema(model: type[Any], prefix: str) -> Schema:
+    """A model's schema: every value may be an expression, and its definitions carry a prefix."""
+    template = f"#/$defs/{prefix}{{model}}"
+    try:
+        schema: Schema = model.model_json_schema(ref_template=template, schema_generator=_Generator)
+    except PydanticInvalidForJsonSchema:
+        return {"type": "object"}  # a type of the plugin's own that JSON cannot describe
+    definitions = schema.pop("$defs", {})
+    opened = {f"{prefix}{name}": _opened(each) for name, each in definitions.items()}
+    return {**_opened(schema), "$defs": opened} if opened else _opened(schema)
+
+
+def _opened(schema: Schema) -> Schema:
+    """A schema in which every value inside may be written as `${…}`; titles, which only repeat names, are left out."""
+    found: Schema = {}
+    for key, value in schema.items():
+        if key == "title" or (key == "default" and not _in_json(value)):
+            continue
+        if key == "description":
+            found[key] = str(value).partition("\n\n")[0]
+        elif key == "properties":
+            found[key] = {name: _expressible(_opened(each)) for name, each in value.items()}
+        elif key in {"items", "additionalProperties"} and isinstance(value, Mapping):
+            found[key] = _expressible(_opened(dict(value)))  # pyright: ignore[reportUnknownArgumentType]  # JSON
+        elif key in {"anyOf", "oneOf", "prefixItems"}:
+            found[key] = [_opened(each) for each in value]
+        else:
+            found[key] = value
+    return found
+
+
+def _expressible(schema: Schema) -> Schema:
+    """The schema, or an expression where it does not take any text already."""
+    form = {key: value for key, value in schema.items() if key not in _BESIDE}
+    beside = {key: value for key, value in schema.items() if key in _BESIDE}
+    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    if not form or form.get("type") == "object" or any(map(_is_any_text, options)):
+        return schema
+    if any(option.get("$ref", "").endswith("Keys") for option in options):
+        return schema
+    return {**beside, "anyOf": [*options, {"$ref": "#/$defs/Expression"}]}
+
+
+def _is_any_text(schema: Schema) -> bool:
+    return schema.get("type") == "string" and not {"enum", "pattern"} & schema.keys()
+
+
+def _in_json(value: object) -> bool:
+    """Whether JSON can hold a default: it has no infinity."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _or_null(schema: Schema) -> Schema:
+    """A key of the launch file that is left empty counts as not stated."""
+    form = {key: value for key, value in schema.items() if key not in _BESIDE}
+    beside = {key: value for key, value in schema.items() if key in _BESIDE and value is not None}
+    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    if not form or {"type": "null"} in options:
+        return {**beside, **form}
+    return {**beside, "anyOf": [*options, {"type": "null"}]}
+
+
+def _place_qos(root: Schema, definitions: Schema) -> None:
+    """Every place that takes a QoS profile: its name, or its fields."""
+    fields = {"$ref": "#/$defs/QoS"}
+    profile: Schema = {"anyOf": [{"enum": list(PRESETS)}, {"type": "string"}, fields]}
+    for graph in (root, definitions["ProfileKeys"]):
+        graph["properties"]["qos"]["additionalProperties"] = fields
+    definitions["TopicKeys"]["properties"]["qos"] |= profile
+    for section, key in product(("NodeKeys", "DefaultKeys"), ("publishers", "subscriptions")):
+        definitions[section]["properties"][key]["additionalProperties"] = profile
+
+
+def _place_includes(graph: Schema) -> None:
+    """A file's name is short for an entry with only that."""
+    name, entry = {"type": "string"}, {"$ref": "#/$defs/IncludeKeys"}
+    description = graph["properties"]["include"]["description"]
+    items = {"type": "array", "items": {"anyOf": [name, entry]}}
+    graph["properties"]["include"] = {"description": description, "anyOf": [name, items]}
+
+
+def _place_restart(definitions: Schema) -> None:
+    """A word is short for an entry with only that."""
+    whole: Schema = {"$ref": "#/$defs/RestartKeys"}
+    forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
+    for properties in (definitions[owner]["properties"] for owner in ("NodeKeys", "DefaultKeys", "ProcessKeys")):
+        description = properties["restart"]["description"]
+        properties["restart"] = {"description": description, "default": "never", "anyOf": forms}
+
+
+def _by_plugin(plugins: Iterable[PluginSchema], definitions: Schema) -> Schema:
+    """What a node's `plugin` decides: the parameters that it may have."""
+    names: list[Schema] = []
+    branches: list[Schema] = []
+    for plugin in plugins:
+        key = f"{plugin.name}.parameters"
+        parameters = _model_schema(plugin.parameters, f"{plugin.name}.")
+        definitions |= parameters.pop("$defs", {})
+        required = parameters.pop("required", None)
+        definitions[key] = parameters
+        names.append({"const": plugin.name, **({"description": plugin.summary} if plugin.summary else {})})
+        then: Schema = {"properties": {"parameters": {"anyOf": [{"$ref": f"#/$defs/{key}"}, {"type": "null"}]}}}
+        if required:
+            # What a plugin requires may also stand in a file of parameters.
+            stated = {"required": ["parameters"], "properties": {"parameters": {"required": required}}}
+            then["anyOf"] = [{"required": ["parameters_from"]}, stated]
+        chosen = {"properties": {"plugin": {"const": plugin.name}}, "required": ["plugin"]}
+        branches.append({"if": chosen, "then": then})
+    properties: Schema = definitions["NodeKeys"]["properties"]
+    properties["plugin"]["anyOf"] = [*names, {"type": "string", "minLength": 1}]
+    return {"properties": properties, **({"allOf": branches} if branches else {})}

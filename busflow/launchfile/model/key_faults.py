@@ -1,0 +1,167 @@
+"""What is wrong with the keys of a launch file, in its own words, with what to write instead."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from difflib import SequenceMatcher
+from typing import cast, get_origin
+
+from pydantic import ValidationError
+
+from busflow.errors import Fault, KeyPath
+from busflow.launchfile.model.description import Doubt
+from busflow.launchfile.model.keys import LaunchKeys, NodeKeys, Section
+from busflow.launchfile.yaml.scalar import flow
+from busflow.text import nearest, printable
+from busflow.validation.annotations import at, split
+from busflow.validation.faults import faults
+
+_ASSIGNMENT = re.compile(r"([A-Za-z_/~][\w/~-]*)\s*:?=\s*(\S+)")
+_ALIKE = 0.75
+"""From how much on a key is so like the one that is suggested that it is read as that one."""
+
+
+def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:
+    """The keys of a launch file as a model, or all that is wrong with them."""
+    try:
+        return LaunchKeys.model_validate(data), ()
+    except ValidationError as error:
+        return None, tuple(_named(fault, data) for fault in faults(error, LaunchKeys, data, noun="key"))
+
+
+def _named(fault: Fault, data: object) -> Fault:
+    """The fault in a launch file's words: a key that a later version will know is not a typo."""
+    if not fault.path:
+        message = fault.message.replace("the keys", "a launch file")
+        return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
+    message = fault.message.replace(" or null", "")  # which is the same as not stated
+    fault = replace(fault, message=message.replace("RecordKeys", "a file such as run.mcap, or a mapping"))
+    if fault.path[-2:] == ("restart", "policy"):  # which is mostly written as one word
+        fault = replace(fault, message=fault.message.replace(".restart.policy", ".restart"))
+    owner = _section(fault.path[:-1])
+    if fault.code == "unknown" and owner is not None and fault.path[-1] in owner.later:
+        message = f"{fault.message.removeprefix('unknown ')} is not in this version yet"
+        return replace(fault, message=message, fix=owner.later[str(fault.path[-1])], code="later")
+    return replace(fault, fix=_instead(fault, owner, _found(data, fault.path)))
+
+
+def meant(fault: Fault, value: object) -> str | None:
+    """The key that an unknown one surely is, but for how it is written, if this can be its value."""
+    owner, written = _section(fault.path[:-1]), str(fault.path[-1]) if fault.path else ""
+    if fault.code != "unknown" or owner is None:
+        return None
+    near = nearest(written, owner.model_fields)
+    if near is None or SequenceMatcher(None, near, written.casefold()).ratio() < _ALIKE:
+        return None
+    path = (*fault.path[:-1], near)
+    is_section = _section(path) is not None or get_origin(split(at(LaunchKeys, path)[0])[0]) is dict
+    return near if isinstance(value, Mapping) or not is_section else None
+
+
+def wants_list(fault: Fault) -> bool:
+    """Whether a list should be where something else is."""
+    return fault.code == "type" and get_origin(split(at(LaunchKeys, fault.path)[0])[0]) is list
+
+
+def _section(path: KeyPath) -> type[Section] | None:
+    owner, _ = split(at(LaunchKeys, path)[0])
+    return owner if isinstance(owner, type) and issubclass(owner, Section) else None
+
+
+def _found(data: object, path: KeyPath) -> object:
+    """What is at a path."""
+    for step in path:
+        match data:
+            case Mapping():
+                data = cast("Mapping[object, object]", data).get(step)
+            case list() if isinstance(step, int):
+                data = cast("list[object]", data)[step]
+            case _:
+                return None
+    return data
+
+
+def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | None:
+    """What to write instead."""
+    key = str(fault.path[-1])
+    if fault.code == "unknown" and owner is NodeKeys and (fault.fix or "").startswith("known"):
+        return f"{fault.fix}; a parameter of the node stands below parameters:"
+    if fault.code != "type" or fault.fix is not None:
+        return fault.fix
+    wanted, _ = split(at(LaunchKeys, fault.path)[0])
+    section = _section(fault.path)
+    text: str | None = None
+    if wants_list(fault):
+        text = f"{key}: [{flow(value)}]"
+    elif section is None and get_origin(wanted) is not dict:
+        return None
+    elif isinstance(value, list):
+        return _for_list(key, cast("list[object]", value))
+    elif section is not None and _section(fault.path[:-1]) is None and key in section.model_fields:
+        return f"write a name above it, and indent {key}: below that"
+    elif isinstance(value, str) and (assignment := _ASSIGNMENT.fullmatch(value)):
+        text = f"{assignment[1]}: {assignment[2]}"
+    elif isinstance(value, str) and key == "depends_on":
+        text = f"{key}: {{{value}: started}}"
+    elif len(fault.path) > 1 and fault.path[-2] in _ENTRIES and (isinstance(value, str) or fault.path[-2] == "args"):
+        text = f"{key}: {_ENTRIES[str(fault.path[-2])].format(flow(value), _type(value))}"
+    return f"write {printable(text, limit=100)}" if text is not None else None
+
+
+_ENTRIES = {"nodes": "{{plugin: {0}}}", "topics": "{{qos: {0}}}", "args": "{{type: {1}, default: {0}}}"}
+"""What an entry is that was stated as one value, by its section."""
+
+
+def _for_list(key: str, items: list[object]) -> str | None:
+    """What to write instead of a list, where names are needed."""
+    if key == "for_each":
+        text = printable(f"{key}: {{item: {flow(items)}}}", limit=100)
+        return f"write {text}, and ${{each.item}} where one is meant"
+    if key == "nodes":
+        return "write each node's name instead of '-', and plugin: below it"
+    words = [each for each in items if isinstance(each, str)]
+    if key == "depends_on" and len(words) == len(items):
+        text = f"{key}: {{{', '.join(f'{each}: started' for each in words)}}}"
+    elif key == "remap" and (pairs := [found for found in map(_ASSIGNMENT.fullmatch, words) if found]):
+        text = f"{key}: {{{', '.join(f'{each[1]}: {each[2]}' for each in pairs)}}}"
+    else:
+        return "leave out the '-' before each" if items and all(isinstance(each, Mapping) for each in items) else None
+    return f"write {printable(text, limit=100)}"
+
+
+def _type(value: object) -> str:
+    """The type of an argument that has this default."""
+    match value:
+        case list():
+            items = cast("list[object]", value)
+            return f"list[{_type(items[0]) if items else 'float'}]"
+        case bool() | int() | float():
+            return type(value).__name__
+        case _:
+            return "str"
+
+
+_NAMELESS = {"name", "args", "env", "clock", "seed", "record", "expect", "shutdown", "processes", "machines", "network"}
+"""Keys of a launch file that decide neither which nodes there are nor how they are connected."""
+_OWN = {"restart", "depends_on", "on_exit", "process", "machine"}
+"""The like of a node."""
+
+
+def doubt_about(path: KeyPath) -> Doubt | None:
+    """What is left open where what is at a path of a launch file is not known."""
+    steps = [str(step) for step in path]
+    while steps[:1] == ["groups"] and len(steps) > 2:  # whose keys are those of a file
+        steps = steps[2:]
+    head = steps[0] if steps else ""
+    if head in _NAMELESS or head == "profiles" or head.startswith("x-"):  # one that is chosen is in the file's own keys
+        return None
+    if head == "plugins":
+        return Doubt.PLUGINS
+    key = steps[1] if head == "defaults" and len(steps) > 1 else steps[2] if head == "nodes" and len(steps) > 2 else ""
+    if head in {"qos", "topics"} or key in {"publishers", "subscriptions"}:
+        return Doubt.QOS
+    if key in {"parameters", "parameters_from"}:
+        return Doubt.PARAMETERS
+    return None if key in _OWN else Doubt.NODES

@@ -1,0 +1,372 @@
+"""The keys of a launch file: their types, defaults and help, from which both the checks and the JSON Schema come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+
+from busflow.bus.patterns import check_pattern
+from busflow.launchfile.model.description import ClockMode, Compression, OnDrop
+from busflow.launchfile.model.roles import Role
+from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
+from busflow.validation.annotations import StrictModel
+from busflow.validation.durations import PATTERN, parse_duration
+
+_ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
+Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
+"""A duration: `50ms`, `1.5s`, or a number of seconds."""
+
+Qos = str | dict[str, Any]
+"""The name of a profile, or fields of one. `busflow.qos` checks them."""
+
+
+class Section(StrictModel):
+    """A mapping of a launch file. `x-` keys are the user's own; an empty key counts as not stated."""
+
+    later: ClassVar[Mapping[str, str]] = {}
+    """Keys that this version does not know yet, with what to do instead."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _stated(cls, data: object) -> object:
+        if not isinstance(data, Mapping):
+            return {} if data is None else data
+        members = cast("Mapping[str, object]", data).items()
+        return {key: value for key, value in members if value is not None and not key.startswith("x-")}
+
+
+class ArgumentKeys(Section):
+    """One argument of the launch file, given as `name:=value`."""
+
+    type: Literal["float", "int", "bool", "str", "list[float]", "list[int]", "list[bool]", "list[str]"] = Field(
+        description="What a value must be."
+    )
+    default: Any = Field(default=None, description="The value where none is given; without it one must be given.")
+    help: str = Field(default="", description="What `busflow run FILE --help` says about it.")
+    choices: list[Any] | None = Field(default=None, min_length=1, description="The only values allowed.")
+    min: float | None = Field(default=None, description="The smallest value allowed.")
+    max: float | None = Field(default=None, description="The largest value allowed.")
+
+    @model_validator(mode="after")
+    def _ranges_are_for_numbers(self) -> Self:
+        if (self.min is not None or self.max is not None) and not {"float", "int"} & {self.type, self.type[5:-1]}:
+            raise ValueError(f"min and max are for numbers, not for {self.type}")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError("min must not be above max")
+        return self
+
+
+class Repeatable(Section):
+    """An entry that may be there several times, or not at all."""
+
+    for_each: dict[str, list[Any]] = Field(
+        default_factory=dict[str, list[Any]],
+        description="The entry once for each item of a list, in it ${each.name}; for several lists, of their product.",
+    )
+    when: bool = Field(default=True, description="Whether it is there: `${args.camera}`, `${args.side == 'left'}`.")
+
+
+class TopicKeys(Repeatable):
+    """The contract of a topic, by its final name."""
+
+    later: ClassVar[Mapping[str, str]] = {"expect": "write it at the top level, under expect: topics:"}
+
+    type: str | None = Field(default=None, description="The message type: sensor_msgs/msg/Imu.")
+    qos: Qos | None = Field(default=None, description="A profile's name, or fields of one.")
+    history: int | None = Field(
+        default=None, ge=0, le=100_000, description="How many messages are kept for `topic echo --last`; 1 unless said."
+    )
+
+
+def _shorter_first(pauses: list[float]) -> list[float]:
+    if pauses[0] > pauses[1]:
+        raise ValueError("the first pause comes before the longest")
+    return pauses
+
+
+_STANDARD = RestartPolicy()
+
+
+class RestartKeys(Section):
+    """When a node is started anew, and when it is given up. `restart: on-failure` alone takes the defaults."""
+
+    policy: Restart = Field(description="When: never, on-failure, or always, also when its run() returns.")
+    max: int = Field(default=_STANDARD.most, ge=1, description="How many restarts within the window.")
+    backoff: Annotated[list[Seconds], Field(min_length=2, max_length=2), AfterValidator(_shorter_first)] = Field(
+        default=[_STANDARD.first_s, _STANDARD.longest_s],
+        description="The pause before the first restart, and the longest; it doubles in between.",
+    )
+    window: Seconds = Field(default=_STANDARD.window_s, description="The time in which the limit counts.")
+
+
+def _restart_word(data: object) -> object:
+    """`restart: on-failure` is short for a mapping with only that."""
+    return {"policy": data} if isinstance(data, str) else data
+
+
+class DefaultKeys(Section):
+    """What holds for each node of a file or a group that does not say otherwise."""
+
+    parameters: dict[str, Any] = Field(default_factory=dict, description="The node's parameters.")
+    remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
+    publishers: dict[str, Qos] = Field(default_factory=dict, description="QoS of what the node publishes, by topic.")
+    subscriptions: dict[str, Qos] = Field(default_factory=dict, description="QoS of what it receives, by topic.")
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the node fails or ends."
+    )
+    depends_on: dict[str, Condition] = Field(
+        default_factory=dict, description="What to wait for in other nodes before the start, by their names."
+    )
+    on_exit: OnExit = Field(default=OnExit.IGNORE, description="What the end of the node's run() means for the others.")
+    process: str | None = Field(
+        default=None, min_length=1, description="The process it runs in, one of `processes`; main unless said."
+    )
+    machine: str | None = Field(
+        default=None, min_length=1, description="The machine it runs on, one of `machines`; that of its process."
+    )
+
+
+class NodeKeys(Repeatable, DefaultKeys):
+    """One node to run."""
+
+    later: ClassVar[Mapping[str, str]] = {
+        "log": "leave it out",
+    }
+
+    plugin: str | None = Field(
+        default=None,
+        min_length=1,
+        description="The node's class: an installed name, a file or folder in `plugins`, or `name:Class`. "
+        "Left out, the entry changes a node of an included file.",
+    )
+    namespace: str | None = Field(default=None, description="Put before the node's name and its relative topics.")
+    parameters_from: str | list[str] = Field(
+        default_factory=list, description="YAML files with parameters, under those stated here."
+    )
+
+
+class IncludeKeys(Repeatable):
+    """Another launch file whose nodes run too."""
+
+    file: str = Field(min_length=1, description="The file, relative to this one.")
+    args: dict[str, Any] = Field(default_factory=dict, description="Values for the file's arguments.")
+    namespace: str | None = Field(default=None, description="Put before its nodes and relative topics.")
+    profile: str | None = Field(default=None, description="The profile of the file that is to hold.")
+
+
+def _include_list(data: object) -> object:
+    """`include: a.yaml` and `include: [a.yaml]` are short for a list with one `file:`."""
+    if isinstance(data, str):
+        return [{"file": data}]
+    if isinstance(data, list):
+        items = cast("list[object]", data)
+        return [{"file": each} if isinstance(each, str) else each for each in items]
+    return data
+
+
+class ProcessKeys(Section):
+    """A process of the run beside its main one."""
+
+    machine: str | None = Field(
+        default=None, min_length=1, description="The machine it runs on, one of `machines`; main unless said."
+    )
+    nice: int = Field(default=0, ge=-20, le=19, description="How much it gives way to others for the processor.")
+    env: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="Variables of its environment, beside those of the run."
+    )
+    restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
+        default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
+    )
+
+
+class MachineKeys(Section):
+    """A machine of the run beside the main one: `busflow run FILE --machine NAME` runs what is placed on it."""
+
+    connect: str | None = Field(default=None, description="Where the others reach it: tls/192.0.2.7:7447.")
+    listen: str | None = Field(default=None, description="Where it listens; else as `network` says, or at `connect`.")
+    cert: str | None = Field(default=None, description="Its certificate; else NAME.pem beside the network's `ca`.")
+    key: str | None = Field(default=None, description="Its private key; else NAME.key beside the network's `ca`.")
+
+
+class NetworkKeys(Section):
+    """How machines trust each other, and who else may join the run. Paths are relative to the file."""
+
+    listen: str | None = Field(default=None, description="Where each machine listens: tls/0.0.0.0:7447.")
+    ca: str | None = Field(default=None, description="The certificate that has signed all others.")
+    cert: str | None = Field(default=None, description="This machine's certificate; else NAME.pem beside `ca`.")
+    key: str | None = Field(default=None, description="This machine's private key; else NAME.key beside `ca`.")
+    allow: dict[str, Role] = Field(
+        default_factory=dict[str, Role], description="What others may do, by the name in their certificate."
+    )
+
+
+class ClockKeys(Section):
+    """The time the run lives in."""
+
+    mode: ClockMode = Field(
+        default=ClockMode.SYSTEM, description="The system's clock, a simulated one, or that of the topic /clock."
+    )
+    start: float | None = Field(default=None, ge=0, description="Where a simulated clock starts, in seconds.")
+    seed: int | None = Field(default=None, ge=0, description="The same as `seed` at the top level.")
+    rate: float | None = Field(
+        default=None, gt=0, description="A simulated clock's seconds per second of the wall; else as fast as can be."
+    )
+
+    @model_validator(mode="after")
+    def _only_simulated(self) -> Self:
+        if self.mode is not ClockMode.SIM and not (self.start is None and self.rate is None):
+            raise ValueError("start and rate are for a simulated clock; write mode: sim")
+        return self
+
+
+class ShutdownKeys(Section):
+    """How a run ends."""
+
+    grace: Seconds | None = Field(default=None, description="How long the nodes may take to stop.")
+
+
+def _ordered(limits: list[float]) -> list[float]:
+    if not limits[0] <= limits[1]:
+        raise ValueError("the lower limit comes first, and both are numbers")
+    return limits
+
+
+Limits = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+"""The lowest and the highest value allowed: `[9.5, 10.5]`; `-.inf` and `.inf` leave a side open."""
+
+
+class TopicExpectationKeys(Section):
+    """What has to hold on one topic."""
+
+    rate_hz: Limits | None = Field(default=None, description="How often it is published, on average: [9.5, 10.5].")
+    max_age: Seconds | None = Field(
+        default=None, description="How long after its header's stamp a message may reach a node."
+    )
+    max_dropped: int | None = Field(default=None, ge=0, description="How many of its messages may be dropped.")
+    values: dict[str, Limits] = Field(
+        default_factory=dict[str, Limits], description="Limits of fields: `linear_acceleration.z: [9, 11]`."
+    )
+
+
+class ExpectKeys(Section):
+    """What `busflow test` checks, on simulated time."""
+
+    duration: Seconds | None = Field(default=None, description="How long to run, unless `--for` says.")
+    no_errors: bool = Field(default=False, description="No line of the log may be an error.")
+    max_dropped: int | None = Field(default=None, ge=0, description="How many messages may be dropped in all.")
+    topics: dict[str, TopicExpectationKeys] = Field(
+        default_factory=dict[str, TopicExpectationKeys], description="What has to hold on topics, by final name."
+    )
+
+
+Pattern = Annotated[str, AfterValidator(check_pattern)]
+"""A pattern of topics' names."""
+
+
+class RecordKeys(Section):
+    """What `busflow run` records, and where. `record: run.mcap` alone records all topics that are not hidden."""
+
+    to: str = Field(
+        min_length=1, description="The file, below the working directory: runs/{name}-{start}.mcap with run and time."
+    )
+    topics: list[Pattern] = Field(
+        default_factory=list[str], description="Only these topics and services, by pattern: /imu/*, /arm/**."
+    )
+    exclude: list[Pattern] = Field(default_factory=list[str], description="Not these, by pattern.")
+    on_drop: OnDrop = Field(
+        default=OnDrop.WARN, description="What follows if something is missing: a warning, or the end of the run."
+    )
+    compression: Compression = Field(default=Compression.ZSTD, description="How the file is made smaller.")
+
+
+def _record_file(data: object) -> object:
+    """`record: run.mcap` is short for a mapping with only `to`."""
+    return {"to": data} if isinstance(data, str) else data
+
+
+class GraphKeys(Section):
+    """What a file and a group have in common."""
+
+    namespace: str | None = Field(default=None, description="Put before all nodes and relative topics in it.")
+    defaults: DefaultKeys = Field(default=DefaultKeys(), description="What holds for every node in it, unless it says.")
+    topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
+    nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
+    groups: dict[str, GroupKeys] = Field(default_factory=dict, description="Nodes that share a namespace or defaults.")
+    include: Annotated[list[IncludeKeys], BeforeValidator(_include_list)] = Field(
+        default_factory=list[IncludeKeys], description="Launch files whose nodes run too."
+    )
+
+
+class GroupKeys(GraphKeys, Repeatable):
+    """Nodes that share a namespace, defaults, a `for_each` or a `when`."""
+
+
+class ProfileKeys(GraphKeys):
+    """What is different in a launch file when the profile is chosen."""
+
+    name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
+    plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
+    args: dict[str, Any] = Field(default_factory=dict, description="Other defaults, choices or ranges of arguments.")
+    env: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="Variables of the environment, for ${env.NAME} and for the nodes."
+    )
+    qos: dict[str, dict[str, Any]] = Field(default_factory=dict, description="Named QoS profiles.")
+    processes: dict[str, ProcessKeys] = Field(
+        default_factory=dict, description="Processes that nodes may run in, beside the main one."
+    )
+    machines: dict[str, MachineKeys] = Field(
+        default_factory=dict, description="Machines that nodes may run on, beside the main one."
+    )
+    network: NetworkKeys = Field(default=NetworkKeys(), description="How the machines are linked, and who may join.")
+    clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
+    seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
+    record: Annotated[RecordKeys | None, BeforeValidator(_record_file)] = Field(
+        default=None, description="What to write into a file while the graph runs."
+    )
+    expect: ExpectKeys = Field(default=ExpectKeys(), description="What has to hold, checked by `busflow test`.")
+    shutdown: ShutdownKeys = Field(default=ShutdownKeys(), description="How the run ends.")
+
+
+class LaunchKeys(ProfileKeys):
+    """A launch file of busflow: the nodes of a graph and what they are told."""
+
+    later: ClassVar[Mapping[str, str]] = {
+        "version": "leave it out",
+    }
+
+    args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
+    profile: str | None = Field(default=None, description="The profile that holds where none is chosen.")
+    profiles: dict[str, ProfileKeys] = Field(
+        default_factory=dict[str, ProfileKeys], description="What is different under a name: `--profile NAME`."
+    )
+
+    @model_validator(mode="after")
+    def _one_seed(self) -> Self:
+        if self.seed is not None and self.clock.seed not in {None, self.seed}:
+            raise ValueError(f"seed is {self.seed} and clock.seed is {self.clock.seed}; state it once")
+        return self
+
+
+ORDER = (
+    *(
+        "name",
+        "plugins",
+        "args",
+        "env",
+        "profile",
+        "profiles",
+        "qos",
+        "defaults",
+        "topics",
+        "nodes",
+        "groups",
+        "processes",
+        "machines",
+        "network",
+        "include",
+    ),
+    *("namespace", "clock", "seed", "record", "expect", "shutdown"),
+)
+"""The keys of a launch file in the order in which a person would write them."""

@@ -1,0 +1,127 @@
+"""Placement: which process of a run each node is in, and on which machine."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+from busflow.errors import Problem, Severity
+from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec
+from busflow.launchfile.model.faults import problem_at
+
+MAIN = "main"
+"""The process that `busflow run` itself is, and the machine that it is on without `--machine`."""
+_ON = ":"
+
+
+def process_name(machine: str, process: str) -> str:
+    """What a process is called in the whole run.
+
+    >>> process_name("main", "eyes"), process_name("arm", "eyes")
+    ('eyes', 'arm:eyes')
+    """
+    return process if machine == MAIN else f"{machine}{_ON}{process}"
+
+
+def machine_of(process: str) -> str:
+    """The machine of a process, by its name in the whole run.
+
+    >>> machine_of("eyes"), machine_of("arm:eyes")
+    ('main', 'arm')
+    """
+    return process.partition(_ON)[0] if _ON in process else MAIN
+
+
+class Spread(StrEnum):
+    """How nodes are put into processes."""
+
+    FILE = "file"
+    """As the launch file says."""
+    ONE = "one"
+    """All in the main process."""
+    AUTO = "auto"
+    """Each in one of its own, unless the file says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """The processes of a run on one machine and their nodes, and who is on others."""
+
+    nodes: Mapping[str, tuple[str, ...]]
+    """By process, the full names of its nodes; the main one first."""
+    specs: Mapping[str, ProcessSpec]
+    """By process, what the launch file says of it; the main one has none."""
+    machine: str = MAIN
+    elsewhere: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    """The processes of other machines, as `nodes`."""
+
+    @property
+    def main(self) -> str:
+        """The main process of this machine."""
+        return process_name(self.machine, MAIN)
+
+    def process_of(self, node: str) -> str:
+        """Where a node is; whatever is nowhere else is in the main process."""
+        everywhere = (*self.nodes.items(), *self.elsewhere.items())
+        return next((process for process, nodes in everywhere if node in nodes), self.main)
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """All but the main one."""
+        return tuple(process for process in self.nodes if process != self.main)
+
+
+def placed(description: LaunchDescription, spread: Spread = Spread.FILE) -> Placement:
+    """Where the nodes of a description run; a process without nodes is not started."""
+    here = description.here or MAIN
+    stated = {process_name(spec.machine or MAIN, spec.name): spec for spec in description.processes}
+    specs = {name: replace(spec, name=name) for name, spec in stated.items()}
+    nodes: dict[str, list[str]] = {process_name(here, MAIN): []}
+    elsewhere: dict[str, list[str]] = {}
+    taken = Counter([MAIN, *(spec.name for spec in description.processes)])
+    for node in description.nodes:
+        machine = MAIN if node.machine is None or spread is Spread.ONE else node.machine
+        process = MAIN if node.process is None or spread is Spread.ONE else node.process
+        if process == MAIN and spread is Spread.AUTO:
+            process = node.name if not taken[node.name] else f"{node.name}-{taken[node.name]}"
+            taken[node.name] += 1
+            specs[process_name(machine, process)] = _own_process(process_name(machine, process), node)
+        where = nodes if machine == here or spread is Spread.ONE else elsewhere
+        where.setdefault(process_name(machine, process), []).append(node.full_name)
+    return Placement(_frozen(nodes), specs, here, _frozen(elsewhere))
+
+
+def _own_process(name: str, node: NodeSpec) -> ProcessSpec:
+    """The process of one node, of which the launch file says nothing."""
+    return ProcessSpec(name, node.origin, node.machine)
+
+
+def _frozen(nodes: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    return {process: tuple(names) for process, names in nodes.items()}
+
+
+def as_seen_from(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
+    """What is wrong with a node, as told on a machine: a driver of another one need not be installed here."""
+    where = node.machine or MAIN
+    if here in {None, where}:
+        return list(problems)
+    note = f"; {node.full_name} runs on the machine {where}, and what it publishes is not checked here"
+    return [replace(each, message=f"{each.message}{note}", severity=Severity.WARNING) for each in problems]
+
+
+def idle_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem]:
+    """Processes and machines that no node is in: they are not started."""
+    for description in descriptions:
+        for name, machine in description.network.machines.items() if description.network else ():
+            if name != MAIN and all(node.machine != name for node in description.nodes):
+                message, fix = f"no node is on the machine {name}", f"write machine: {name} below a node or a process"
+                yield replace(problem_at("unused-machine", message, fix, machine.origin), severity=Severity.WARNING)
+    used = {node.process for description in descriptions for node in description.nodes}
+    for description in descriptions:
+        for spec in description.processes:
+            if spec.name not in used:
+                message = f"no node is in the process {spec.name}: it is not started"
+                fix = f"write process: {spec.name} below a node"
+                yield replace(problem_at("unused-process", message, fix, spec.origin), severity=Severity.WARNING)

@@ -1,0 +1,88 @@
+"""`Problems`: what is wrong with a launch file, collected up to a number that still helps."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from busflow.errors import LaunchError, Problem, Severity
+from busflow.launchfile.model.description import Doubt
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+MOST = 100
+
+
+class Problems:
+    """The problems of one load. One too many ends it: nobody reads more, and a hostile file has thousands."""
+
+    def __init__(self) -> None:
+        self._found: list[Problem] = []
+        self.doubts: set[Doubt] = set()
+        """What they leave open."""
+
+    def __bool__(self) -> bool:
+        return bool(self._found)
+
+    def add(self, *problems: Problem, doubt: Doubt | None = Doubt.NODES) -> None:
+        """Keep problems, each one once, and what they leave open.
+
+        Raises:
+            LaunchError: There are too many.
+        """
+        self._found += [each for each in dict.fromkeys(problems) if each not in self._found]
+        self.doubts |= {doubt} if problems and doubt is not None else set()
+        if len(self._found) > MOST:
+            raise LaunchError([])
+
+    @contextmanager
+    def collecting(self) -> Generator[None]:
+        """Keep the problems that are raised inside, and go on after it."""
+        try:
+            yield
+        except LaunchError as error:
+            self._found += error.problems
+            self.doubts.add(Doubt.NODES)
+
+    def sorted(self, files: Iterable[str]) -> tuple[Problem, ...]:
+        """The problems in the order of these files, up to a number that still helps."""
+        found = list(in_order(self._found[:MOST], tuple(files)))
+        if len(self._found) > MOST:
+            found.append(Problem("more-problems", f"there are more than {MOST} problems", "begin with these"))
+        return tuple(found)
+
+
+def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
+    """Problems by file, in this order, and line, each once.
+
+    Those of no file, as of the command line, come first and as they are; those in nodes' code come last, unless a
+    launch file names the node.
+    """
+
+    def position(problem: Problem) -> tuple[int, int, int]:
+        places = [each for each in (problem.place, *problem.included_from) if each is not None]
+        for place in places:
+            if place.file in files:
+                return files.index(place.file), place.line, place.column
+        if places and places[0].file.endswith(".py"):
+            return len(files), places[0].line, places[0].column
+        return -1, 0, 0
+
+    found = list(problems)
+    return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
+
+
+def tell(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
+    """Log what does not keep a graph from running.
+
+    Args:
+        problems: Those of its plan.
+        log: Where to.
+        embedded: Whether a program is around the graph: it may publish yet what no node does.
+    """
+    for problem in problems:
+        quiet = problem.severity is not Severity.WARNING or (embedded and problem.code == "nobody-publishes")
+        values = {key: str(at) for key, at in (("at", problem.place), ("fix", problem.fix)) if at}
+        (log.debug if quiet else log.warning)(problem.message, **values)

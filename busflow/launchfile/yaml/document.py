@@ -1,0 +1,362 @@
+"""Reading YAML into a `Value`: from the event stream, within limits, every node with its place.
+
+What is read is data and no more: no aliases, anchors, tags, second documents, keys that are not scalars.
+Plain scalars mean what YAML 1.2's core schema says, so `yes`, `on` and `12:30` are text and `010` is ten.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NoReturn, TypeAlias
+
+import yaml
+
+from busflow.errors import LaunchError, Place, Problem
+from busflow.launchfile.yaml.scalar import plain_scalar
+from busflow.launchfile.yaml.syntax import explain
+from busflow.launchfile.yaml.value import Origin, Scalar, Source, Value
+
+MAX_BYTES = 1 << 20
+MAX_BYTES_WITHOUT_LIBYAML = 128 << 10
+"""The pure parser takes seconds per MiB."""
+MAX_DEPTH = 64
+MAX_VALUES = 50_000
+MAX_PROBLEMS = 20
+
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_UNREADABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+_BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xfe\xff": "UTF-32"}
+
+
+Doubled: TypeAlias = Callable[[Problem, Value], None]
+"""Told of a key that stands twice, with what it first stated."""
+
+
+@dataclass(slots=True)
+class Limits:
+    """What may still be read: one for all the files of a launch."""
+
+    values: int = MAX_VALUES
+
+
+def read_file(
+    path: Path,
+    shown: str,
+    included_from: tuple[Place, ...] = (),
+    limits: Limits | None = None,
+    doubled: Doubled | None = None,
+) -> Value:
+    """The content of a YAML file.
+
+    Args:
+        path: The file.
+        shown: What an error calls it: the path as the user wrote it.
+        included_from: The `include` entries that led here, innermost first.
+        limits: What is left of a launch's limits.
+        doubled: Told of keys that stand twice, instead of an error. Their mappings are laid on each other; of other
+            values the first one holds. Where such a key comes after another one that is empty, as what should stand
+            below it does, it is a member of that.
+
+    Raises:
+        LaunchError: The file cannot be read, or is not what this module takes.
+    """
+    try:
+        raw = _bytes(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _refusal("unreadable-file", f"cannot read {shown}: {reason}", None, None, included_from) from None
+    return parse(raw, shown, included_from, limits, doubled=doubled)
+
+
+def parse(
+    raw: bytes,
+    file: str,
+    included_from: tuple[Place, ...] = (),
+    limits: Limits | None = None,
+    loader: Any = None,
+    doubled: Doubled | None = None,
+) -> Value:
+    """The one document of a YAML text.
+
+    Raises:
+        LaunchError: With every problem up to the first that leaves the rest unreadable.
+    """
+    loader = loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    limit = MAX_BYTES if loader is not yaml.SafeLoader else MAX_BYTES_WITHOUT_LIBYAML
+    if len(raw) > limit:
+        why = "" if limit == MAX_BYTES else ", because PyYAML was built without libyaml here"
+        message = f"the file is larger than {limit >> 10} KiB{why}"
+        fix = "split it with `include:` or `parameters_from:`"
+        raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
+    text = _decoded(raw, file, included_from)
+    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits, doubled=doubled)
+    return builder.build(text, loader)
+
+
+def parse_value(text: str, label: str, before: str = "", *, as_text: bool = False) -> Value:
+    """The value that a command line states: a scalar, or a list or mapping in flow style.
+
+    What is not YAML is text, so that no shell quoting has to be quoted again.
+
+    >>> parse_value("[1, 2.5, on]", "command line").data
+    [1, 2.5, 'on']
+    >>> parse_value("@home", "command line").data
+    '@home'
+
+    Args:
+        text: The value.
+        label: What an error calls the place.
+        before: What stands before the value on the line, for the excerpt.
+        as_text: It is text, whatever it looks like.
+
+    Raises:
+        LaunchError: It opens a quote, a list or a mapping and then is not one.
+    """
+    builder = _Builder([before + text], label, Source.COMMAND_LINE, (), None, shift=len(before))
+    bad = _UNREADABLE.search(text)
+    if bad is not None:
+        place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
+        raise _refusal("control-character", f"the value holds {_named(bad.group())}", "leave it out", place)
+    if text[:1] in {"[", "{", '"', "'"} and not as_text:
+        return builder.build(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    place = Place(label, 1, len(before) + 1, max(1, len(text)), before + text)
+    content = builder.scalar(text.strip(), place) if not as_text else text
+    builder.finish()
+    return Value(text if content is None or isinstance(content, str) else content, Origin(Source.COMMAND_LINE, place))
+
+
+class _Builder:
+    """Builds values from YAML's events, counting as it goes."""
+
+    def __init__(
+        self,
+        lines: list[str],
+        file: str,
+        source: Source,
+        included_from: tuple[Place, ...],
+        limits: Limits | None,
+        shift: int = 0,
+        doubled: Doubled | None = None,
+    ) -> None:
+        self._lines = lines
+        self._file = file
+        self._source = source
+        self._included_from = included_from
+        self._shift = shift
+        self._doubled = doubled
+        self._limits = limits or Limits()
+        self._problems: list[Problem] = []
+
+    def build(self, text: str, loader: Any) -> Value:
+        """The one document of `text`."""
+        events = event_stream(text, loader)
+        root: Value | None = None
+        try:
+            for event in events:
+                if isinstance(event, yaml.NodeEvent):
+                    root = self._node(event, events, 0, None)
+                elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
+                    self._refuse("several-documents", "a second document begins here", "use one file for each", event)
+                    break
+        except yaml.MarkedYAMLError as error:
+            self._problems.append(explain(error, text, self._place))
+        except (yaml.YAMLError, ValueError, OverflowError) as error:
+            # The pure parser lets chr() complain about an escape beyond Unicode.
+            self._problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
+        self.finish()
+        if root is None or root.content is None:
+            self._stop(Problem("empty-file", "the file is empty", "write `key: value` lines", Place(self._file, 1, 1)))
+        return root
+
+    def finish(self) -> None:
+        """Raise what was found."""
+        if self._problems:
+            found = self._problems[:MAX_PROBLEMS]
+            raise LaunchError([_included(problem, self._included_from) for problem in found])
+
+    def scalar(self, text: str, place: Place) -> Scalar:
+        """What a plain scalar means."""
+        try:
+            return plain_scalar(text)
+        except ValueError as error:
+            fix = "quote it if it is text; a larger number needs a float such as 1.0e+20"
+            self._problems.append(Problem("number-too-large", str(error), fix, place))
+            return None
+
+    def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
+        self._limits.values -= 1
+        place = self._place_of(event)
+        if self._limits.values < 0:
+            fix = "keep large data in a file that the node itself reads"
+            self._stop(Problem("too-many-values", f"a launch has at most {MAX_VALUES} values", fix, place))
+        if depth > MAX_DEPTH:
+            self._stop(Problem("nested-too-deep", f"nested deeper than {MAX_DEPTH} levels", "make it flatter", place))
+        self._check_plain(event)
+        content: Any = None
+        if isinstance(event, yaml.ScalarEvent):
+            content = self.scalar(event.value, place) if event.implicit[0] and not event.style else event.value
+        elif isinstance(event, yaml.SequenceStartEvent):
+            content = []
+            while not isinstance(item := next(events), yaml.SequenceEndEvent):
+                content.append(self._node(item, events, depth + 1, None))
+        elif isinstance(event, yaml.MappingStartEvent):
+            content = self._members(events, depth)
+        return Value(content, Origin(self._source, place, self._included_from), key)
+
+    def _members(self, events: Iterator[Any], depth: int) -> dict[str, Value]:
+        members: dict[str, Value] = {}
+        while not isinstance(item := next(events), yaml.MappingEndEvent):
+            if not isinstance(item, yaml.ScalarEvent):
+                self._refuse("key-not-scalar", "a key must be a plain word or text", "quote it if it is text", item)
+                self._node(item, events, depth + 1, None)
+                self._node(next(events), events, depth + 1, None)
+                continue
+            self._check_plain(item)
+            name: str = item.value
+            place = self._place_of(item)
+            value = self._node(next(events), events, depth + 1, place)
+            if name in members:
+                self._twice(members, name, value)
+            else:
+                members[name] = value
+        return members
+
+    def _twice(self, members: dict[str, Value], name: str, second: Value) -> None:
+        """A key of a mapping once more."""
+        first, owner = members[name], _owner(members, name)
+        if self._doubled is None:
+            self._keep(twice(name, first, second))
+        elif owner is not None:
+            content = {**members[owner].members, name: second}
+            members[owner] = replace(members[owner], content=content)
+        else:
+            problem = twice(name, first, second)
+            self._doubled(_included(problem, self._included_from), first)
+            if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
+                members[name] = replace(first, content=first.merged(second).content)
+
+    def _check_plain(self, event: Any) -> None:
+        """Refuse what would make YAML more than data."""
+        if isinstance(event, yaml.AliasEvent):
+            self._refuse("alias", f"aliases such as *{event.anchor} are not allowed", "write the value again", event)
+        elif event.anchor is not None:
+            self._refuse("anchor", f"anchors such as &{event.anchor} are not allowed", "leave it out", event)
+        elif event.tag is not None:
+            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+            self._refuse("tag", f"tags such as {tag} are not allowed", "leave it out; quote a text", event)
+        elif isinstance(event, yaml.ScalarEvent) and event.style and _has_surrogate(event.value):
+            self._refuse("escape", "half of a surrogate pair is not a character", r"write \UXXXXXXXX", event)
+
+    def _refuse(self, code: str, message: str, fix: str, event: Any) -> None:
+        self._keep(Problem(code, message, fix, self._place_of(event)))
+
+    def _keep(self, problem: Problem) -> None:
+        self._problems.append(problem)
+        if len(self._problems) >= MAX_PROBLEMS:
+            self.finish()
+
+    def _stop(self, problem: Problem) -> NoReturn:
+        self._problems.append(problem)
+        self.finish()
+        raise AssertionError  # finish raises, there being a problem
+
+    def _place_of(self, event: Any) -> Place:
+        start, end = event.start_mark, event.end_mark
+        width = end.column - start.column if end.line == start.line else None
+        if isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)) and not event.flow_style:
+            width = None
+        return self._place(start.line, start.column, width)
+
+    def _place(self, line: int, column: int, width: int | None = None) -> Place:
+        """A stretch of a line, counted from 0; without a width it reaches to the line's end."""
+        excerpt = self._lines[line] if line < len(self._lines) else ""
+        shift = self._shift if line == 0 else 0
+        if width is None:
+            width = len(excerpt.rstrip()) - column - shift
+        return Place(self._file, line + 1, column + shift + 1, max(1, width), excerpt)
+
+
+def twice(name: str, first: Value, second: Value) -> Problem:
+    """A key that stands twice."""
+    message = f"the key {name} stands twice; it was first at {first.key}"
+    return Problem("duplicate-key", message, "leave one of them out", second.key)
+
+
+def _owner(members: dict[str, Value], name: str) -> str | None:
+    """The empty key that a key which is there already comes after, if an empty key is before the first one, too."""
+    keys = list(members)
+    empty = [key for key, value in members.items() if value.content is None or value.beside]
+    if not empty or not keys.index(empty[0]) < keys.index(name) < keys.index(empty[-1]):
+        return None
+    return empty[-1] if name not in members[empty[-1]].members else None
+
+
+def event_stream(text: str, loader: Any = None) -> Iterator[Any]:
+    """YAML's events; each has the marks of where it stands.
+
+    Raises:
+        yaml.MarkedYAMLError: On the way, where the text is not YAML.
+    """
+    loader = loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return yaml.parse(text, Loader=loader)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]  # a stub without types
+
+
+def _bytes(path: Path) -> bytes:
+    """A file's content; one byte more than the limit shows that it is too large."""
+    # Not blocking, and looking before reading: a FIFO would wait for ever, a device never end.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    with os.fdopen(descriptor, "rb") as file:
+        mode = os.fstat(descriptor).st_mode
+        if not stat.S_ISREG(mode):
+            raise ValueError("it is a directory" if stat.S_ISDIR(mode) else "it is not a regular file")
+        return file.read(MAX_BYTES + 1)
+
+
+def _decoded(raw: bytes, file: str, included_from: tuple[Place, ...]) -> str:
+    """The text of a UTF-8 file, with or without a byte order mark."""
+    for mark, encoding in _BYTE_ORDER_MARKS.items():
+        if raw.startswith(mark):
+            message = f"the file is written in {encoding}"
+            raise _refusal("encoding", message, "save it as UTF-8", Place(file, 1, 1), included_from)
+    raw = raw.removeprefix(b"\xef\xbb\xbf")
+    try:
+        text = raw.decode()
+    except UnicodeDecodeError as error:
+        before = raw[: error.start].decode()
+        place = _place_in(before + raw[error.start :].decode(errors="replace"), len(before), file)
+        message = f"the byte 0x{raw[error.start]:02x} is not UTF-8"
+        raise _refusal("encoding", message, "save the file as UTF-8", place, included_from) from None
+    bad = _UNREADABLE.search(text)
+    if bad is not None:
+        message = f"{_named(bad.group())} is not allowed; is this a text file?"
+        raise _refusal("control-character", message, "leave it out", _place_in(text, bad.start(), file), included_from)
+    return text
+
+
+def _place_in(text: str, index: int, file: str) -> Place:
+    lines = _LINE_END.split(text[:index])
+    rest = _LINE_END.split(text[index : index + 200])[0]
+    return Place(file, len(lines), len(lines[-1]) + 1, 1, lines[-1] + rest)
+
+
+def _named(char: str) -> str:
+    return "a NUL byte" if char == "\0" else f"the control character U+{ord(char):04X}"
+
+
+def _has_surrogate(text: str) -> bool:
+    return any("\ud800" <= char <= "\udfff" for char in text)
+
+
+def _included(problem: Problem, included_from: tuple[Place, ...]) -> Problem:
+    return Problem(problem.code, problem.message, problem.fix, problem.place, problem.severity, included_from)
+
+
+def _refusal(
+    code: str, message: str, fix: str | None, place: Place | None, included_from: tuple[Place, ...] = ()
+) -> LaunchError:
+    return LaunchError([Problem(code, message, fix, place, included_from=included_from)])

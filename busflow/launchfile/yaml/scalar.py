@@ -1,0 +1,99 @@
+"""What a plain YAML scalar means, and how a value is written: the core schema of YAML 1.2, the command line's too."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from collections.abc import Mapping
+from typing import Any, cast
+
+from busflow.launchfile.yaml.value import Scalar
+from busflow.text import printable
+
+_NULL = re.compile(r"~|null|Null|NULL|")
+_BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
+_INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_INFINITY_OR_NAN = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
+_PLAIN_TEXT = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
+_WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
+"""Other readers take these for true and false."""
+_BASES = {"0o": 8, "0x": 16}
+_MOST_DIGITS = 64
+"""More than 64 bits need in any base; Python itself refuses to read some thousands."""
+
+
+def plain_scalar(text: str) -> Scalar:
+    """The value of an unquoted scalar.
+
+    >>> [plain_scalar(text) for text in ("yes", "12:30", "010", "1e3", "0x1f", "~", "True")]
+    ['yes', '12:30', 10, 1000.0, 31, None, True]
+
+    Raises:
+        ValueError: It is a number that 64 bits cannot hold.
+    """
+    if _NULL.fullmatch(text):
+        return None
+    if _BOOL.fullmatch(text):
+        return text[0] in "tT"
+    if _INT.fullmatch(text):
+        digits = text.lstrip("+-0") if text[:2] not in _BASES else text[2:].lstrip("0")
+        number = int(text, _BASES.get(text[:2], 10)) if len(digits) <= _MOST_DIGITS and len(text) < 4000 else None
+        if number is None or not -(1 << 63) <= number < 1 << 63:
+            raise ValueError(f"the integer {printable(text, limit=40)} does not fit in 64 bits")
+        return number
+    if _FLOAT.fullmatch(text):
+        value = float(text)
+        if math.isinf(value):
+            raise ValueError(f"the number {printable(text, limit=40)} is beyond what a float can hold")
+        return value
+    return float(text.replace(".", "")) if _INFINITY_OR_NAN.fullmatch(text) else text
+
+
+def written(value: Scalar) -> str:
+    """A scalar as a launch file states it, on one line, outside and inside brackets.
+
+    >>> [written(value) for value in ("lab/imu", "yes", "${x}", 0.5, None, float("inf"))]
+    ['lab/imu', '"yes"', '"$${x}"', '0.5', 'null', '.inf']
+    """
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return "true" if value else "false"
+        case float() if not math.isfinite(value):
+            return ".nan" if math.isnan(value) else f"{'-' * (value < 0)}.inf"
+        case str():
+            return _text(value)
+        case _:
+            return repr(value)
+
+
+def flow(value: Any) -> str:
+    """A value as a launch file states it on one line.
+
+    >>> flow({"qos": ["left arm", 0.5, {}]})
+    '{qos: ["left arm", 0.5, {}]}'
+    """
+    match value:
+        case Mapping():
+            members = cast("Mapping[str, object]", value).items()
+            return "{" + ", ".join(f"{written(key)}: {flow(each)}" for key, each in members) + "}"
+        case list():
+            return "[" + ", ".join(map(flow, cast("list[object]", value))) + "]"
+        case _:
+            return written(cast("Scalar", value))
+
+
+def _text(text: str) -> str:
+    """Plain where it stays text for every reader; else in double quotes, escaped, `${` kept from being a name."""
+    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
+        try:
+            if plain_scalar(text) == text:
+                return text
+        except ValueError:
+            pass
+    # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
+    return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)

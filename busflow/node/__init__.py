@@ -1,0 +1,4 @@
+"""Node, what its class declares, its parameters, and the plugins that offer nodes.
+
+Builds no graph and reads no launch file.
+"""

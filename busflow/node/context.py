@@ -1,0 +1,52 @@
+"""Surroundings: what a node is given from outside, its generator of random numbers among it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from busflow.bus.qos import QoS
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.log import Log
+    from busflow.node.parameter_store import ValueSource
+
+
+_BEYOND_BYTES = 256
+"""Makes the number of a life unlike any byte of a name."""
+
+
+class Rng(np.random.Generator):
+    """A numpy generator that can go back to where it began."""
+
+    def __init__(self, seed: int, name: str, life: int = 0) -> None:
+        """The generator of one node: of the run's seed, the node's full name, and how often it was started anew."""
+        key = (*name.encode(), *((_BEYOND_BYTES + life,) if life else ()))
+        super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
+        self._beginning = self.bit_generator.state
+
+    def reseed(self) -> None:
+        """Start the sequence over."""
+        self.bit_generator.state = self._beginning
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
+
+    clock: Clock
+    log: Log
+    seed: int = 0
+    namespace: str = "/"
+    remaps: Mapping[str, str] = field(default_factory=dict[str, str])
+    publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
+    subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
+    parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
+    """By dotted name, where the launch file or the command line states a parameter of this node."""
+    life: int = 0
+    """How often the node was started anew."""

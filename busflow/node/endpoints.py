@@ -1,0 +1,213 @@
+"""Ends: the ends of topics and services that one node has, and its timers, from the moment they are declared.
+
+They are connected to the bus before the node's `start`, opened after it, closed before its `stop`, and leave after
+that. Those of a node that is started anew take over from those of its life before: the ones that are declared the same
+way keep their place, queue, account and what they keep for newcomers. What the new life does not have leaves when the
+new life is open.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from busflow.bus.client import Client
+from busflow.bus.events import Event, MessageLost
+from busflow.bus.failure import Failure
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import Durability
+from busflow.bus.server import Server
+from busflow.bus.subscription import Subscription
+from busflow.bus.timer import Timer
+from busflow.interfaces.message import Message
+from busflow.node.lifetime import Life
+from busflow.validation.tracebacks import way
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Bus
+    from busflow.node.event_handler import EventHandler
+
+End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
+E = TypeVar("E", Publisher[Any], Subscription[Any])
+
+
+class Ends:
+    """What one node, in one of its lives, has on the bus."""
+
+    def __init__(self, life: Life) -> None:
+        self.publishers: list[Publisher[Any]] = []
+        self.subscriptions: list[Subscription[Any]] = []
+        self.servers: list[Server[Any, Any]] = []
+        self.clients: list[Client[Any, Any]] = []
+        self.timers: list[Timer] = []
+        self.listeners: list[EventHandler] = []
+        self.on_first: Callable[[], None] | None = None
+        """Who waits for the first message that the node publishes."""
+        self.bus: Bus | None = None
+        self._life = life
+        self._before: Ends | None = None
+
+    def add(self, end: End) -> None:
+        """Have one more; it is brought at once to where the others are."""
+        if self.bus is not None:
+            self._connect(end, self.bus)
+        match end:
+            case Publisher():
+                self.publishers.append(end)
+            case Subscription():
+                self.subscriptions.append(end)
+            case Server():
+                self.servers.append(end)
+            case Client():
+                self.clients.append(end)
+            case Timer():
+                self.timers.append(end)
+        if self._life.is_open:
+            self._open(end)
+            self._listen(end)
+
+    # Connecting.
+
+    def connect(self, bus: Bus, before: Ends | None = None) -> None:
+        """Connect all to the bus, in the place of those of the life before if there was one."""
+        self.bus, self._before = bus, before
+        for end in (*self.publishers, *self.subscriptions, *self.servers, *self.clients, *self.timers):
+            self._connect(end, bus)
+
+    def _connect(self, end: End, bus: Bus) -> None:
+        match end:
+            case Publisher():
+                self._connect_publisher(end, bus)
+            case Subscription():
+                self._connect_subscription(end, bus)
+            case Server():
+                self._connect_server(end, bus)
+            case Client():
+                bus.attach_client(end)
+            case Timer():
+                self._connect_timer(end, bus)
+
+    def _connect_publisher(self, publisher: Publisher[Any], bus: Bus) -> None:
+        publisher.on_first = self.on_first
+        before = self._before and _same(self._before.publishers, publisher)
+        if before:
+            bus.replace_publisher(before, publisher)
+        else:
+            bus.attach_publisher(publisher)
+        publisher.on_close = self.publishers.remove
+
+    def _connect_subscription(self, subscription: Subscription[Any], bus: Bus) -> None:
+        life = self._life
+        origin = f"{subscription.endpoint.origin} (subscription {subscription.topic})"
+
+        def on_failure(error: BaseException, message: Message) -> None:
+            life.fail(origin, error, message)
+
+        before = self._before and _same(self._before.subscriptions, subscription)
+        if before:
+            bus.replace_subscription(before, subscription, on_failure)
+        else:
+            bus.attach_subscription(subscription, on_failure)
+        subscription.on_close = self.subscriptions.remove
+        if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
+            subscription.hear_losses()
+
+    def _connect_server(self, server: Server[Any, Any], bus: Bus) -> None:
+        life = self._life
+        origin = f"{server.endpoint.origin} (service {server.service})"
+
+        def on_error(error: BaseException, request: Message) -> None:
+            if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
+                failure = Failure(life.name, origin, error, request)
+                life.log.error(failure.summary, **({"traceback": lines} if (lines := way(error)) else {}))
+            else:
+                life.fail(origin, error, request)
+
+        bus.attach_server(server, life.starting, on_error)
+
+    def _connect_timer(self, timer: Timer, bus: Bus) -> None:
+        life = self._life
+        origin = f"{life.kind}.{timer.name} (timer)"
+        before = next((each for each in self._before.timers if each.name == timer.name), None) if self._before else None
+        if before is not None:
+            timer.continue_account(before)
+        bus.attach_timer(timer, life.spawn, lambda error: life.fail(origin, error))
+
+    # Opening and closing.
+
+    def open(self) -> None:
+        """Begin to hand over messages, to answer, and to tick; what the life before had and this one has not leaves."""
+        self._life.is_open = True
+        for end in (*self.subscriptions, *self.servers, *self.timers):
+            self._open(end)
+        for end in (*self.publishers, *self.subscriptions):
+            self._listen(end)
+        before, self._before = self._before, None
+        if before is not None:
+            before.leave()
+
+    def _open(self, end: End) -> None:
+        if isinstance(end, Subscription | Server):
+            pump = end.open()
+            if pump is not None:
+                self._life.spawn(pump, end.endpoint.origin)
+        elif isinstance(end, Timer):
+            end.open()
+
+    def _listen(self, end: End) -> None:
+        """Hear of events from now on, and at once of what there is already."""
+        if self.listeners and isinstance(end, Publisher | Subscription):
+            end.on_event = self._hear
+            end.tell_changes()
+
+    def _hear(self, event: Event) -> None:
+        for listener in self.listeners:
+            listener.hear(event)
+
+    def close(self) -> None:
+        """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
+        self._life.is_open = False
+        for timer in self.timers:
+            timer.close()
+        for subscription in self.subscriptions:
+            subscription.pause()
+        for server in self.servers:
+            server.close()
+
+    @property
+    def keep_busy(self) -> bool:
+        """Whether there is anything to react to, to answer, or to hand to newcomers."""
+        latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in self.publishers)
+        return latched or bool(self.timers or self.servers) or any(not each.is_pulled for each in self.subscriptions)
+
+    def leave(self) -> None:
+        """Leave every topic and service; what is iterated over ends."""
+        self.bequeath()
+        for subscription in tuple(self.subscriptions):
+            subscription.close()
+        for publisher in tuple(self.publishers):
+            publisher.close()
+
+    def bequeath(self) -> Ends:
+        """What the next life of the node may take over: the ends of topics, also those that this one had left alone."""
+        before, self._before = self._before, None
+        for client in self.clients:
+            client.close()
+        self.clients.clear()
+        # A life that ended while it was being connected has ends that never were on the bus.
+        self.publishers[:] = [each for each in self.publishers if each.on_close is not None]
+        self.subscriptions[:] = [each for each in self.subscriptions if each.on_close is not None]
+        if before is not None:
+            for publisher in before.publishers:
+                publisher.on_close = self.publishers.remove
+            for subscription in before.subscriptions:
+                subscription.on_close = self.subscriptions.remove
+            self.publishers += before.publishers
+            self.subscriptions += before.subscriptions
+        return self
+
+
+def _same(ends: list[E], successor: E) -> E | None:
+    """The end of an earlier life that was declared in the same way."""
+    return next((end for end in ends if end.endpoint == successor.endpoint), None)

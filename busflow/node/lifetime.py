@@ -1,0 +1,86 @@
+"""Life: one life of a node: whether it is open, what it runs beside its hooks, and where its failures go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import anyio.abc
+from structlog.typing import FilteringBoundLogger
+
+from busflow.bus.call import Activity, hold_up_nobody
+from busflow.bus.dispatcher import Dispatcher
+from busflow.bus.failure import Failure, is_failure
+from busflow.errors import NotRunning
+from busflow.interfaces.message import Message
+
+
+class Life:
+    """What those who call a node's code need to know of it, and to ask of it."""
+
+    log: FilteringBoundLogger
+    """The run's log, bound to the node; there from its declaration on."""
+    dispatcher: Dispatcher
+    """By which its code is called back, and what it publishes is delivered at once; there once it is connected."""
+
+    def __init__(self, kind: str, name: str, close: Callable[[], None]) -> None:
+        """The life of a node of this class and name; `close` keeps all that comes from one that has failed."""
+        self.kind = kind
+        self.name = name
+        """Its full name, from its declaration on."""
+        self.starting = Activity(f"start() of {name}")
+        """Its `start`, which holds up who calls its services before it has returned."""
+        self.is_open = False
+        """Whether messages are handed over and timers tick."""
+        self.has_spawned = False
+        """Whether there may be tasks to cancel at the end."""
+        self.on_failure: Callable[[Failure], None] | None = None
+        self.on_task_end: Callable[[], None] | None = None
+        self.on_end: Callable[[], None] | None = None
+        """Who looks once more, after its `stop`, at what it has left behind."""
+        self._close = close
+        self._running = 0
+        self._tasks: anyio.abc.TaskGroup | None = None
+
+    def be_called(self, name: str, log: FilteringBoundLogger) -> None:
+        """Have the node's full name, and its log."""
+        self.name = name
+        self.starting.name = f"start() of {name}"
+        self.log = log
+
+    def adopt_tasks(self, tasks: anyio.abc.TaskGroup | None) -> None:
+        """Run what the node spawns in this task group; without one it can spawn nothing."""
+        self._tasks = tasks
+
+    @property
+    def has_tasks(self) -> bool:
+        """Whether something that was spawned still runs."""
+        return self._running > 0
+
+    def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        """Run a coroutine in the node's task group; its failure is the node's."""
+        if self._tasks is None:
+            coroutine.close()
+            raise NotRunning(f"{self.name} has no tasks before its start() and from its stop() on")
+        self.has_spawned = True
+        self._running += 1
+        self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.name}.{name}")
+
+    async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
+        hold_up_nobody()
+        try:
+            await coroutine
+        except BaseException as error:
+            if not is_failure(error):
+                raise
+            self.fail(f"{self.kind} (task {name})", error)
+        finally:
+            self._running -= 1
+            if self.on_task_end is not None:
+                self.on_task_end()
+
+    def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
+        """Tell whoever supervises the node that it raised; it is handed nothing more."""
+        self._close()
+        if self.on_failure is not None:
+            self.on_failure(Failure(self.name, origin, error, message))

@@ -1,0 +1,387 @@
+"""Find node classes by name, in plugin folders and among installed entry points, and load them.
+
+A plugin folder is one package: its files import each other relatively, and its name in `sys.modules` comes
+from the folder's real path, so that two folders called `plugins` never meet.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import opcode
+import os
+import re
+import sys
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeGuard, cast
+
+from busflow.errors import BusflowError, Place, PluginError, Problem
+from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
+from busflow.text import did_you_mean
+from busflow.validation import tracebacks as blame
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader  # importing it when running costs 10 ms
+    from importlib.metadata import EntryPoint
+
+    from busflow.node.node import Node
+
+GROUP = "busflow.nodes"
+"""The entry point group under which an installed distribution offers its nodes."""
+
+_BUILT_IN = {"player": "busflow.recording.player.player:Player"}
+_PACKAGE = "busflow_plugins_"
+_FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
+
+
+@dataclass(frozen=True, slots=True)
+class PluginSummary:
+    """What is known of a plugin without importing it."""
+
+    name: str
+    """What a launch file writes after `plugin:`."""
+    summary: str
+    file: str | None
+    line: int = 1
+    fault: str | None = None
+    """Why the file cannot be read; it then offers nothing."""
+
+
+def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
+    """The plugins of the folders and the installed ones, sorted by name; nothing is imported.
+
+    Where two have one name, the one that `load` would take is listed.
+    """
+    found: dict[str, PluginSummary] = {}
+    for folder in folders:
+        for path in _plugins_in(Path(folder)):
+            for summary in _summaries(path):
+                found.setdefault(summary.name, summary)
+    for entry in _entry_points():
+        found.setdefault(entry.name, _summary_of_installed(entry.name, entry.module, entry.attr))
+    return sorted(found.values(), key=lambda summary: summary.name)
+
+
+def built_in() -> list[PluginSummary]:
+    """The nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
+    return [_summary_of_installed(name, *value.split(":")) for name, value in _BUILT_IN.items()]
+
+
+def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node]:
+    """The node class that a launch file's `plugin:` names.
+
+    Args:
+        reference: `x` for the only Node subclass of `x.py`, of `x/` or of an installed entry point,
+            `x:Class` where there are several.
+        folders: Where to look, before the installed entry points.
+
+    Raises:
+        PluginError: It is not there, cannot be imported, or is not exactly one Node subclass.
+    """
+    name, _, wanted = reference.partition(":")
+    places = [Path(folder) for folder in folders]
+    paths = {os.path.realpath(path): path for folder in places for path in _plugins_in(folder, name)}
+    if len(paths) > 1:
+        raise _error(
+            "ambiguous-plugin",
+            f"plugin {name!r} is in several places: {', '.join(map(blame.shown, paths.values()))}",
+            "rename all but one",
+        )
+    for path in paths.values():
+        return _load_from_folder(name, wanted, path)
+    if name in _BUILT_IN:
+        module, _, attr = _BUILT_IN[name].partition(":")
+        return getattr(importlib.import_module(module), attr)
+    for entry in _entry_points():
+        if entry.name == name:
+            return _load_installed(entry, wanted)
+    raise _not_found(name, places)
+
+
+# Choosing the class -------------------------------------------------------------------------------------
+
+
+def _load_from_folder(name: str, wanted: str, path: Path) -> type[Node]:
+    folder = Path(os.path.realpath(path.parent))
+    with _importing(name, folder, path):
+        module = importlib.import_module(f"{_package(folder)}.{name}")
+        classes = _nodes_defined(module)
+        if path.is_dir() and (wanted not in classes if wanted else not classes):
+            for file in files_with_nodes(path):
+                classes |= _nodes_defined(importlib.import_module(f"{module.__name__}.{file.stem}"))
+    return _choose(name, wanted, module, classes, blame.shown(path))
+
+
+def _load_installed(entry: EntryPoint, wanted: str) -> type[Node]:
+    with _importing(entry.name):
+        target = entry.load()
+    module = sys.modules[entry.module]
+    classes = {entry.attr: target} if _is_node(target) else _nodes_defined(module)
+    return _choose(entry.name, wanted, module, classes, f"the installed {entry.value}")
+
+
+def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[Node]], where: str) -> type[Node]:
+    """The class that is meant, or an error that says which ones there are."""
+    if wanted:
+        asked = classes.get(wanted) or vars(module).get(wanted)
+        if _is_node(asked):
+            return asked
+        if asked is None:
+            raise _error("unknown-plugin", f"{where} has no class {wanted!r}", did_you_mean(wanted, classes))
+        raise _error("no-node", f"{wanted!r} in {where} is no Node subclass", did_you_mean(wanted, classes))
+    public = [each for each in classes if not each.startswith("_")]
+    if len(public) == 1:
+        return classes[public[0]]
+    if public:
+        choice = " or ".join(f"`{name}:{each}`" for each in public)
+        raise _error("ambiguous-plugin", f"{where} defines several nodes: {', '.join(public)}", f"write {choice}")
+    raise _error(
+        "no-node",
+        f"{where} defines no Node subclass",
+        "write `class MyNode(Node):` there, with `from busflow import Node`",
+    )
+
+
+def _nodes_defined(module: ModuleType) -> dict[str, type[Node]]:
+    """The Node subclasses that a module, or a package's files, define rather than import; by name."""
+    nodes = {each.__name__: each for each in vars(module).values() if _is_node(each)}
+    inside = module.__name__ + "."
+    return {name: each for name, each in nodes.items() if f"{each.__module__}.".startswith(inside)}
+
+
+def _is_node(value: object) -> TypeGuard[type[Node]]:
+    from busflow.node.node import Node
+
+    return isinstance(value, type) and issubclass(value, Node) and value is not Node
+
+
+# Importing -----------------------------------------------------------------------------------------------
+
+
+def _package(folder: Path) -> str:
+    """The package that the folder is in this process, made when it is new."""
+    init = folder / "__init__.py"
+    known = _loaded(init) if init.is_file() else None
+    if known is not None:
+        return known.__name__
+    import hashlib
+
+    name = _PACKAGE + hashlib.sha256(os.fsencode(folder)).hexdigest()[:12]
+    if name not in sys.modules:
+        if _PluginFinder not in sys.meta_path:
+            sys.meta_path.insert(0, _PluginFinder)
+        location = importlib.util.spec_from_file_location(name, init) if init.is_file() else None
+        spec = location or ModuleSpec(name, None, is_package=True)
+        spec.submodule_search_locations = [str(folder)]
+        module = sys.modules[name] = importlib.util.module_from_spec(spec)
+        if location and location.loader:
+            location.loader.exec_module(module)
+    return name
+
+
+class _PluginFinder:
+    """Answers `import` for plugin folders: a file that is already imported is that module, not another."""
+
+    @classmethod
+    def find_spec(
+        cls, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if not name.startswith(_PACKAGE):
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        known = _loaded(Path(spec.origin)) if spec and spec.origin else None
+        return ModuleSpec(name, cast("Loader", _Reuse(known))) if known else spec
+
+
+class _Reuse:
+    """Lets a module stand in `sys.modules` under a second name."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module = module
+
+    def create_module(self, spec: ModuleSpec) -> None:  # noqa: ARG002  # the import system's signature
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        sys.modules[module.__name__] = self._module
+
+
+def _loaded(path: Path) -> ModuleType | None:
+    """The module that was imported from this very file, if any."""
+    files = [(file, module) for module in list(sys.modules.values()) if (file := _file_of(module))]
+    if (same := next((module for file, module in files if file == str(path)), None)) is not None:
+        return same  # a run under a thousand seeds asks a thousand times
+    wanted = path.stat()
+    for file, module in files:
+        with suppress(OSError, ValueError):
+            if not os.path.samestat(os.stat(file), wanted):  # noqa: PTH116  # of hundreds of files
+                continue
+            # The inode is the quick answer; hard links, as installers make them, are two files all the same.
+            if Path(file).resolve() == path.resolve():
+                return module
+    return None
+
+
+def _file_of(module: ModuleType) -> str | None:
+    file = getattr(module, "__dict__", {}).get("__file__")  # a lazy module may run code in getattr
+    return file if isinstance(file, str) else None
+
+
+@contextmanager
+def _importing(name: str, folder: Path | None = None, file: Path | None = None) -> Generator[None]:
+    """Turns what the plugin's own code raises into a `PluginError`, and forgets what it had imported."""
+    importlib.invalidate_caches()  # a file written a moment ago is not in the finders' listings yet
+    before = set(sys.modules)
+    try:
+        yield
+    except BaseException as error:
+        _forget(sys.modules.keys() - before, folder)
+        if isinstance(error, (Exception, SystemExit)) or _raised_by_statement(error):
+            raise PluginError(_import_problem(name, folder, file, error)) from error
+        raise
+
+
+def _forget(names: Iterable[str], folder: Path | None) -> None:
+    """Drops the folder's modules, so that the next attempt runs the files again."""
+    for name in names:
+        module = sys.modules[name]
+        file = _file_of(module)
+        if name.startswith(_PACKAGE) or (folder and file and folder in Path(file).resolve().parents):
+            del sys.modules[name]
+            parent, _, child = name.rpartition(".")
+            if vars(sys.modules.get(parent, module)).get(child) is module:
+                delattr(sys.modules[parent], child)
+
+
+def _raised_by_statement(error: BaseException) -> bool:
+    """Whether a `raise` statement threw it; the KeyboardInterrupt of a real Ctrl-C comes from none."""
+    place = error.__traceback__
+    while place and place.tb_next:
+        place = place.tb_next
+    if not isinstance(error, KeyboardInterrupt) or place is None:
+        return False
+    return place.tb_frame.f_code.co_code[place.tb_lasti] == opcode.opmap["RAISE_VARARGS"]
+
+
+# Explaining ----------------------------------------------------------------------------------------------
+
+
+def _import_problem(name: str, folder: Path | None, file: Path | None, error: BaseException) -> Problem:
+    way = blame.places(error, within=folder)
+    place = way.pop() if way else Place(blame.shown(file), 1, 1) if file else None
+    told = str(error) if isinstance(error, BusflowError) else blame.reason(error)
+    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", told)
+    code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", None
+    if isinstance(error, SyntaxError):
+        code = "plugin-syntax"
+    elif isinstance(error, ModuleNotFoundError) and error.name:
+        fix = _fix_for_missing(error.name, folder)
+    elif isinstance(error, (SystemExit, KeyboardInterrupt)):
+        message = f"plugin {name!r} ends the program when it is imported: {reason}"
+        fix = 'put what runs as a script under `if __name__ == "__main__":`'
+    return Problem(code, message, fix, place, included_from=tuple(reversed(way)))
+
+
+def _fix_for_missing(missing: str, folder: Path | None) -> str:
+    """What to do about a module that was not found."""
+    stems = [path.stem for path in _plugins_in(folder)] if folder else []
+    if missing.startswith(_PACKAGE):
+        return did_you_mean(missing.rpartition(".")[2], stems)
+    if missing in stems:
+        return f"write `from .{missing} import …`: the files of a plugin folder import each other relatively"
+    if missing == "rclpy":
+        return "write `from busflow import Node`; docs/coming-from-rclpy.md has the rest, line by line"
+    if missing.isidentifier() and importlib.util.find_spec(f"busflow.msgs.{missing}") is not None:
+        return f"write `from busflow.msgs.{missing} import …`"
+    return f"install what provides {missing!r} into the environment {sys.prefix}"
+
+
+def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
+    looked = [blame.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
+    fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
+    if os.sep in name or name.endswith(".py"):
+        fix = f"write {Path(name).stem!r}, and its folder under `plugins:`"
+    where = ", ".join([*looked, f"the installed ones (entry points {GROUP})"])
+    return _error("unknown-plugin", f"there is no plugin {name!r}; looked in {where}", fix)
+
+
+def _error(code: str, message: str, fix: str) -> PluginError:
+    return PluginError(Problem(code, message, fix))
+
+
+# Looking without importing -------------------------------------------------------------------------------
+
+
+def _entry_points() -> Iterable[EntryPoint]:
+    """What is installed; importlib.metadata takes 30 ms to import, and is asked only where it may know something."""
+    others = any(hasattr(finder, "find_distributions") for finder in sys.meta_path if finder is not PathFinder)
+    if not others and not any(_may_offer_nodes(entry or ".") for entry in sys.path):
+        return ()
+    from importlib.metadata import entry_points
+
+    return entry_points(group=GROUP)
+
+
+def _may_offer_nodes(entry: str) -> bool:
+    """Whether an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
+    try:
+        folders = [each for each in Path(entry).iterdir() if each.suffix in {".dist-info", ".egg-info"}]
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    files = [each / "entry_points.txt" for each in folders]
+    return any(GROUP.encode() in file.read_bytes() for file in files if file.is_file())
+
+
+def _plugins_in(folder: Path, name: str | None = None) -> list[Path]:
+    """The `x.py` and `x/` of a folder that may be plugins; only those called `name` if it is given."""
+    if name is not None:
+        paths = [folder / f"{name}.py", folder / name] if _FILE_NAME.fullmatch(name) else []
+    else:
+        try:
+            paths = sorted(folder.iterdir())
+        except OSError:
+            return []
+    return [path for path in paths if _FILE_NAME.fullmatch(path.name.removesuffix(".py")) and sources(path)]
+
+
+def _summaries(path: Path) -> list[PluginSummary]:
+    name = path.name.removesuffix(".py")
+    try:
+        found = Outline().of_plugin(path)
+    except UNREADABLE as error:
+        line = error.lineno or 1 if isinstance(error, SyntaxError) else 1
+        return [PluginSummary(name, "", blame.shown(path), line, blame.reason(error))]
+    public = [each for each in found if not each.name.startswith("_")]
+    return [
+        PluginSummary(
+            name if len(public) == 1 else f"{name}:{each.name}",
+            each.summary,
+            blame.shown(each.file),
+            each.line,
+        )
+        for each in public
+    ]
+
+
+def _summary_of_installed(name: str, module: str, attr: str) -> PluginSummary:
+    """Follows the module's name from folder to folder: `importlib.util.find_spec` would import parents."""
+    spec, search = None, None
+    parts = module.split(".")
+    for end in range(1, len(parts) + 1):
+        spec = PathFinder.find_spec(".".join(parts[:end]), search)
+        search = spec.submodule_search_locations if spec else []
+    if spec and spec.origin:
+        with suppress(*UNREADABLE):
+            known = Outline().of_file(Path(spec.origin))
+            own = (each for each in known.values() if str(each.file) == spec.origin)
+            found = known.get(attr) or next(own, None)
+            if found:
+                return PluginSummary(name, found.summary, str(found.file), found.line)
+    return PluginSummary(name, "", None)

@@ -1,0 +1,274 @@
+"""NodeRuntime: everything behind a node's one private name: what it declares and creates, and its life."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from structlog.typing import FilteringBoundLogger
+
+from busflow.bus import names
+from busflow.bus.client import Client
+from busflow.bus.endpoint import Endpoint, ServiceEndpoint
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS, checked_qos
+from busflow.bus.server import RequestHandler, Server
+from busflow.bus.subscription import MessageHandler, Subscription
+from busflow.bus.timer import Missed, Timer, TimerHandler
+from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
+from busflow.interfaces.message import Message
+from busflow.node.callbacks import ParameterHandler
+from busflow.node.context import Rng, Surroundings
+from busflow.node.declarations import (
+    ClientDeclaration,
+    Declaration,
+    PublisherDeclaration,
+    PullDeclaration,
+    TimerDeclaration,
+    checked_service_type,
+)
+from busflow.node.endpoints import Ends
+from busflow.node.event_handler import EventHandler
+from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
+from busflow.node.inheritance import declarations_of
+from busflow.node.lifetime import Life
+from busflow.node.parameter_events import ParameterEvents
+from busflow.node.parameter_store import ParameterStore, SetResult
+from busflow.node.parameters import Parameters
+from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from busflow.bus.bus import Bus
+    from busflow.node.node import Node
+
+M = TypeVar("M", bound=Message)
+
+
+class NodeRuntime:
+    """One node, from declaration to the end."""
+
+    def __init__(self, node: Node, name: str) -> None:
+        self.node = node
+        self.name = name
+        self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
+        """With its namespace, from `declare` on."""
+        self.life = Life(type(node).__name__, self.full_name, self.close)
+        self.ends = Ends(self.life)
+        self.parameters = ParameterStore(node, self.full_name)
+        self.parameter_events: ParameterEvents
+        """There from `declare` on."""
+        self.used_remaps: set[str] = set()
+        self._surroundings: Surroundings | None = None
+        self._bus: Bus | None = None
+        self._parameter_handlers: list[ParameterHandler] = []
+        self._ended = False
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What the node was given, once it is part of a graph."""
+        if self._surroundings is None:
+            raise NotRunning(
+                f"{self.name} is not part of a graph yet: what __init__ would do belongs in declare() or start(); "
+                "see busflow.launch, or busflow.testing"
+            )
+        return self._surroundings
+
+    @cached_property
+    def log(self) -> FilteringBoundLogger:
+        """The run's log, bound to this node."""
+        return self.surroundings.log.bind(self.full_name)
+
+    @cached_property
+    def rng(self) -> Rng:
+        """The node's own generator."""
+        return Rng(self.surroundings.seed, self.full_name, self.surroundings.life)
+
+    def declare(self, surroundings: Surroundings) -> None:
+        """Give the node its surroundings and create what it declares; nothing is connected yet."""
+        if self._surroundings is not None:
+            raise NotRunning(f"{self.full_name} is part of a graph already; make a new instance for another one")
+        self._surroundings = surroundings
+        self.full_name = self.parameters.node = names.fully_qualified(self.name, surroundings.namespace)
+        self.life.be_called(self.full_name, self.log)
+        self.parameters.stated = surroundings.parameter_source
+        self.parameter_events = ParameterEvents(self.parameters, self.create_publisher, surroundings.clock, self.log)
+        for attribute, declaration in declarations_of(type(self.node)).items():
+            try:
+                endpoint = self._create(declaration)
+            except BusflowError as error:
+                error.place = error.place or declaration.place
+                raise
+            if endpoint is not None:
+                vars(self.node)[attribute] = endpoint
+        self.node.declare()
+        self._check_listeners()
+
+    def _check_listeners(self) -> None:
+        topics = {each.topic for each in (*self.ends.publishers, *self.ends.subscriptions)}
+        for listener in self.ends.listeners:
+            if listener.topic not in topics:
+                raise InvalidDeclaration(
+                    f"{listener.origin} listens for events of {listener.topic}, which the node neither publishes nor "
+                    f"receives; {did_you_mean(listener.topic, topics)}"
+                )
+
+    def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Client[Any, Any] | Timer | None:
+        origin = declared.origin
+        if isinstance(declared, PublisherDeclaration):
+            return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin)
+        if isinstance(declared, PullDeclaration):
+            return self.create_subscription(declared.type, declared.topic, None, declared.qos, origin=origin)
+        if isinstance(declared, ClientDeclaration):
+            return self.create_client(declared.type, declared.service, origin=origin)
+        if isinstance(declared, Handler):
+            bound = declared.function.__get__(self.node)
+            for role in declared.roles:
+                if isinstance(role, SubscriptionRole):
+                    self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+                elif isinstance(role, ParametersRole):
+                    self._parameter_handlers.append(ParameterHandler(bound, origin, self.life))
+                elif isinstance(role, ServiceRole):
+                    declared.check_service(role.type)
+                    self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin)
+                else:
+                    topic = self._resolve(role.topic).name
+                    self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self.life))
+        if isinstance(declared, TimerDeclaration):
+            bound = declared.function.__get__(self.node)
+            period = declared.period(self.node.parameters)
+            timer = self.create_timer(period, bound, name=declared.name, missed=declared.missed)
+            if declared.parameter is not None:
+                self.parameters.pace(timer, declared.parameter, declared.period)
+            return timer
+        return None
+
+    def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str) -> Publisher[M]:
+        """A publisher of this node, connected at once when the node is."""
+        layers = self.surroundings.publisher_qos
+        publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
+        self.ends.add(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        message_type: type[M],
+        topic: str,
+        handler: MessageHandler[M] | None,
+        qos: QoS | None,
+        *,
+        origin: str,
+    ) -> Subscription[M]:
+        """A subscription of this node, connected at once when the node is."""
+        if handler is not None and not callable(handler):  # type: ignore[redundant-expr]  # as below
+            raise InvalidDeclaration(f"{origin} needs a method to call with each message, or none, not {handler!r}")
+        layers = self.surroundings.subscription_qos
+        endpoint = self._endpoint(message_type, topic, qos, layers, origin)
+        subscription = Subscription(message_type, endpoint, handler)
+        self.ends.add(subscription)
+        return subscription
+
+    def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
+        """A timer of this node, ticking at once when the node is started."""
+        self._refuse_after_the_end(f"timer {name}")
+        timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
+        self.ends.add(timer)
+        return timer
+
+    def create_service(
+        self, service_type: Any, service: str, handler: RequestHandler[Any, Any], *, depth: int, origin: str
+    ) -> Server[Any, Any]:
+        """A server of this node, connected at once when the node is."""
+        endpoint = self._service_endpoint(service_type, service, origin)
+        server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
+        self.ends.add(server)
+        return server
+
+    def create_client(self, service_type: Any, service: str, *, origin: str) -> Client[Any, Any]:
+        """A client of this node, connected at once when the node is."""
+        endpoint = self._service_endpoint(service_type, service, origin)
+        client = Client[Any, Any](endpoint.type, endpoint)
+        self.ends.add(client)
+        return client
+
+    def _service_endpoint(self, service_type: Any, service: str, origin: str) -> ServiceEndpoint:
+        checked = checked_service_type(service_type, origin)
+        self._refuse_after_the_end(origin)
+        resolved = self._resolve(service, service=True)
+        return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule)
+
+    def _endpoint(
+        self,
+        message_type: type[M],
+        topic: str,
+        qos: QoS | None,
+        layers: Callable[[str], tuple[QoS, ...]],
+        origin: str,
+    ) -> Endpoint:
+        if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
+            raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
+        self._refuse_after_the_end(origin)
+        resolved = self._resolve(topic)
+        stated = () if (own := checked_qos(qos, origin)) is None else (own,)
+        merged = QoS.merge(*stated, *layers(resolved.name))
+        return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+
+    def _refuse_after_the_end(self, origin: str) -> None:
+        if self._ended:
+            raise NotRunning(f"{origin}: {self.full_name} has left its graph; it can create nothing more")
+
+    def _resolve(self, name: str, *, service: bool = False) -> names.Resolved:
+        around = self.surroundings
+        resolved = names.resolve(
+            name, node=self.name, namespace=around.namespace, remaps=around.remaps, service=service
+        )
+        if resolved.rule is not None:
+            self.used_remaps.add(resolved.rule)
+        return resolved
+
+    def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
+        """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
+        self._bus, self.life.dispatcher = bus, bus.dispatcher
+        bus.attach_parameters(self.parameters)
+        self.parameters.on_change.append(self._on_parameters)
+        self.ends.connect(bus, before.ends.bequeath() if before else None)
+
+    @property
+    def bus(self) -> Bus:
+        """The bus that the node is connected to."""
+        if self._bus is None:
+            raise NotRunning(f"{self.full_name} is not connected yet")
+        return self._bus
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
+        return self.life.has_tasks or self.ends.keep_busy
+
+    def open(self) -> None:
+        """Begin to hand over messages, and to tick."""
+        self.ends.open()
+        self.parameter_events.tell_all()
+        for handler in self._parameter_handlers:
+            handler.catch_up()
+
+    def close(self) -> None:
+        """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
+        self.ends.close()
+
+    def end(self) -> None:
+        """Create nothing any more; the ends of topics stay where they are, for the next life or for `disconnect`."""
+        self._ended = True
+
+    def disconnect(self) -> None:
+        """End what is iterated over and leave every topic."""
+        self.ends.leave()
+        self._ended = True
+
+    def _on_parameters(self, old: Parameters, result: SetResult) -> None:
+        if self._bus is not None and not self._ended:
+            self.parameter_events.tell(result.changed, self._bus)
+        for handler in self._parameter_handlers:
+            handler.tell(old)

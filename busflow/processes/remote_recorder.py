@@ -1,0 +1,211 @@
+"""`Eavesdropper`: records a run from outside, as a member of it that only listens.
+
+Messages are written as the bytes that they came as, in the order in which they came. What a publisher numbered and did
+not get here is lost, and leaves a gap in the recording's own numbers too.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, Any
+
+from busflow.bus.patterns import Selection
+from busflow.bus.qos import QoS
+from busflow.clock import SystemClock
+from busflow.errors import BusflowError
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.node import parameter_events
+from busflow.node.parameter_messages import event_message
+from busflow.node.parameter_store import ParameterChange
+from busflow.node.parameters import ParameterInfo
+from busflow.recording.mcap.writer import McapWriter
+from busflow.recording.recorder.announcer import Announcer
+from busflow.recording.recorder.destination import named, new_recording
+from busflow.recording.recorder.provenance import facts, ledger, library
+from busflow.recording.recorder.spool import Spool
+from busflow.wire.client.graph_view import view
+from busflow.wire.client.known_type import known_type
+from busflow.wire.client.listener import Listener, Received
+from busflow.wire.zenoh.qos_text import as_qos
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import TopicView
+
+_MOST_DEPTH = 10_000
+_PARAMETERS_QOS = QoS(depth=1000)
+
+
+class Eavesdropper:
+    """Writes what a run publishes into a file, until it is closed."""
+
+    def __init__(self, peer: Peer, spec: RecordSpec) -> None:
+        """Make the file; `follow` says when to look for topics.
+
+        Raises:
+            RecordingRefused: it is there already, or cannot be made.
+            InvalidName: one of the patterns is none.
+        """
+        self._peer = peer
+        self._selection = Selection(spec.topics, spec.exclude)
+        self._clock = SystemClock()
+        self._lock = threading.Lock()
+        self._listening = ExitStack()
+        self._ears: dict[tuple[str, str, str | None], _Ear] = {}
+        self._unheard: dict[tuple[str, str, str | None], str] = {}
+        self._announcer = Announcer()
+        self._sequence = self._missed = 0
+        self._complete = False
+        self.path = named(spec.to, run=peer.run.name)
+        run = self._asked("run")
+        clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
+        with new_recording(self.path) as destination:
+            file = McapWriter(destination, library=library(), compression=spec.compression)
+            name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
+            file.add_metadata(name, {**words, "heard": "from outside"})
+        self._spool = Spool(file, destination, threaded=True, on_failure=lambda _error: None)
+        self.nodes = self._write_parameters()
+        """How many nodes' parameters, as they were in the beginning, have been recorded."""
+
+    @property
+    def failure(self) -> Exception | None:
+        """Why nothing more can be written."""
+        return self._spool.failure
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """What is listened to."""
+        return tuple(dict.fromkeys(topic for topic, *_ in self._ears))
+
+    @property
+    def unmatched(self) -> tuple[str, ...]:
+        """The patterns for which no topic was found so far."""
+        return self._selection.unmatched
+
+    @property
+    def unheard(self) -> Mapping[str, str]:
+        """Topics that are wanted and could not be listened to so far, each with the reason."""
+        return {topic: why for (topic, *_), why in self._unheard.items()}
+
+    @property
+    def recorded(self) -> int:
+        """The messages that were taken in."""
+        return self._sequence - self._missed
+
+    @property
+    def heard(self) -> int:
+        """Those of them that were published: all but the parameters of the beginning."""
+        return self.recorded - self.nodes
+
+    @property
+    def missed(self) -> int:
+        """Those that were lost on the way, or could not be written."""
+        return self._missed
+
+    @property
+    def complete(self) -> bool:
+        """Whether the file has come to its end and nothing is missing."""
+        return self._complete and not self._missed
+
+    def _write_parameters(self) -> int:
+        """Write the parameters of all nodes, as a recorder in the run does; of how many, as far as they answer."""
+        answers: list[Any] = []
+        with suppress(BusflowError):  # as above
+            answers = self._peer.ask("parameters")
+        found: dict[str, list[dict[str, Any]]] = {node: rows for each in answers for node, rows in each.items()}
+        support, now = TypeSupport(ParameterEvent), self._clock.now()
+        number = 0
+        for node, rows in sorted(found.items()):
+            number = number or self._announcer.announce(self._spool, parameter_events.TOPIC, support, [_PARAMETERS_QOS])
+            changes = [ParameterChange(row["name"], None, row["value"]) for row in rows]
+            infos = {row["name"]: ParameterInfo(row["name"], row["type"]) for row in rows}
+            self._sequence += 1
+            payload = support.encode(event_message(now, node, changes, infos))
+            if not number or not self._spool.put(number, self._sequence, now.nanoseconds, payload):
+                self._missed += 1
+        return self._sequence - self._missed
+
+    def _asked(self, question: str) -> Mapping[str, Any]:
+        """What the run answers; nothing where it is of several processes, each with an answer of its own."""
+        answers: list[Any] = []
+        with suppress(
+            BusflowError
+        ):  # whoever is blocked or leaving does not answer, which keeps nothing from being heard
+            answers = self._peer.ask(question)
+        return answers[0] if len(answers) == 1 else {}
+
+    def follow(self) -> None:
+        """Begin to listen to those topics that are wanted and new."""
+        for topic in view(self._peer.tokens(), []).topics.values():
+            for kind in topic.kinds:
+                if topic.publishers and (topic.name, *kind) not in self._ears:
+                    self._listen(topic, *kind)
+
+    def _listen(self, topic: TopicView, type_name: str, type_hash: str | None) -> None:
+        if not self._selection.includes(topic.name):
+            return
+        key = topic.name, type_name, type_hash
+        try:
+            type_ = known_type(self._peer, type_name, type_hash)
+            ear = _Ear(self, topic, type_)
+            self._listening.enter_context(self._peer.listen(topic, type_, listener=ear))
+        except BusflowError as error:  # a process that is busy, or has just gone, is asked again the next time
+            self._unheard[key] = str(error)
+        else:
+            self._ears[key] = ear
+            self._unheard.pop(key, None)
+
+    def write(self, ear: _Ear, received: Received, lost: int) -> None:
+        """Write a message, before which so many of the same publisher were lost; in whichever thread it came."""
+        time_ns = received.stamp_ns or self._clock.now_ns()
+        with self._lock:
+            self._sequence += lost + 1
+            self._missed += lost
+            announced = ear.number or self._announce(ear)
+            if not announced or not self._spool.put(ear.number, self._sequence, time_ns, received.payload):
+                self._missed += 1
+
+    def _announce(self, ear: _Ear) -> bool:
+        ear.number = self._announcer.announce(self._spool, ear.topic, ear.type, ear.offered)
+        return ear.number > 0
+
+    def close(self) -> None:
+        """Listen no more, and end the file."""
+        report: Mapping[str, Any] = self._asked("report") if self._peer.alive else {}
+        self._listening.close()
+        with self._lock:
+            for ear in self._ears.values():
+                if not ear.number:
+                    self._announce(ear)
+            name, words = ledger(report, self.recorded, self.missed)
+            whole = self._spool.do(lambda file: file.add_metadata(name, words))
+            whole = self._spool.do(lambda file: file.finish()) and whole
+            self._complete = self._spool.close() and whole
+
+
+class _Ear(Listener):
+    """Hears one topic."""
+
+    def __init__(self, owner: Eavesdropper, topic: TopicView, type_: ForeignType) -> None:
+        super().__init__(depth=1)
+        self.topic, self.type = topic.name, type_
+        self.number = 0
+        """Of its channel; 0 before its first message."""
+        self.offered = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
+        self._owner = owner
+
+    def put(self, sample: zenoh.Sample) -> None:
+        """Pass a message on at once: nothing waits here."""
+        received = Received.of(sample)
+        with self._arrived:
+            before = self.lost
+            self._count_lost(received)
+            lost = self.lost - before
+        self._owner.write(self, received, lost)

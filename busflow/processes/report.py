@@ -1,0 +1,201 @@
+"""Account: one report of a run, out of those of its processes and of their earlier lives."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from busflow.bus.accounts import SubscriptionStatistics
+from busflow.bus.qos import Overflow
+from busflow.bus.statistics import ClientStatistics, ServerStatistics
+from busflow.bus.timer import TimerStatistics
+from busflow.launchfile.model.placement import MAIN
+from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
+from busflow.runner.watchdog import Blocks
+
+if TYPE_CHECKING:
+    from busflow.processes.member import Member
+
+T = TypeVar("T")
+
+
+def merged(main: Report, members: Sequence[Member], order: Sequence[str], *, name: str = MAIN) -> Report:
+    """The report of the main process with those of the others in it.
+
+    Args:
+        main: that of the main process.
+        members: the others.
+        order: that of the nodes.
+        name: of the main process.
+    """
+    told = [_Told(main.nodes, main.topics, main.services, main.timers)]
+    inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
+    blocks = list(main.blocks)
+    processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
+    for member in members:
+        told += [*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)]
+        for report in (*(life.report for life in member.lives), member.report):
+            if report is not None:
+                inbox.update(report["inbox"], lines=report["log_lines_lost"])
+                blocks += [_of(Blocks, each) for each in report["blocks"]]
+        fates = tuple(life.fate for life in member.lives if life.fate)
+        processes.append(
+            ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, fates)
+        )
+    nodes = {node.name: node for each in told for node in each.nodes}
+    nodes = {
+        name: nodes.get(name) or NodeReport(name, "", "failed") for member in members for name in member.nodes
+    } | nodes
+    return replace(
+        main,
+        nodes=tuple(nodes[name] for name in [*order, *(name for name in nodes if name not in order)] if name in nodes),
+        topics=tuple(_topics(told)),
+        services=tuple(_services(told)),
+        timers=tuple(_timers(told, order)),
+        inbox_dropped=inbox["dropped"],
+        inbox_refused=inbox["refused"],
+        blocks=tuple(blocks),
+        log_lines_lost=inbox["lines"],
+        processes=tuple(processes),
+    )
+
+
+class _Told:
+    """What one process tells of one life."""
+
+    def __init__(
+        self,
+        nodes: Sequence[NodeReport] = (),
+        topics: Sequence[TopicReport] = (),
+        services: Sequence[ServiceReport] = (),
+        timers: Sequence[TimerStatistics] = (),
+    ) -> None:
+        self.nodes, self.topics, self.services, self.timers = nodes, topics, services, timers
+
+
+def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _Told:
+    """A report as it travels. What still waited in a process that is no more is lost with it."""
+    if report is None:
+        return _Told()
+    return _Told(
+        [_of(NodeReport, each) for each in report["nodes"]],
+        [_topic(each, dead=dead) for each in report["topics"]],
+        [
+            _of(
+                ServiceReport,
+                each
+                | {
+                    "servers": tuple(_of(ServerStatistics, line) for line in each["servers"]),
+                    "clients": tuple(_of(ClientStatistics, line) for line in each["clients"]),
+                },
+            )
+            for each in report["services"]
+        ],
+        [_of(TimerStatistics, each) for each in report["timers"]],
+    )
+
+
+def _topic(told: Mapping[str, Any], *, dead: bool) -> TopicReport:
+    lines: list[SubscriptionStatistics] = []
+    for each in told["subscriptions"]:
+        line = _of(SubscriptionStatistics, {**each, "topic": told["name"], "overflow": Overflow(each["overflow"])})
+        if dead and line.queued:
+            drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
+            line = replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
+        lines.append(line)
+    return _of(TopicReport, {**told, "subscriptions": tuple(lines)})
+
+
+def _of(cls: type[T], told: Mapping[str, Any]) -> T:
+    known = {field.name for field in fields(cls)}  # pyright: ignore[reportArgumentType]  # all of them are dataclasses
+    return cls(**{name: value for name, value in told.items() if name in known})
+
+
+def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
+    """A message is counted as published where its publisher is, and as received where a subscription is.
+
+    What a process published just before it was killed, what another machine did, and somebody outside, is known from
+    who heard it: there are as many as the process that heard most has seen, if not more.
+    """
+    found: dict[str, TopicReport] = {}
+    heard = Counter[str]()
+    for each in told:
+        for topic in each.topics:
+            heard[topic.name] = max(heard[topic.name], topic.published)
+            own = replace(topic, published=topic.published - topic.arrived, arrived=0)
+            known = found.get(topic.name)
+            if known is not None:
+                own = replace(
+                    known,
+                    published=known.published + own.published,
+                    since_s=min(known.since_s, own.since_s),
+                    subscriptions=_lines(known.subscriptions, own.subscriptions),
+                    losses=dict(Counter(known.losses) + Counter(own.losses)),
+                )
+            found[topic.name] = own
+    return [replace(found[name], published=max(found[name].published, heard[name])) for name in sorted(found)]
+
+
+def _lines(
+    first: Sequence[SubscriptionStatistics], second: Sequence[SubscriptionStatistics]
+) -> tuple[SubscriptionStatistics, ...]:
+    """One line for what a node received in several lives of its process."""
+    left = list(second)
+    lines: list[SubscriptionStatistics] = []
+    for line in first:
+        same = next((each for each in left if (each.node, each.depth) == (line.node, line.depth)), None)
+        if same is not None:
+            left.remove(same)
+            line = line.merged(same)  # noqa: PLW2901  # the line of all lives so far
+        lines.append(line)
+    return (*lines, *left)
+
+
+def _services(told: Iterable[_Told]) -> Iterable[ServiceReport]:
+    found: dict[str, ServiceReport] = {}
+    for each in told:
+        for service in each.services:
+            known = found.get(service.name, ServiceReport(service.name, service.type, (), ()))
+            found[service.name] = replace(
+                known,
+                servers=_summed((*known.servers, *service.servers)),
+                clients=_summed((*known.clients, *service.clients)),
+            )
+    return [found[name] for name in sorted(found)]
+
+
+def _summed(lines: Sequence[T]) -> tuple[T, ...]:
+    """One line for each node, its figures added up."""
+    found: dict[str, Any] = {}
+    for line in lines:
+        node = line.node  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType, reportUnknownVariableType]  # both kinds of lines have one
+        found[node] = line if node not in found else _sum(found[node], line)
+    return tuple(found.values())
+
+
+def _sum(first: Any, second: Any) -> Any:
+    added: dict[str, Any] = {}
+    ours: Any
+    theirs: Any
+    for field in fields(first):
+        ours, theirs = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(ours, dict):
+            added[field.name] = dict(Counter[str](ours) + Counter[str](theirs))  # pyright: ignore[reportUnknownArgumentType]  # by name
+        elif isinstance(ours, int) and field.name != "depth":
+            added[field.name] = ours + theirs
+    return replace(first, **added)
+
+
+def _timers(told: Iterable[_Told], order: Sequence[str]) -> Iterable[TimerStatistics]:
+    """By node; of several lives the last one, with the ticks of all."""
+    found: dict[tuple[str, str], TimerStatistics] = {}
+    for each in told:
+        for timer in each.timers:
+            known = found.get((timer.node, timer.name))
+            if known is not None:
+                timer = replace(timer, fired=timer.fired + known.fired, missed=timer.missed + known.missed)  # noqa: PLW2901  # as above
+            found[timer.node, timer.name] = timer
+    place = {name: number for number, name in enumerate(order)}
+    return sorted(found.values(), key=lambda timer: place.get(timer.node, len(place)))

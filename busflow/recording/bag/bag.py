@@ -1,0 +1,254 @@
+"""`Bag`: a recording that is read: an MCAP file, a directory of rosbag2 with the files of one, or of several processes.
+
+What can be read of it is served, in the order in which it was recorded; where the recording is damaged, or just ends,
+`damage` says so afterwards. Nothing is held in memory but one chunk of each process at a time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from struct import Struct
+from types import TracebackType
+from typing import Self
+
+from busflow.errors import BagError
+from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile
+from busflow.recording.bag.channel import Channel, Entry
+from busflow.recording.bag.facts import FACTS, Facts, Ledger, summed
+from busflow.recording.bag.mcap_file import McapFile
+from busflow.recording.bag.merge import Numbered, merged
+from busflow.recording.bag.series import Damage, Series, Survey
+
+_DIGESTED = Struct("<IIIQQ")
+
+
+class Bag:
+    """A recording, opened for reading.
+
+    Nothing of it is read but its beginning and its end, until somebody asks for what only its messages tell.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Open a recording.
+
+        Raises:
+            BagError: It is none, or cannot be opened.
+        """
+        self.path = Path(path)
+        self.files: Sequence[BagFile] = ()
+        self.unfinished: BagError | None = None
+        """Why the bag itself, not one of its files, is known not to have been finished."""
+        self.report: Mapping[str, object] = {}
+        """The account of a run of several processes, of whom each file has only one's own."""
+        self._open()
+        self.series = self._grouped()
+        """Its files, in groups whose messages were numbered together: one, or one of each process and life."""
+
+    def close(self) -> None:
+        """Let go of it; files are open only while they are read."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Its topics, sorted by name; where no summary tells them, all of it is read for this."""
+        counts = self._counted()
+        return tuple(replace(each, count=counts[each]) for each in sorted(counts, key=lambda each: each.topic))
+
+    @property
+    def damages(self) -> tuple[Damage, ...]:
+        """Where and why it could not be read any further; known after it was read as far as that."""
+        return tuple(each.damage for each in self.series if each.damage is not None)
+
+    @property
+    def damage(self) -> Damage | None:
+        """The first of them."""
+        return next(iter(self.damages), None)
+
+    @property
+    def facts(self) -> Facts | None:
+        """How the run was set up; None where somebody else has recorded it."""
+        return next((each.facts for each in self.series if each.facts is not None), None)
+
+    @property
+    def ledger(self) -> Ledger | None:
+        """How the run ended; None where busflow has not recorded it, or not to its end."""
+        if len(self.series) == 1:
+            return self.series[0].ledger
+        return summed([each.ledger for each in self.series], self.report)
+
+    @property
+    def start_ns(self) -> int | None:
+        """The earliest log time; None where there is no message."""
+        return self._times()[0]
+
+    @property
+    def end_ns(self) -> int | None:
+        """The latest log time."""
+        return self._times()[1]
+
+    @property
+    def messages(self) -> int:
+        """How many there are."""
+        return sum(self._counted().values())
+
+    def spans(self) -> Mapping[Channel, tuple[int, int]]:
+        """When each channel's first and last message was recorded; nothing where all has to be read for that."""
+        found: dict[Channel, tuple[int, int]] = {}
+        for each in self.files:
+            told = each.spans()
+            if told is None:
+                return {}
+            for channel, (first, last) in told.items():
+                known = found.get(channel, (first, last))
+                found[channel] = min(first, known[0]), max(last, known[1])
+        return found
+
+    def entries(
+        self,
+        topics: Collection[str] | Callable[[Channel], bool] | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> Generator[Entry]:
+        """Its messages in the order in which they were recorded, up to where it is damaged.
+
+        A file is open from the first of them to the last; who ends sooner closes this.
+
+        Args:
+            topics: Only those on these topics, or of channels for which this is true.
+            start_ns: Only those of this log time or later.
+            end_ns: Only those of this log time or earlier.
+        """
+        since = SINCE if start_ns is None else max(start_ns, SINCE)
+        until = UNTIL if end_ns is None else end_ns
+        if len(self.series) == 1:
+            return self.series[0].entries(_chosen(topics), since, until)
+        return (entry for _, entry in self._merged(topics, since, until))
+
+    def numbered(
+        self,
+        topics: Collection[str] | Callable[[Channel], bool] | None = None,
+        start_ns: int | None = None,
+        end_ns: int | None = None,
+    ) -> Iterator[Numbered]:
+        """As `entries`, each with the place in `series` of those with which it was numbered."""
+        return self._merged(topics, SINCE if start_ns is None else max(start_ns, SINCE), end_ns)
+
+    def _merged(
+        self, topics: Collection[str] | Callable[[Channel], bool] | None, since_ns: int, until_ns: int | None
+    ) -> Iterator[Numbered]:
+        until = UNTIL if until_ns is None else until_ns
+        return merged([each.entries(_chosen(topics), since_ns, until) for each in self.series])
+
+    def survey(self) -> Survey:
+        """Read all of it, once: counts, times and gaps as the messages themselves show them."""
+        return _together([each.survey() for each in self.series])
+
+    @property
+    def incomplete(self) -> tuple[str, ...]:
+        """Why it is not the whole of what happened; empty where nothing is missing, as far as has been read so far."""
+        reasons = [] if self.unfinished is None else [self.unfinished.reason]
+        for each in self.series:
+            file = "" if len(self.series) == 1 else f"{each.files[0].path.name}: "
+            reasons += [file + reason for reason in each.incomplete()]
+        return tuple(reasons)
+
+    @property
+    def complete(self) -> bool:
+        """Whether it is the whole of what happened, as far as has been read so far."""
+        return not self.incomplete
+
+    def digest(self) -> str:
+        """The SHA-256 of topic, type, log time, sequence and bytes of every message, in order."""
+        found = hashlib.sha256()
+        for channel, sequence, log_time, _, payload in self.entries():
+            topic, type_name = channel.topic.encode(errors="replace"), channel.type_name.encode(errors="replace")
+            found.update(_DIGESTED.pack(len(topic), len(type_name), sequence, log_time, len(payload)))
+            found.update(topic + type_name + payload)
+        return found.hexdigest()
+
+    def _open(self) -> None:
+        if not self.path.is_dir():
+            self.files = (McapFile(self.path),)
+            return
+        from busflow.recording.bag.rosbag2 import directory
+
+        found = directory(self.path)
+        self.unfinished, self.report = found.unfinished, found.report
+        if found.storage == "mcap":
+            self.files = self._files(found.files)
+        else:
+            from busflow.recording.bag.sqlite_file import SqliteFile
+
+            self.files = tuple(SqliteFile(each) for each in found.files)
+
+    def _files(self, paths: Sequence[Path]) -> tuple[BagFile, ...]:
+        """The files of a directory; one of a process that was killed before it had recorded anything may be none.
+
+        Raises:
+            BagError: One is none, and is needed to go on with the others.
+        """
+        files: list[BagFile] = []
+        refused: BagError | None = None
+        for each in paths:
+            try:
+                files.append(McapFile(each))
+            except BagError as error:
+                refused = refused or error
+        if refused is not None:
+            if not any(_process(each) for each in files):
+                raise refused
+            reason = f"{Path(refused.file or '').name}: {refused.reason}"
+            self.unfinished = self.unfinished or BagError(reason, file=str(self.path))
+        return tuple(files)
+
+    def _grouped(self) -> tuple[Series, ...]:
+        groups = [[each] for each in self.files] if any(map(_process, self.files)) else [self.files]
+        return tuple(Series(each, str(self.path)) for each in groups)
+
+    def _counted(self) -> Mapping[Channel, int]:
+        return self._overview().counts
+
+    def _times(self) -> tuple[int | None, int | None]:
+        overview = self._overview()
+        return overview.start_ns, overview.end_ns
+
+    def _overview(self) -> Survey:
+        return _together([each.overview() for each in self.series])
+
+
+def _process(file: BagFile) -> str:
+    """The process that has recorded a file for itself alone."""
+    return file.metadata.get(FACTS, {}).get("process", "")
+
+
+def _together(surveys: Sequence[Survey]) -> Survey:
+    """What all series have shown."""
+    if len(surveys) == 1:
+        return surveys[0]
+    counts: Counter[Channel] = Counter()
+    for each in surveys:
+        counts.update(each.counts)
+    starts = [each.start_ns for each in surveys if each.start_ns is not None]
+    ends = [each.end_ns for each in surveys if each.end_ns is not None]
+    gaps = sum(each.gaps for each in surveys)
+    return Survey(counts, min(starts, default=None), max(ends, default=None), gaps)
+
+
+def _chosen(topics: Collection[str] | Callable[[Channel], bool] | None) -> Callable[[Channel], bool]:
+    if topics is None:
+        return lambda _: True
+    if callable(topics):
+        return topics
+    names = {name if name.startswith("/") else f"/{name}" for name in topics} | set(topics)
+    return lambda channel: channel.topic in names

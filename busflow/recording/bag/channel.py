@@ -1,0 +1,155 @@
+"""`Channel` and `Entry`: one topic of a bag with its type, and one message on it; how both become values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+
+from busflow.errors import BagError, MalformedMessage
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.interfaces.message import Message
+
+    MessageT = TypeVar("MessageT", bound=Message)
+
+_ROS1 = "ros1"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic of a bag. Two are the same when all but their counts is."""
+
+    topic: str
+    type_name: str
+    """`sensor_msgs/msg/Imu`."""
+    encoding: str
+    """Of the messages, in MCAP's word: `cdr`, `json`, or what busflow does not read."""
+    definition: str
+    """The type as text; empty where the bag has none."""
+    definition_encoding: str
+    """How the definition is to be read: `ros2msg`, `jsonschema`, or what busflow does not read."""
+    type_hash: str | None = None
+    """`RIHS01_…`, where the recorder has written it."""
+    qos: str | None = None
+    """What the publishers offered, as ROS 2 writes it in a bag."""
+    count: int | None = field(default=None, compare=False)
+    """How many messages there are; None where that is not known."""
+
+    @cached_property
+    def type(self) -> ForeignType:
+        """The type, by which messages are read without its class.
+
+        Raises:
+            BagError: It is encoded or described in a way that is not read, or not described at all.
+        """
+        from busflow.interfaces.encoding.foreign import ForeignType
+
+        if self.encoding == "json":
+            return _json_type(self)
+        if self.encoding != "cdr":
+            one = "a bag of ROS 1 is converted by rosbags-convert" if self.encoding == _ROS1 else None
+            raise self._unreadable(f"is encoded as {self.encoding!r}; cdr and json are read", one)
+        from busflow.interfaces.encoding.description import rihs01
+
+        description = _description(self)
+        full_name = description["type_description"]["type_name"]  # a bag may leave its middle part out
+        return ForeignType(full_name, rihs01(description), description)
+
+    def plain(self, payload: bytes | memoryview) -> Any:
+        """A message as plain data: dictionaries, tuples, memoryviews, text and numbers.
+
+        Raises:
+            BagError: Messages of this channel cannot be read.
+            MalformedMessage: This one cannot.
+        """
+        return self._plain(payload)
+
+    def decode(self, payload: bytes | memoryview, cls: type[MessageT]) -> MessageT:
+        """A message as one of the class that has this type.
+
+        Raises:
+            BagError: The class is of another type, or of another version of it.
+            MalformedMessage: The bytes are no message.
+        """
+        decode = self._decoders.get(cls)
+        if decode is None:
+            decode = self._decoders[cls] = self._decoder(cls)
+        return cast("MessageT", decode(payload))
+
+    @cached_property
+    def _plain(self) -> Callable[[Any], Any]:
+        return self.type.decode
+
+    @cached_property
+    def _decoders(self) -> dict[Any, Callable[[Any], Any]]:
+        return {}
+
+    def _decoder(self, cls: type[Message]) -> Callable[[Any], Any]:
+        from busflow.interfaces.encoding.typesupport import TypeSupport
+
+        support = TypeSupport(cls)
+        if support.name != self.type_name:
+            raise self._unreadable(f"is no {support.name}")
+        if support.encoding != self.encoding:
+            raise self._unreadable(
+                f"is encoded as {self.encoding!r}, and the class {cls.__name__} as {support.encoding}"
+            )
+        recorded = self.type_hash or self.type.type_hash
+        if recorded != support.type_hash:
+            fix = "compare the class with what `busflow bag info --types` shows"
+            raise self._unreadable(f"is another version of the type than the class {cls.__name__}", fix)
+        return support.decode
+
+    def _unreadable(self, why: str, fix: str | None = None) -> BagError:
+        return BagError(f"{self.topic}, {self.type_name or 'without a type'}, {why}", fix=fix)
+
+
+class Entry(NamedTuple):
+    """A message of a bag."""
+
+    channel: Channel
+    sequence: int
+    """Its number: in what busflow records that of all messages, elsewhere what the recorder took it for."""
+    log_time_ns: int
+    publish_time_ns: int
+    payload: bytes
+
+
+def _json_type(channel: Channel) -> ForeignType:
+    import json
+
+    from busflow.interfaces.encoding import json_form
+    from busflow.interfaces.encoding.foreign import ForeignType
+
+    try:
+        schema = json.loads(channel.definition or "{}")
+        type_hash = json_form.type_hash(schema)
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        raise channel._unreadable("is described by no JSON Schema") from None  # noqa: SLF001  # the same file
+    return ForeignType(channel.type_name, type_hash, schema)
+
+
+def _description(channel: Channel) -> Any:
+    """The description of a ROS 2 type: what the bag says, or what busflow knows of a type that the bag only names."""
+    from busflow.interfaces.encoding import msg_text as definition
+    from busflow.interfaces.encoding.builtin_types import shipped_types
+    from busflow.interfaces.encoding.description import rihs01
+    from busflow.recording.bag.service_event import event_description, tells_of_a_service
+
+    try:
+        if channel.definition_encoding == definition.ENCODING and channel.definition.strip():
+            if tells_of_a_service(channel.type_name, channel.definition):
+                return event_description(channel.type_name, channel.definition)
+            return definition.parse(channel.type_name, channel.definition)
+        shipped = shipped_types().description(channel.type_name)
+    except MalformedMessage as error:
+        raise channel._unreadable(f"has a definition that cannot be read: {error}") from None  # noqa: SLF001  # as above
+    except KeyError:
+        how = f"as {channel.definition_encoding}" if channel.definition else "nowhere in the bag"
+        raise channel._unreadable(f"is described {how}; ros2msg is read") from None  # noqa: SLF001  # as above
+    if channel.type_hash not in (None, rihs01(shipped)):
+        raise channel._unreadable("is another version of the type than the one that busflow brings")  # noqa: SLF001  # as above
+    return shipped

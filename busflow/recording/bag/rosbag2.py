@@ -1,0 +1,150 @@
+"""The directory of a bag of ROS 2: which files it has, by its `metadata.yaml`, and none that lie elsewhere."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from busflow.errors import BagError, LaunchError
+from busflow.recording.mcap.bounds import MOST_FILES
+
+METADATA = "metadata.yaml"
+STORAGES = {"mcap": ".mcap", "sqlite3": ".db3"}
+"""How messages are stored, in rosbag2's words, and what such a file is called."""
+
+REPORT, LACKING = "busflow.report", "busflow.lacking"
+"""What busflow writes into the metadata's `custom_data`, as text: a run's account, and what of it no file has."""
+
+INFORMATION = "rosbag2_bagfile_information"
+_LARGEST = 1 << 20
+_DIGITS = re.compile(r"(\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Directory:
+    """A bag of several files."""
+
+    files: tuple[Path, ...]
+    storage: str
+    unfinished: BagError | None = None
+    """Why it is known not to have been finished."""
+    report: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """The account of a run whose processes have recorded themselves."""
+
+
+def directory(path: Path) -> Directory:
+    """What a directory holds.
+
+    Raises:
+        BagError: It is no bag, or one that busflow does not read, or names files that lie elsewhere.
+    """
+    try:
+        raw = _read(path / METADATA)
+        if raw is None:
+            return _without_metadata(path)
+        told = _information(raw, path)
+        storage = _storage(told, path)
+        files = tuple(_confined(path, each) for each in _names(told, path))
+        return Directory(files, storage, *_of_busflow(told, path))
+    except OSError as error:
+        raise BagError(f"it cannot be read: {error.strerror}", file=str(path)) from None
+
+
+def _read(metadata: Path) -> bytes | None:
+    if not metadata.is_file():
+        return None
+    with metadata.open("rb") as stream:
+        raw = stream.read(_LARGEST + 1)
+    if len(raw) > _LARGEST:
+        raise BagError(f"it is larger than {_LARGEST >> 10} KiB", file=str(metadata))
+    return raw
+
+
+def _information(raw: bytes, path: Path) -> Mapping[str, Any]:
+    from busflow.launchfile.yaml.document import parse
+
+    name = str(path / METADATA)
+    try:
+        data = parse(raw, name).data
+    except LaunchError as error:
+        problem = error.problems[0]
+        place = problem.place
+        where = f" in line {place.line}" if place else ""
+        raise BagError(f"it cannot be read{where}: {problem.message}", file=name) from None
+    told = cast("dict[str, Any]", data).get(INFORMATION) if isinstance(data, dict) else None
+    if not isinstance(told, dict):
+        raise BagError(f"it has no {INFORMATION}, so it is of no bag", file=name)
+    return cast("dict[str, Any]", told)
+
+
+def _of_busflow(told: Mapping[str, Any], path: Path) -> tuple[BagError | None, Mapping[str, Any]]:
+    """What a run of several processes has noted: what no file can tell of itself, and its account."""
+    stated = told.get("custom_data")
+    custom = cast("dict[str, object]", stated) if isinstance(stated, dict) else {}
+    lacking = custom.get(LACKING)
+    try:
+        report = json.loads(str(custom.get(REPORT, "{}")))
+    except (ValueError, RecursionError):
+        report = {}
+    reports = cast("dict[str, Any]", report) if isinstance(report, dict) else {}
+    return BagError(str(lacking), file=str(path)) if lacking else None, reports
+
+
+def _storage(told: Mapping[str, Any], path: Path) -> str:
+    storage = told.get("storage_identifier")
+    mode = told.get("compression_mode") or ""
+    name = str(path / METADATA)
+    fix = "ros2 bag convert writes it as mcap"
+    if storage not in STORAGES:
+        raise BagError(f"it is stored as {storage!r}; mcap and sqlite3 are read", file=name, fix=fix)
+    if mode and str(mode).lower() != "none":
+        raise BagError(f"each {str(mode).lower()} of it is compressed, which is not read", file=name, fix=fix)
+    return str(storage)
+
+
+def _names(told: Mapping[str, Any], path: Path) -> list[str]:
+    names = told.get("relative_file_paths")
+    if not isinstance(names, list) or not names:
+        raise BagError("relative_file_paths names no files", file=str(path / METADATA))
+    files = cast("list[object]", names)
+    if len(files) > MOST_FILES:
+        raise BagError(f"it has {len(files)} files, and {MOST_FILES} are read", file=str(path / METADATA))
+    return [str(each) for each in files]
+
+
+def _confined(path: Path, name: str) -> Path:
+    """A file that the metadata names; it has to lie in the directory itself, wherever a link may lead."""
+    inside = path.resolve()
+    try:
+        file = path / name
+        first, _, rest = name.partition("/")
+        if rest and first == path.name and not file.exists():  # as rosbag2 wrote it in its first years
+            file = path / rest
+        elsewhere = Path(name).is_absolute() or inside not in file.resolve().parents
+    except (ValueError, RuntimeError):  # a NUL, or a circle of links
+        file, elsewhere = path, True
+    if elsewhere:
+        raise BagError(f"it names {name!r}, which does not lie in the directory of the bag", file=str(path / METADATA))
+    return file
+
+
+def _without_metadata(path: Path) -> Directory:
+    """A recorder of ROS 2 that was killed has written its files and no metadata."""
+    for storage, suffix in STORAGES.items():
+        found = [each for each in path.iterdir() if each.suffix == suffix]
+        if found:
+            reason = f"it has no {METADATA}: its recorder was killed, or still records"
+            files = sorted(found, key=_numbered)[:MOST_FILES]
+            return Directory(
+                tuple(_confined(path, each.name) for each in files), storage, BagError(reason, file=str(path))
+            )
+    raise BagError(f"the directory has no {METADATA} and no recording", file=str(path))
+
+
+def _numbered(path: Path) -> list[str | int]:
+    """What sorts run_2.mcap before run_10.mcap."""
+    return [int(part) if part.isdecimal() else part for part in _DIGITS.split(path.name)]

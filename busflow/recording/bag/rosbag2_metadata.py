@@ -1,0 +1,100 @@
+"""The `metadata.yaml` of a directory of rosbag2: by what ROS 2's programs find their way in its files."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.channel import Channel
+
+_VERSION = 9
+"""Of the metadata, that of ROS 2 Jazzy."""
+_SERVICE, _EVENT = "/srv/", "_Event"
+_LAST_NS = (1 << 63) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class FileCounts:
+    """What one file of a directory holds."""
+
+    name: str
+    counts: Mapping[Channel, int]
+    start_ns: int | None
+    """None where there is no message."""
+    end_ns: int | None
+
+
+def write_metadata(
+    directory: Path,
+    files: Sequence[FileCounts],
+    *,
+    qos: Callable[[Channel], str],
+    custom: Mapping[str, str] | None = None,
+) -> None:
+    """Write what a directory holds into it, all at once.
+
+    Args:
+        directory: Where the files are.
+        files: All of them, in their order.
+        qos: What each channel offers, in the words of this version of the metadata.
+        custom: Words that are not ROS 2's.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    counts: Counter[Channel] = Counter()
+    for each in files:
+        counts.update(each.counts)
+    starts = [each.start_ns for each in files if each.start_ns is not None]
+    ends = [each.end_ns for each in files if each.end_ns is not None]
+    told = {
+        "version": _VERSION,
+        "storage_identifier": "mcap",
+        **_span(min(starts, default=None), max(ends, default=None), counts.total()),
+        "topics_with_message_count": [_topic(each, count, qos(each)) for each, count in counts.items()],
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [each.name for each in files],
+        "files": [
+            {"path": each.name, **_span(each.start_ns, each.end_ns, sum(each.counts.values()))} for each in files
+        ],
+        "custom_data": dict(custom) if custom else None,
+        "ros_distro": "busflow",
+    }
+    text = yaml.safe_dump({INFORMATION: told}, sort_keys=False)
+    part = directory / f".{METADATA}.part"
+    part.write_text(text, "utf-8")
+    part.replace(directory / METADATA)
+
+
+def _span(start_ns: int | None, end_ns: int | None, messages: int) -> dict[str, Any]:
+    """When there are messages, and how many."""
+    first = _LAST_NS if start_ns is None else start_ns
+    return {
+        "duration": {"nanoseconds": 0 if end_ns is None else max(0, end_ns - first)},
+        "starting_time": {"nanoseconds_since_epoch": first},
+        "message_count": messages,
+    }
+
+
+def _topic(channel: Channel, count: int, qos: str) -> Mapping[str, Any]:
+    # rosbags knows no events of services, and would open nothing for want of their hash.
+    service = channel.type_name.endswith(_EVENT) and _SERVICE in channel.type_name
+    return {
+        "topic_metadata": {
+            "name": channel.topic,
+            "type": channel.type_name,
+            "serialization_format": channel.encoding,
+            "offered_qos_profiles": yaml.safe_load(qos or "[]"),
+            "type_description_hash": "" if service else channel.type_hash or channel.type.type_hash,
+        },
+        "message_count": count,
+    }

@@ -1,0 +1,147 @@
+"""`Series`: files of a bag whose messages were numbered together: all of one that was split, or a process's own."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from busflow.errors import BagError
+from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Overview
+from busflow.recording.bag.channel import Channel, Entry
+from busflow.recording.bag.completeness import shortfalls
+from busflow.recording.bag.facts import FACTS, LEDGER, Facts, Ledger, facts_of, ledger_of
+from busflow.text import counted
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """Where and why a recording could not be read any further."""
+
+    file: str
+    offset: int | None
+    what: str
+    served: int
+    """The messages before it."""
+
+    def __str__(self) -> str:
+        where = "" if self.offset is None else f" at byte {self.offset}"
+        come = counted(self.served, "message comes", "messages come")
+        return f"{self.file}{where}: {self.what}; {come} before it"
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What reading all of a bag, or of a series of its files, has shown."""
+
+    counts: Mapping[Channel, int]
+    start_ns: int | None
+    end_ns: int | None
+    gaps: int
+    """Messages that were numbered and are not there."""
+
+    @property
+    def messages(self) -> int:
+        """How many there are."""
+        return sum(self.counts.values())
+
+
+class Series:
+    """Files that are read one after the other."""
+
+    def __init__(self, files: Sequence[BagFile], place: str) -> None:
+        """A series of files; `place` is what damage names that is of none of them."""
+        self.files = tuple(files)
+        self.damage: Damage | None = None
+        """Why it could not be read to its end; known after it was read as far as that."""
+        self._place = place
+        self._survey: Survey | None = None
+        self._told: list[Overview] | None = None
+
+    @property
+    def facts(self) -> Facts | None:
+        """How the run was set up; None where somebody else has recorded it."""
+        for file in self.files:
+            if FACTS in file.metadata:
+                return facts_of(file.metadata[FACTS], file.launch_file)
+        return None
+
+    @property
+    def ledger(self) -> Ledger | None:
+        """How the run ended; None where busflow has not recorded it, or not to its end."""
+        for file in reversed(self.files):
+            if LEDGER in file.metadata:
+                return ledger_of(file.metadata[LEDGER])
+        return None
+
+    def entries(
+        self, wanted: Callable[[Channel], bool] = lambda _: True, since_ns: int = SINCE, until_ns: int = UNTIL
+    ) -> Generator[Entry]:
+        """The messages in the order in which they were recorded, up to where a file is damaged."""
+        served = 0
+        for file in self.files:
+            try:
+                for item in file.walk(wanted, since_ns, until_ns):
+                    if type(item) is Entry:
+                        served += 1
+                        yield item
+            except BagError as error:
+                self.damage = Damage(error.file or self._place, error.offset, error.reason, served)
+                return
+
+    def survey(self) -> Survey:
+        """Read all of it, once: counts, times and gaps as the messages themselves show them."""
+        if self._survey is None:
+            self._survey = self._surveyed()
+        return self._survey
+
+    def overview(self) -> Survey:
+        """What the files tell of themselves, or, where one of them does not, what reading them shows."""
+        overviews = self._overviews() if self._survey is None else None
+        if overviews is None:
+            return self.survey()
+        counts: Counter[Channel] = Counter()
+        for each in overviews:
+            counts.update(each.counts)
+        starts = [each.start_ns for each in overviews if each.start_ns is not None]
+        ends = [each.end_ns for each in overviews if each.end_ns is not None]
+        return Survey(counts, min(starts, default=None), max(ends, default=None), 0)
+
+    def counts_by_topic(self) -> Mapping[str, int]:
+        """How many messages there are of each topic, whatever its publishers have offered."""
+        counts: Counter[str] = Counter()
+        for channel, count in self.overview().counts.items():
+            counts[channel.topic] += count
+        return counts
+
+    def incomplete(self) -> Iterator[str]:
+        """Why it is not the whole of what happened, as far as has been read so far."""
+        if self.damage is not None:  # which says the same of a file without an end, and where
+            yield self.damage.what
+        else:
+            yield from (each.unfinished.reason for each in self.files if each.unfinished)
+        ledger = self.ledger
+        if self.facts is not None or ledger is not None:
+            gaps = 0 if self._survey is None else self._survey.gaps
+            unfinished = any(each.unfinished for each in self.files)
+            for each in shortfalls(ledger, unfinished=unfinished, gaps=gaps, there=self.overview().messages):
+                yield each.text
+
+    def _overviews(self) -> list[Overview] | None:
+        if self._told is None:
+            found = [each.overview() for each in self.files]
+            self._told = None if None in found else [each for each in found if each]
+        return self._told
+
+    def _surveyed(self) -> Survey:
+        counts: Counter[Channel] = Counter()
+        first, last, before, gaps = None, None, 0, 0
+        for channel, sequence, log_time, _, _ in self.entries():
+            counts[channel] += 1
+            first = log_time if first is None or log_time < first else first
+            last = log_time if last is None or log_time > last else last
+            gaps += max(0, sequence - before - 1)
+            before = sequence
+        for file in self.files:
+            counts.update(dict.fromkeys(file.channels, 0))
+        return Survey(counts, first, last, gaps if self.facts is not None else 0)

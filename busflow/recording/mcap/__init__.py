@@ -1,0 +1,1 @@
+"""MCAP records, chunks, index and writer. Knows no message type."""

@@ -1,0 +1,331 @@
+"""`McapWriter`: an MCAP file as it is written: chunks that are cut by size, an index of each, and a summary at the end.
+
+Messages are put together here, a few of them being much of a recording's cost; all rarer records are those of the
+package `mcap`. The same messages give the same bytes. Nothing here knows of time: when a chunk that is not full goes to
+the file is for its user to say.
+"""
+
+from __future__ import annotations
+
+import sys
+import zlib
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from struct import Struct
+from typing import Protocol, TypeAlias
+
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+from busflow.launchfile.model.description import Compression
+from busflow.recording.mcap.compression import MCAP_WORDS, Part, compressor
+from busflow.recording.mcap.records import FRAME, MAGIC
+
+Payload: TypeAlias = bytes | list[Part]
+"""A message's bytes, or what they are when joined."""
+
+PROFILE = "ros2"
+CHUNK_BYTES = 128 * 1024
+"""A reader that seeks has to read the whole of a chunk; with much smaller ones, compression finds less to shorten."""
+LARGE = 32 * 1024
+"""Parts of messages from this size on are neither copied nor joined with others."""
+
+_MESSAGE = Struct("<BQHIQQ")
+_MESSAGE_HEAD = 22
+_CHUNK = Struct("<BQQQQII")
+_CHUNK_HEAD = 40
+_LENGTH = Struct("<Q")
+_INDEX = Struct("<BQHI")
+_SEQUENCES = (1 << 32) - 1
+"""MCAP gives the number of a message 32 bits; after so many it begins anew."""
+
+
+class Written(Protocol):
+    """What is written to."""
+
+    def write(self, data: memoryview, /) -> int:
+        """Write some of it, and say how many bytes that were."""
+        ...
+
+
+class McapWriter:
+    """An MCAP file in the making, which is readable up to the last chunk whenever the writing ends."""
+
+    def __init__(
+        self,
+        file: Written,
+        *,
+        library: str,
+        compression: Compression = Compression.ZSTD,
+        chunk_bytes: int = CHUNK_BYTES,
+    ) -> None:
+        """Begin a file.
+
+        Args:
+            file: what is written to, from its beginning; not buffered, so that nothing waits in this process.
+            library: what the file says of who wrote it.
+            compression: of the chunks.
+            chunk_bytes: at which size a chunk is full, before it is compressed.
+        """
+        self._file, self._compression, self._chunk_bytes = file, compression, chunk_bytes
+        self._compress = compressor(compression)
+        self.size = 0
+        """Bytes of whole records that were handed to the file."""
+        self._check = 0
+        """The CRC-32 of all that was handed over, by which a reader sees flipped bits outside the chunks too."""
+        self._chunk = _Chunk()
+        self._schemas: list[McapRecord] = []
+        self._channels: list[McapRecord] = []
+        self._chunks: list[McapRecord] = []
+        self._attachments: list[McapRecord] = []
+        self._metadata: list[McapRecord] = []
+        self._counts: dict[int, int] = {}
+        self._first: int | None = None
+        self._last = 0
+        self._write([MAGIC, _record(Header(PROFILE, library))])
+
+    @property
+    def open_chunk(self) -> bool:
+        """Whether messages wait in a chunk that is not in the file yet."""
+        return self._chunk.count > 0
+
+    @property
+    def open_since(self) -> int:
+        """The time of the first message in the chunk that is not in the file yet."""
+        return self._chunk.first
+
+    def add_schema(self, schema_id: int, name: str, encoding: str, data: bytes) -> None:
+        """Describe a type; ids are given by the caller, and begin at 1."""
+        schema = Schema(id=schema_id, data=data, encoding=encoding, name=name)
+        self._schemas.append(schema)
+        self._chunk.add_record(_record(schema))
+
+    def add_channel(
+        self, channel_id: int, topic: str, encoding: str, schema_id: int, metadata: Mapping[str, str]
+    ) -> None:
+        """Announce a topic, of a schema that is described; ids are given by the caller, and begin at 1."""
+        channel = Channel(
+            id=channel_id, topic=topic, message_encoding=encoding, metadata=dict(metadata), schema_id=schema_id
+        )
+        self._channels.append(channel)
+        self._counts[channel_id] = 0
+        self._chunk.add_record(_record(channel))
+
+    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
+        """Write a message of a channel that is announced."""
+        self._counts[channel_id] += 1
+        if self._first is None or time_ns < self._first:
+            self._first = time_ns
+        if time_ns > self._last:
+            self._last = time_ns
+        self._chunk.add_message(channel_id, sequence, time_ns, payload)
+        if self._chunk.size >= self._chunk_bytes:
+            self.cut()
+
+    def add_metadata(self, name: str, metadata: Mapping[str, str]) -> None:
+        """Write a record of words about the recording."""
+        self.cut()
+        record = _record(Metadata(name=name, metadata=dict(metadata)))
+        self._metadata.append(MetadataIndex(offset=self.size, length=len(record), name=name))
+        self._write([record])
+
+    def add_attachment(self, name: str, media_type: str, data: bytes, *, time_ns: int) -> None:
+        """Write a file into the file."""
+        self.cut()
+        record = _record(Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media_type, data=data))
+        self._attachments.append(
+            AttachmentIndex(
+                offset=self.size,
+                length=len(record),
+                log_time=time_ns,
+                create_time=time_ns,
+                data_size=len(data),
+                name=name,
+                media_type=media_type,
+            )
+        )
+        self._write([record])
+
+    def cut(self) -> None:
+        """Hand what waits to the file, so that it outlives this process; not so the machine's losing its power."""
+        chunk, self._chunk = self._chunk, _Chunk()
+        if not chunk.count:
+            self._write(chunk.joined())  # what describes types and topics may stand outside a chunk
+            return
+        parts = chunk.joined()
+        check = 0
+        for part in parts:
+            check = zlib.crc32(part, check)
+        packed = self._compress(parts, chunk.size)
+        size, word = sum(map(len, packed)), MCAP_WORDS[self._compression].encode()
+        length = _CHUNK_HEAD + len(word) + size
+        head = _CHUNK.pack(Opcode.CHUNK, length, chunk.first, chunk.last, chunk.size, check, len(word))
+        start, index_start = self.size, self.size + FRAME.size + length
+        indexes, offsets = chunk.indexes(index_start)
+        self._write([head, word, _LENGTH.pack(size), *packed, *indexes])
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=FRAME.size + length,
+                chunk_start_offset=start,
+                compression=word.decode(),
+                compressed_size=size,
+                message_end_time=chunk.last,
+                message_index_length=self.size - index_start,
+                message_index_offsets=offsets,
+                message_start_time=chunk.first,
+                uncompressed_size=chunk.size,
+            )
+        )
+
+    def finish(self) -> None:
+        """Write the summary, by which readers find their way; nothing may be added after it."""
+        self.cut()
+        end = _record(DataEnd(self._check))
+        start = self.size + len(end)
+        summary, offsets_start = _summary(
+            start,
+            (self._schemas, self._channels, [self._statistics()], self._chunks, self._attachments, self._metadata),
+        )
+        footer = Footer(summary_start=start, summary_offset_start=offsets_start, summary_crc=0)
+        check = zlib.crc32(_record(footer)[:-4], zlib.crc32(summary))
+        footer = Footer(summary_start=start, summary_offset_start=offsets_start, summary_crc=check)
+        self._write([end, summary, _record(footer), MAGIC])
+
+    def _statistics(self) -> Statistics:
+        return Statistics(
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts={channel: count for channel, count in self._counts.items() if count},
+            chunk_count=len(self._chunks),
+            message_count=sum(self._counts.values()),
+            metadata_count=len(self._metadata),
+            message_start_time=self._first or 0,
+            message_end_time=self._last,
+            schema_count=len(self._schemas),
+        )
+
+    def _write(self, parts: Sequence[Part]) -> None:
+        size = sum(map(len, parts))
+        for part in _joined(parts):
+            left = memoryview(part)
+            self._check = zlib.crc32(left, self._check)
+            while left:
+                left = left[self._file.write(left) :]
+        self.size += size
+
+
+class _Chunk:
+    """The records of a chunk, and where in it each channel's messages are."""
+
+    def __init__(self) -> None:
+        self.size = self.count = self.first = self.last = 0
+        self._parts: list[Part] = []
+        self._index: dict[int, array[int]] = {}
+
+    def add_record(self, record: bytes) -> None:
+        self._parts.append(record)
+        self.size += len(record)
+
+    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
+        size = size_of(payload)
+        index = self._index.get(channel_id)
+        if index is None:
+            index = self._index[channel_id] = array("Q")
+        index.extend((time_ns, self.size))
+        if not self.count or time_ns < self.first:
+            self.first = time_ns
+        if time_ns > self.last:
+            self.last = time_ns
+        self.count += 1
+        length = _MESSAGE_HEAD + size
+        head = _MESSAGE.pack(Opcode.MESSAGE, length, channel_id, sequence & _SEQUENCES, time_ns, time_ns)
+        self._parts.append(head)
+        if isinstance(payload, bytes):
+            self._parts.append(payload)
+        else:
+            self._parts.extend(payload)
+        self.size += FRAME.size + length
+
+    def joined(self) -> list[Part]:
+        """The records, with all small parts between two large ones made one."""
+        return list(_joined(self._parts))
+
+    def indexes(self, start: int) -> tuple[list[Part], dict[int, int]]:
+        """The index of each channel, the first one at this offset of the file, and where each is."""
+        parts: list[Part] = []
+        offsets: dict[int, int] = {}
+        for channel_id, index in self._index.items():
+            if sys.byteorder != "little":
+                index.byteswap()
+            entries = index.tobytes()
+            offsets[channel_id] = start
+            head = _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel_id, len(entries))
+            parts += (head, entries)
+            start += len(head) + len(entries)
+        return parts, offsets
+
+
+def size_of(payload: Payload) -> int:
+    """The bytes of a message."""
+    return len(payload) if isinstance(payload, bytes) else sum(map(len, payload))
+
+
+def _joined(parts: Iterable[Part]) -> Iterator[Part]:
+    small: list[Part] = []
+    for part in parts:
+        if len(part) < LARGE:
+            small.append(part)
+            continue
+        if small:
+            yield b"".join(small)
+            small.clear()
+        yield part
+    if small:
+        yield b"".join(small)
+
+
+def _record(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return builder.end()
+
+
+_GROUPS = (
+    Opcode.SCHEMA,
+    Opcode.CHANNEL,
+    Opcode.STATISTICS,
+    Opcode.CHUNK_INDEX,
+    Opcode.ATTACHMENT_INDEX,
+    Opcode.METADATA_INDEX,
+)
+
+
+def _summary(start: int, groups: Sequence[Sequence[McapRecord]]) -> tuple[bytes, int]:
+    """The summary that begins at this offset, and where in the file its own table of contents begins."""
+    builder, offsets = RecordBuilder(), list[SummaryOffset]()
+    for opcode, records in zip(_GROUPS, groups, strict=True):
+        before = builder.count
+        for record in records:
+            record.write(builder)
+        offsets.append(
+            SummaryOffset(group_opcode=opcode, group_start=start + before, group_length=builder.count - before)
+        )
+    offsets_start = start + builder.count
+    for offset in offsets:
+        offset.write(builder)
+    return builder.end(), offsets_start

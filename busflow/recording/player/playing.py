@@ -1,0 +1,118 @@
+"""Playing: walks along a tape by a playback's clock, and hands over each message when its moment has come."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
+
+from busflow.recording.player.playback_clock import PlaybackClock, Ticking
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.channel import Entry
+    from busflow.recording.player.tape import Tape
+
+
+class Playing:
+    """A tape, the clock it is played by, and who is given the messages."""
+
+    def __init__(
+        self,
+        tape: Tape,
+        source: Ticking,
+        publish: Callable[[Entry], Awaitable[None]],
+        *,
+        rate: float = 1.0,
+        paused: bool = False,
+    ) -> None:
+        """Ready to play from the tape's beginning.
+
+        Args:
+            tape: What is played.
+            source: The time of the run in which it is played.
+            publish: Is given each message.
+            rate: Seconds of the recording in a second of the run.
+            paused: Do not begin before `resume`.
+        """
+        self.clock = PlaybackClock(source, tape.start_ns, rate=rate, paused=paused)
+        self.played = 0
+        self._tape, self._publish = tape, publish
+        self._from_ns = tape.start_ns
+        self._stopped = False
+
+    @property
+    def position_ns(self) -> int:
+        """The moment of the recording that is being played, within the bounds of what is played."""
+        return min(max(self.clock.now_ns(), self._tape.start_ns), self._tape.end_ns)
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """The first and the last moment that are played."""
+        return self._tape.start_ns, self._tape.end_ns
+
+    async def play(self) -> bool:
+        """Play to the end, from where it stands; False where it was stopped before.
+
+        At the end it stands at the beginning again, unless it is paused there: then it waits for what comes.
+        """
+        self._stopped = False
+        await self._tape.look()  # no time passes before there is something to play
+        self.clock.jump(self._from_ns)
+        while not self._stopped:
+            if self.clock.is_paused:
+                await self.clock.changed()
+                continue
+            entry = await self._tape.look()
+            if self._stopped or self.clock.is_paused:
+                continue  # since it was looked for
+            if entry is None:
+                self._stand_at(self._tape.start_ns)
+                return True
+            if await self.clock.sleep_until(entry.log_time_ns) and self._tape.is_next(entry):
+                await self._hand_over()
+        return False
+
+    def stop(self) -> None:
+        """Let `play` return."""
+        self._stopped = True
+        self.clock.jump(self.clock.now_ns())
+
+    async def play_next(self) -> bool:
+        """While paused, hand over one message without waiting; False where there is none, or where it is not paused."""
+        if not self.clock.is_paused:
+            return False
+        entry = await self._tape.look()
+        if entry is None or not self.clock.is_paused:
+            return False
+        self._from_ns = entry.log_time_ns
+        self.clock.jump(entry.log_time_ns)
+        await self._hand_over()
+        return True
+
+    async def again(self) -> bool:
+        """Whether there is something to play from where it stands."""
+        return await self._tape.look() is not None
+
+    async def burst(self, count: int) -> int:
+        """While paused, hand over so many messages without waiting between them; how many there were."""
+        done = 0
+        while done < count and await self.play_next():
+            done += 1
+        return done
+
+    def seek(self, moment_ns: int) -> None:
+        """Go on from a moment of the recording, its own messages included."""
+        self._tape.seek(moment_ns)
+        self._from_ns = max(moment_ns, self._tape.start_ns)
+        self.clock.jump(self._from_ns)
+
+    def _stand_at(self, moment_ns: int) -> None:
+        self._tape.seek(moment_ns)
+        self._from_ns = moment_ns
+
+    async def _hand_over(self) -> None:
+        entry = self._tape.take()
+        self.played += 1
+        await self._publish(entry)
+        # Who receives has its turn before the next message: what was not lost when it was recorded is not now.
+        await asyncio.sleep(0)

@@ -1,0 +1,179 @@
+"""Tape: the messages of a bag that are to be played, one after another, from and to where they were asked for."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Collection, Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from busflow.bus.patterns import Selection
+from busflow.clock import NS_PER_S
+from busflow.errors import NoSuchTarget
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Which part of a recording is played, in nanoseconds; offsets count from its first message."""
+
+    start_ns: int = 0
+    until_ns: int | None = None
+    """The offset of the last moment that is played."""
+    duration_ns: int | None = None
+    """How long is played from `start_ns` on. Where both are given, the later end counts, as in ROS 2."""
+
+    @classmethod
+    def of_seconds(cls, start_s: float, until_s: float | None, duration_s: float | None) -> Span:
+        """The part that is said in seconds.
+
+        >>> Span.of_seconds(0.5, None, 2.0)
+        Span(start_ns=500000000, until_ns=None, duration_ns=2000000000)
+        """
+        return cls(
+            _ns(start_s), None if until_s is None else _ns(until_s), None if duration_s is None else _ns(duration_s)
+        )
+
+    def end_ns(self, first_ns: int) -> int | None:
+        """The last moment that is played, None for the recording's end."""
+        ends = [] if self.until_ns is None else [first_ns + self.until_ns]
+        if self.duration_ns is not None:  # nothing is played in no time, though the end itself is played
+            ends.append(first_ns + self.start_ns + self.duration_ns if self.duration_ns > 0 else first_ns - 1)
+        return max(ends, default=None)
+
+
+_AHEAD_BYTES = 256 * 1024
+"""How much is read at a time, and no more than twice as much is held; more where one message is larger."""
+_EACH_BYTES = 256
+"""What a message costs beside its bytes."""
+
+_Read: TypeAlias = "tuple[list[Entry], bool]"
+"""Some messages, and whether they are the last."""
+
+
+class Tape:
+    """Messages in the order in which they were recorded, which the time stamps alone do not give.
+
+    It holds a file open, and a thread, in which chunks are read, unpacked and held against their CRC while the loop
+    goes on. Without the thread nothing depends on how fast it is: simulated time has none.
+    """
+
+    def __init__(self, bag: Bag, channels: Collection[Channel], span: Span | None = None, *, threaded: bool) -> None:
+        """The messages of some channels, of a part of the recording; it has to be closed."""
+        span = span or Span()
+        self._bag, self._channels = bag, frozenset(channels)
+        self._first_ns, last_ns = bag.start_ns or 0, bag.end_ns or 0  # of a bag without messages there is none
+        self.start_ns = self._first_ns + max(0, span.start_ns)
+        """The first moment that is played."""
+        end_ns = span.end_ns(self._first_ns)
+        self.end_ns = last_ns if end_ns is None else min(end_ns, last_ns)
+        """The last moment that is played."""
+        self._bound_ns = end_ns
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="busflow.tape") if threaded else None
+        self._ready: deque[Entry] = deque()
+        self._reading: asyncio.Future[_Read] | None = None
+        self._is_read = False
+        self._entries = self._from(self.start_ns)
+
+    async def look(self) -> Entry | None:
+        """The message that comes next, None at the end; waits where it has yet to be read."""
+        while not self._ready and not self._is_read:
+            if self._thread is None:
+                self._take_in(self._read(self._entries, 0))
+                continue
+            reading = self._reading = self._reading or self._read_ahead(self._thread)
+            await asyncio.wait([reading])
+            if reading is not self._reading:
+                continue  # somebody else has taken it in meanwhile, or has sought
+            self._reading = None
+            self._take_in(reading.result())
+            if not self._is_read:
+                self._reading = self._read_ahead(self._thread)
+        return self._ready[0] if self._ready else None
+
+    def is_next(self, entry: Entry) -> bool:
+        """Whether this message, which `look` has given, is still the one that comes next."""
+        return bool(self._ready) and self._ready[0] is entry
+
+    def take(self) -> Entry:
+        """The message that `look` has given, which is not next any more."""
+        return self._ready.popleft()
+
+    def rewind(self) -> None:
+        """Begin anew."""
+        self.seek(self.start_ns)
+
+    def seek(self, moment_ns: int) -> None:
+        """Go on with the first message of a moment or later, also back from the end."""
+        if self._thread is None:
+            self._entries.close()
+        else:
+            self._thread.submit(self._entries.close)  # where it is being read, and after what is being read
+        self._entries = self._from(max(moment_ns, self.start_ns))
+        self._ready.clear()
+        self._reading, self._is_read = None, False
+
+    async def close(self) -> None:
+        """Let go of the file, and of the thread."""
+        if self._thread is None:
+            self._entries.close()
+            return
+        try:
+            await asyncio.get_running_loop().run_in_executor(self._thread, self._entries.close)
+        finally:
+            self._thread.shutdown(wait=False)
+
+    def _from(self, moment_ns: int) -> Generator[Entry]:
+        begin = None if moment_ns <= self._first_ns else moment_ns  # what the clock set back is played from the start
+        return self._bag.entries(self._channels.__contains__, start_ns=begin)
+
+    def _read_ahead(self, thread: ThreadPoolExecutor) -> asyncio.Future[_Read]:
+        return asyncio.get_running_loop().run_in_executor(thread, self._read, self._entries, _AHEAD_BYTES)
+
+    def _read(self, entries: Generator[Entry], most_bytes: int) -> _Read:
+        """The next messages within the bounds; with a clock that was set back, one beyond them may come before them."""
+        found: list[Entry] = []
+        for entry in entries:
+            if self._bound_ns is None or entry.log_time_ns <= self._bound_ns:
+                found.append(entry)
+                most_bytes -= len(entry.payload) + _EACH_BYTES
+                if most_bytes <= 0:
+                    return found, False
+        return found, True
+
+    def _take_in(self, read: _Read) -> None:
+        self._ready.extend(read[0])
+        self._is_read = read[1]
+
+
+def chosen(
+    channels: Collection[Channel], topics: Sequence[str] = (), exclude: Sequence[str] = (), rename: Collection[str] = ()
+) -> tuple[Channel, ...]:
+    """The channels that are to be played, by patterns of topics as for recording; hidden ones have to be named.
+
+    Raises:
+        NoSuchTarget: One of the patterns matches nothing, or a topic to be renamed is not among them.
+        InvalidName: One cannot match any name.
+    """
+    names = {each.topic for each in channels}
+    for pattern in (*topics, *exclude):
+        if not any(map(Selection([pattern]).includes, names)):
+            raise NoSuchTarget(f"there is nothing on {printable(pattern)}; {did_you_mean(pattern, names)}")
+    selection = Selection(topics, exclude)
+    found = tuple(each for each in channels if selection.includes(each.topic))
+    played = {each.topic for each in found}
+    for topic in rename:
+        if topic not in played:
+            advice = did_you_mean(topic, played)
+            raise NoSuchTarget(f"the remap of {printable(topic)} matches no topic that is played; {advice}")
+    return found
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * NS_PER_S)

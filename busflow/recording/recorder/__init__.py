@@ -1,0 +1,1 @@
+"""A recording of a graph that runs. Reads no bag."""

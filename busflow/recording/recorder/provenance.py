@@ -1,0 +1,80 @@
+"""What a recording holds beside messages: how the run was set up, its launch file, and what it came to."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import busflow
+from busflow.launchfile.check.resolved import resolve, text_of
+from busflow.launchfile.yaml.value import Value
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
+
+if TYPE_CHECKING:
+    from busflow.launchfile.model.description import LaunchDescription
+
+FORMAT = "1"
+"""Grows when something is written otherwise than readers of before expect it."""
+
+_PACKAGES = ("lz4", "mcap", "numpy", "pydantic", "zstandard")
+"""What the bytes of a recording depend on, beside busflow and Python."""
+
+Words = tuple[str, Mapping[str, str]]
+"""A record of metadata: its name, and words by their keys."""
+
+
+def library() -> str:
+    """What a file says of who wrote it."""
+    return f"busflow {busflow.__version__}; mcap {version('mcap')}"
+
+
+def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str = "") -> Words:
+    """How a run was set up; nothing that tells of the machine or of folders on it.
+
+    Of several processes that record themselves, each says which of them it is.
+    """
+    return FACTS, {
+        "format": FORMAT,
+        "run": run,
+        **({} if seed is None else {"seed": str(seed)}),
+        **({"process": process} if process else {}),
+        "clock": clock,
+        "started": str(started_ns),
+        "busflow": busflow.__version__,
+        "python": f"{sys.version_info.major}.{sys.version_info.minor}",
+        "versions": json.dumps({name: version(name) for name in _PACKAGES}),
+    }
+
+
+def ledger(report: Mapping[str, Any], recorded: int, missed: int) -> Words:
+    """What a run came to by its own report, and how much of it is in the recording."""
+    return LEDGER, {
+        "report": json.dumps(report),
+        "recorded": str(recorded),
+        "missed": str(missed),
+        "complete": "false" if missed else "true",
+    }
+
+
+def launch_files(descriptions: Sequence[LaunchDescription]) -> Iterator[tuple[str, str]]:
+    """Each launch file of a run as it was resolved, its folders named as seen from its own."""
+    for number, description in enumerate(descriptions, 1):
+        name, _, suffix = LAUNCH_FILE.rpartition(".")
+        yield LAUNCH_FILE if number == 1 else f"{name}-{number}.{suffix}", text_of(_movable(description))
+
+
+def _movable(description: LaunchDescription) -> Value:
+    resolved = resolve(description)
+    folders = resolved.members.get("plugins")
+    if folders is None or not description.files:
+        return resolved
+    here = description.files[0].resolve().parent
+    stated = folders.content if isinstance(folders.content, list) else []
+    paths = [replace(each, content=Path(os.path.relpath(str(each.content), here)).as_posix()) for each in stated]
+    return resolved.with_member(("plugins",), replace(folders, content=paths))

@@ -1,0 +1,356 @@
+"""`Recorder`: writes a run into a file as it happens: messages, parameters, calls, log, and what all came to.
+
+It hears of each message before any queue has it, and nobody waits for it: whatever becomes of the recording, nothing
+else in the run is otherwise. It gives every message its number first of all, so that one that is missing is a gap.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.bus.client import Client
+from busflow.bus.patterns import Selection
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.bus.server import Server
+from busflow.bus.timer import Timer
+from busflow.bus.topic_origins import Origins
+from busflow.errors import IncompleteRecording
+from busflow.launchfile.model.description import OnDrop
+from busflow.msgs.std_msgs import String
+from busflow.node import parameter_events
+from busflow.node.parameter_store import ParameterStore
+from busflow.recording.mcap.writer import McapWriter
+from busflow.recording.recorder.channels import Track, Tracks
+from busflow.recording.recorder.destination import Destination, named, new_recording
+from busflow.recording.recorder.options import spec_of
+from busflow.recording.recorder.parameter_events import ParameterTrack
+from busflow.recording.recorder.provenance import facts, launch_files, ledger, library
+from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
+from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
+from busflow.recording.recorder.ticks import TICKS, tick_message
+from busflow.runner import rosout
+from busflow.runner.report import RecordingReport
+from busflow.runner.rosout import log_message
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Attached, Bus
+    from busflow.bus.call import Call
+    from busflow.bus.service import Service
+    from busflow.bus.topic import Topic
+    from busflow.clock import Clock
+    from busflow.errors import BusflowError
+    from busflow.interfaces.message import Message
+    from busflow.launchfile.model.description import LaunchDescription, RecordSpec
+    from busflow.log import Log, LogRecord
+    from busflow.recording.recorder.options import Wanted
+    from busflow.recording.recorder.share import Share
+    from busflow.runner.report import Report
+
+    class Recorded(Protocol):
+        """What is needed of a graph."""
+
+        name: str
+        seed: int
+        clock: Clock
+        bus: Bus
+        log: Log
+        descriptions: list[LaunchDescription]
+        on_start: list[Callable[[], None]]
+        on_end: list[Callable[[], None]]
+        around_s: float
+        recording: Callable[[], RecordingReport] | None
+
+        def report(self) -> Report:
+            """What the run has come to so far."""
+            ...
+
+        def give_up(self, error: BusflowError) -> None:
+            """End the run, for a reason that is no node's."""
+            ...
+
+
+_SERVICE_QOS = _TICKS_QOS = QoS()
+_LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
+
+
+def record_graph(graph: Recorded, wanted: Wanted | None) -> None:
+    """Record a graph that is yet to be started, until it has ended; None is as its launch file says.
+
+    Raises:
+        InvalidParameter: what is wanted cannot be, with every reason.
+        InvalidName: one of the patterns is none.
+    """
+    spec = spec_of(wanted, next((each.record for each in graph.descriptions if each.record is not None), None))
+    if spec is None:
+        return
+    _listen(graph, Recorder(graph, spec))
+
+
+def record_share(graph: Recorded, share: Share) -> None:
+    """Record a graph that is yet to be started, being one process of a run of which each records itself.
+
+    Raises:
+        InvalidName: one of the patterns is none.
+    """
+    _listen(graph, Recorder(graph, share.spec, share))
+
+
+def _listen(graph: Recorded, recorder: Recorder) -> None:
+    graph.on_start.append(recorder.begin)
+    graph.on_end.append(recorder.end)
+    graph.recording = recorder.report
+    graph.around_s += LAST_WORDS_S
+
+
+class Recorder:
+    """Writes one run, or a process's share of one, into one file."""
+
+    def __init__(self, graph: Recorded, spec: RecordSpec, share: Share | None = None) -> None:
+        """A recorder of what `spec` says, which begins when the graph starts."""
+        self._graph, self._spec, self._share = graph, spec, share
+        self._clock, self._log = graph.clock, graph.log.bind("busflow")
+        self._selection = Selection(spec.topics, spec.exclude)
+        self._tracks = Tracks()
+        self._parameters = ParameterTrack(graph.clock)
+        self._seen: set[str] = set()
+        self._taps: list[tuple[Topic[Any], Callable[[Any], None]]] = []
+        self._lock = threading.Lock()  # whoever logs may do so in a thread of its own
+        self._sequence = 0
+        self._missed = 0
+        self._why = ""
+        self._destination: Destination | None = None
+        self._spool: Spool | None = None
+        self._finished = False
+
+    # Its life.
+
+    def begin(self) -> None:
+        """Make the file, and listen from now on; called before the first end of a topic comes.
+
+        Raises:
+            RecordingRefused: the file is there already, or cannot be made.
+        """
+        graph = self._graph
+        path = named(self._spec.to, run=graph.name) if self._share is None else self._share.file
+        with new_recording(path) as destination:
+            self._destination = destination
+            file = McapWriter(destination, library=library(), compression=self._spec.compression)
+            now_ns = self._clock.now_ns()
+            process = "" if self._share is None else self._share.process
+            file.add_metadata(*facts(graph.name, graph.seed, self._clock.kind, now_ns, process))
+            for name, text in launch_files(graph.descriptions):
+                file.add_attachment(name, "application/yaml", text.encode(), time_ns=now_ns)
+        self._loop, self._thread = asyncio.get_running_loop(), threading.get_ident()
+        self._spool = Spool(file, destination, threaded=self._clock.kind == "system", on_failure=self._on_failure)
+        graph.bus.on_attach.append(self._on_attach)
+        if self._selection.includes(rosout.TOPIC):
+            from busflow.msgs.rcl_interfaces import Log as LogMessage
+
+            track = self._tracks.add(rosout.TOPIC, LogMessage)
+            track.offered.append(_LOG_QOS)
+            graph.log.sinks.append(partial(self._on_log, track))
+
+    def end(self) -> None:
+        """End the file with what the run came to."""
+        with self._lock:  # whoever logs in a thread of its own is before the account, or not in the file at all
+            spool, self._spool = self._spool, None
+        if spool is None:
+            return
+        bus = self._graph.bus
+        bus.on_attach.remove(self._on_attach)
+        for topic, tap in self._taps:
+            if tap in topic.taps:
+                bus.untap(topic, tap)
+        if self._share is None:  # else the main process tells: what means nothing here may mean something elsewhere
+            self._tell_unmatched()
+        for track in self._tracks.by_topic.values():
+            if not track.number and track.offered:
+                self._tracks.announce(spool, track)
+        told = replace(self._graph.report(), recording=None).as_json()
+        recorded = self._sequence - self._missed
+        complete = spool.do(lambda file: file.add_metadata(*ledger(told, recorded, self._missed)))
+        complete = spool.do(lambda file: file.finish()) and complete
+        self._finished = spool.close() and complete
+        if spool.failure is not None:
+            self._on_failure(spool.failure)
+        elif not self._finished:
+            self._tell_missing("its end could not be written in time")
+
+    def report(self) -> RecordingReport:
+        """What there is of the recording so far, or in the end."""
+        return RecordingReport(
+            path=str(self._destination.path if self._destination else self._spec.to),
+            recorded=self._sequence - self._missed,
+            missed=self._missed,
+            complete=self._finished and not self._missed,
+            why=self._why,
+        )
+
+    # What comes.
+
+    def _on_attach(self, attached: Attached) -> None:
+        if isinstance(attached, ParameterStore):
+            self._follow_parameters(attached)
+        elif isinstance(attached, Timer):
+            self._follow_timer(attached)
+        elif isinstance(attached, Server | Client):
+            if attached.service not in self._seen:
+                self._seen.add(attached.service)
+                self._follow_service(attached.service)
+        else:
+            topic = self._graph.bus.topics[attached.topic]
+            if topic.name not in self._seen:
+                self._seen.add(topic.name)
+                self._follow_topic(topic)
+            track = self._tracks.by_topic.get(topic.name)
+            if track is not None and isinstance(attached, Publisher) and not track.number and self._is_own(attached):
+                track.offered.append(attached.endpoint.qos)
+
+    def _is_own(self, publisher: Publisher[Any]) -> bool:
+        """Whether what a publisher publishes may be recorded here."""
+        end = publisher.endpoint
+        return self._share is None or not end.remote or end.node not in self._share.nodes
+
+    def _follow_topic(self, topic: Topic[Any]) -> None:
+        # Of the nodes' parameters and log the recorder itself tells, also where nobody else is listening.
+        if topic.name in {parameter_events.TOPIC, rosout.TOPIC} or not self._selection.includes(topic.name):
+            return
+        track = self._tracks.add(topic.name, topic.type)
+        tap = partial(self._write, track) if self._share is None else self._own(track, topic, self._share)
+        self._taps.append((topic, tap))
+        self._graph.bus.tap(topic, tap)
+
+    def _own(self, track: Track, topic: Topic[Any], share: Share) -> Callable[[Any], None]:
+        """Hears what is to be recorded here: what nodes of other processes publish is recorded there."""
+        origins = Origins(topic)
+        recorder = share.outside.get(topic.name)
+
+        def hear(message: Message) -> None:
+            node = origins.of_this()
+            if node is None or (node not in share.nodes and recorder == share.process):
+                self._write(track, message)
+            elif node not in share.nodes and recorder is None:
+                self._miss(f"nobody was to record what {node} publishes on {topic.name} from outside the run")
+
+        return hear
+
+    def _follow_service(self, name: str) -> None:
+        topic = name + SUFFIX
+        if not self._selection.includes(name, topic):
+            return
+        service = self._graph.bus.services[name]
+        cls = event_class(service.type)
+        track = self._tracks.add(topic, cls)
+        track.offered.append(_SERVICE_QOS)
+
+        elsewhere: set[int] = set()  # calls of a server in another process, which records them
+
+        def hear(call: Call[Any, Any]) -> None:
+            if self._share is not None and _is_elsewhere(call, service, elsewhere):
+                return
+            message = event_message(cls, call, self._clock.now())
+            if message is not None:
+                self._write(track, message)
+
+        service.taps.append(hear)
+
+    def _follow_parameters(self, store: ParameterStore) -> None:
+        track = self._tracks.by_topic.get(parameter_events.TOPIC)
+        if track is None:
+            track = self._tracks.add(parameter_events.TOPIC, self._parameters.message_type)
+            track.offered.append(_PARAMETERS_QOS)
+        self._parameters.follow(store, partial(self._write, track))
+
+    def _follow_timer(self, timer: Timer) -> None:
+        track = self._tracks.by_topic.get(TICKS)
+        if track is None:
+            track = self._tracks.add(TICKS, String)
+            track.offered.append(_TICKS_QOS)
+        timer.observe(lambda: self._write(track, tick_message(timer, self._clock)))
+
+    def _on_log(self, track: Track, record: LogRecord) -> None:
+        if record.process:
+            return  # which has recorded it
+        self._write(track, log_message(record))
+
+    # On its way to the file.
+
+    def _write(self, track: Track, message: Message) -> None:
+        problem = ""
+        try:
+            payload = track.encode(message)
+        except Exception as error:  # noqa: BLE001  # whoever publishes is not to blame for what cannot be recorded
+            payload, problem = b"", f"a message on {track.topic} cannot be put into bytes: {error}"
+        with self._lock:
+            spool = self._spool
+            if spool is None:
+                return
+            self._sequence += 1
+            taken = not problem and (track.number or self._tracks.announce(spool, track))
+            taken = taken and spool.put(track.number, self._sequence, self._clock.now_ns(), payload)
+            if not taken:
+                self._missed += 1
+        if not taken:
+            self._tell_missing(problem or _reason(spool.failure))
+
+    def _miss(self, why: str) -> None:
+        """Leave a gap for a message that is not recorded and should be."""
+        with self._lock:
+            self._sequence += 1
+            self._missed += 1
+        self._tell_missing(why)
+
+    # What goes wrong.
+
+    def _on_failure(self, error: Exception) -> None:
+        """Nothing more can be written; in the spool's thread, if it has one."""
+        self._tell_missing(_reason(error))
+
+    def _tell_missing(self, why: str) -> None:
+        """Say once that the recording is not complete, in whichever thread that is found out."""
+        if threading.get_ident() != self._thread:
+            with suppress(RuntimeError):  # the loop has ended: `end` tells
+                self._loop.call_soon_threadsafe(self._tell_missing, why)
+            return
+        if self._why:
+            return
+        self._why = why
+        text = f"the recording {printable(self.report().path)} is incomplete: {self._why}"
+        if self._spec.on_drop is OnDrop.FAIL:
+            self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
+        else:
+            self._log.warning(text)
+
+    def _tell_unmatched(self) -> None:
+        for pattern in self._selection.unmatched:
+            self._log.warning(
+                f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
+                f"{did_you_mean(pattern, self._graph.bus.topics)}"
+            )
+
+
+def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:
+    """Whether a server of another process answers a call; `known` are those calls while they last."""
+    if call.outcome is None and not isinstance(service.server, Server | None):
+        known.add(call.number)
+        return True
+    found = call.number in known
+    if call.outcome is not None:
+        known.discard(call.number)
+    return found
+
+
+def _reason(failure: Exception | None) -> str:
+    """Why a message was not taken in."""
+    if failure is None:
+        return "messages come faster than they can be written"
+    reason = failure.strerror if isinstance(failure, OSError) else f"{type(failure).__name__}: {failure}"
+    return f"nothing more can be written to it: {reason}"

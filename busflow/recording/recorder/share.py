@@ -1,0 +1,42 @@
+"""Share: which part of a run a recorder records, where each of its processes records itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """What one life of a process records, and where."""
+
+    process: str
+    file: Path
+    spec: RecordSpec
+    nodes: frozenset[str]
+    """Those of the whole run: what comes from one of another process is recorded there."""
+    outside: Mapping[str, str]
+    """By topic, the process that records what comes from none of them: a terminal, a node of ROS 2."""
+
+    def as_words(self) -> dict[str, Any]:
+        """It as JSON can have it."""
+        words = {"process": self.process, "file": str(self.file), "spec": asdict(self.spec)}
+        return {**words, "nodes": sorted(self.nodes), "outside": dict(self.outside)}
+
+    @classmethod
+    def of_words(cls, words: Mapping[str, Any]) -> Self:
+        """It as it was.
+
+        Raises:
+            ValueError, TypeError, LookupError: These are no words of a share.
+        """
+        spec = dict(words["spec"])
+        spec |= {"topics": tuple(spec["topics"]), "exclude": tuple(spec["exclude"])}
+        spec |= {"on_drop": OnDrop(spec["on_drop"]), "compression": Compression(spec["compression"])}
+        return cls(
+            words["process"], Path(words["file"]), RecordSpec(**spec), frozenset(words["nodes"]), words["outside"]
+        )

@@ -1,0 +1,168 @@
+"""`Spool`: the way of what is recorded from whoever publishes it to the file, and what becomes of it there.
+
+With a thread, a put costs an append: the thread compresses and writes, most of it without holding up the interpreter,
+and what it cannot keep up with is refused. Without one, all happens at once, and is the same every time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
+
+from busflow.clock import perf_counter
+from busflow.recording.mcap.writer import McapWriter, Payload, size_of
+
+if TYPE_CHECKING:
+    from busflow.recording.recorder.destination import Destination
+
+Work: TypeAlias = tuple[int, int, int, Payload] | Callable[[McapWriter], None]
+"""A message, as `McapWriter.add_message` takes it, or something rarer to do with the file."""
+
+MOST_BYTES = 64 * 1024 * 1024
+"""How much may wait to be written."""
+CUT_S = 0.4
+"""How long a message may wait for others to fill its chunk: what a crash can lose, with the time it takes to write."""
+_CUT_NS = 400_000_000
+_PAUSE_S = 0.1
+"""How long the thread lets messages gather, if they are few."""
+_MANY_BYTES = 1024 * 1024
+"""It is woken for so many."""
+_EACH_BYTES = 256
+"""What a message costs beside its bytes while it waits."""
+LAST_WORDS_S = 5.0
+"""How long the end of a file may take, when its run has ended: `MOST_BYTES` at 16 MB/s, as on an SD card, take four.
+
+Whoever waits for a run to end, or ends it by force, lets it have this beyond the nodes' grace.
+"""
+
+
+class Spool:
+    """Takes what is to be written, in order."""
+
+    def __init__(
+        self,
+        file: McapWriter,
+        destination: Destination,
+        *,
+        threaded: bool,
+        on_failure: Callable[[Exception], None],
+        most_bytes: int = MOST_BYTES,
+    ) -> None:
+        """A spool for a file.
+
+        Args:
+            file: what is written.
+            destination: where it is.
+            threaded: whether to write in a thread, and by the wall's time; else chunks are cut by that of the messages.
+            on_failure: hears once, in the thread, why no more can be written.
+            most_bytes: how much may wait.
+        """
+        self.failure: Exception | None = None
+        """Why nothing more is written."""
+        self._file, self._destination, self._on_failure = file, destination, on_failure
+        self._most_bytes = most_bytes
+        self._waiting: deque[Work] = deque()
+        # Each of the two counts has one side that changes it, so that neither needs a lock.
+        self._handed = self._taken = 0
+        self._wake_at = 0
+        self._opened = 0.0
+        self._arrived = threading.Event()
+        self._closed = False
+        self._thread = threading.Thread(target=self._work, name="busflow.recorder", daemon=True) if threaded else None
+        if self._thread is not None:
+            self._thread.start()
+
+    def put(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> bool:
+        """Take a message in; False where there is no room for it, or nothing can be written any more."""
+        work = (channel_id, sequence, time_ns, payload)
+        if self._thread is not None:
+            return self._hand(work, size_of(payload) + _EACH_BYTES)
+        if self.failure is None and self._file.open_chunk and time_ns - self._file.open_since >= _CUT_NS:
+            self._try(self._file.cut)
+        self._try(lambda: self._do(work))
+        return self.failure is None
+
+    def do(self, work: Callable[[McapWriter], None]) -> bool:
+        """Have something rarer done with the file, after all that came before; False if it cannot be any more."""
+        if self._thread is not None:
+            return self._hand(work, _EACH_BYTES)
+        self._try(lambda: self._do(work))
+        return self.failure is None
+
+    def close(self) -> bool:
+        """Write what waits, and end the file as it is now; False where that did not come about in time.
+
+        With a thread, what was recorded is then on the disk; a simulated run can be made anew.
+        """
+        self._closed = True
+        if self._thread is None:
+            self._try(self._file.cut)
+        else:
+            self._arrived.set()
+            self._thread.join(LAST_WORDS_S)
+            if self._thread.is_alive():
+                return False
+        self._destination.close()
+        return self.failure is None
+
+    def _hand(self, work: Work, size: int) -> bool:
+        if self.failure is not None or self._handed + size - self._taken > self._most_bytes:
+            return False
+        self._waiting.append(work)
+        self._handed += size
+        if self._handed >= self._wake_at and not self._arrived.is_set():
+            self._arrived.set()
+        return True
+
+    # In the thread.
+
+    def _work(self) -> None:
+        while not self._closed:
+            self._arrived.wait(self._pause())
+            self._arrived.clear()
+            self._wake_at = self._handed + _MANY_BYTES
+            self._try(self._take_all)
+            if self.failure is not None:
+                return
+        self._try(self._take_all)
+        self._try(self._file.cut)
+        self._try(self._destination.secure)
+
+    def _pause(self) -> float | None:
+        """How long to wait for more; without end where nothing waits, in which case anything wakes the thread."""
+        if self._file.open_chunk:
+            return max(0.0, min(_PAUSE_S, self._opened + CUT_S - perf_counter()))
+        self._wake_at = 0
+        return 0.0 if self._waiting else None
+
+    def _take_all(self) -> None:
+        for _ in range(len(self._waiting)):
+            work = self._waiting.popleft()
+            idle = not self._file.open_chunk
+            self._do(work)
+            self._taken += _EACH_BYTES if callable(work) else _EACH_BYTES + size_of(work[3])
+            if idle and self._file.open_chunk:
+                self._opened = perf_counter()
+        if self._file.open_chunk and perf_counter() - self._opened >= CUT_S:
+            self._file.cut()
+
+    # Wherever it is written.
+
+    def _do(self, work: Work) -> None:
+        if callable(work):
+            work(self._file)
+            return
+        self._file.add_message(*work)
+
+    def _try(self, write: Callable[[], object]) -> None:
+        if self.failure is not None:
+            return
+        try:
+            write()
+        except Exception as error:  # noqa: BLE001  # nobody is above to hear of it, and who publishes is not to blame
+            self.failure = error
+            self._destination.cut_off(self._file.size)
+            if self._thread is not None:  # else who puts something in is told by the answer
+                self._on_failure(error)

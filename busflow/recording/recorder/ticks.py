@@ -1,0 +1,51 @@
+"""Ticks: each call of a timer's handler, recorded in its place between the messages.
+
+Whether a tick came before a message of the same instant, or after it, is nowhere else in a recording, and decides what
+a node that is run anew makes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from busflow.msgs.std_msgs import String
+
+if TYPE_CHECKING:
+    from busflow.bus.timer import Timer
+    from busflow.clock import Clock
+
+TICKS = "/_ticks"
+"""The channel of the ticks; `std_msgs/msg/String`, which every reader knows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """A call of a timer's handler."""
+
+    node: str
+    timer: str
+    period_s: float
+    elapsed_ns: int
+    """How long the run had lasted: by when it was recorded, this tells when the run began."""
+    time_ns: int
+    """When it was recorded."""
+
+    @classmethod
+    def parse(cls, text: str, time_ns: int) -> Tick | None:
+        """What a recording says of a tick; None where it is nothing of the kind.
+
+        >>> Tick.parse("/processor tell_status 0.5 500000000", 7)
+        Tick(node='/processor', timer='tell_status', period_s=0.5, elapsed_ns=500000000, time_ns=7)
+        """
+        try:
+            node, rest = text.split(" ", 1)
+            timer, period, elapsed = rest.rsplit(" ", 2)
+            return cls(node, timer, float(period), int(elapsed), time_ns)
+        except ValueError:
+            return None
+
+
+def tick_message(timer: Timer, clock: Clock) -> String:
+    """A tick as it is recorded: the node's full name, the timer's, its period now, and how long the run has lasted."""
+    return String(data=f"{timer.node} {timer.name} {timer.period_s!r} {clock.elapsed_ns()}")

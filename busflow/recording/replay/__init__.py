@@ -1,0 +1,1 @@
+"""Nodes run anew on a recording, and compared with it. Needs virtual time."""

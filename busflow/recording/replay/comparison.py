@@ -1,0 +1,185 @@
+"""What was published when it was recorded and when it was replayed, held against each other as both come in."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+from busflow.clock import NS_PER_S
+from busflow.recording.tools.message_diff import Comparison, FieldDifference
+from busflow.recording.tools.pairs import LetGo, Lonely, Pairs, Side
+
+_MOST_FIELDS = 20
+_NS_PER_MS = 1_000_000
+
+
+class Kind(StrEnum):
+    """In what a message differs."""
+
+    CONTENT = "content"
+    TIME = "time"
+    MISSING = "missing"
+    """It was recorded, and not published in the replay."""
+    EXTRA = "extra"
+    """It was published in the replay alone."""
+    FAILURE = "failure"
+    """A node failed in the replay."""
+    UNCOMPARED = "uncompared"
+    """One of the two came so much later that the other was not kept till then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One message that is not the same in the recording and in its replay."""
+
+    kind: Kind
+    topic: str
+    number: int
+    """Which message of the topic it is, from 1."""
+    time_s: float
+    """When it was published, seconds since the recorded run began."""
+    fields: tuple[FieldDifference, ...] = ()
+    text: str = ""
+
+    def __str__(self) -> str:
+        what = "; ".join(map(str, self.fields)) or self.text
+        if self.kind is Kind.FAILURE:
+            return f"{self.topic} failed at {self.time_s:.9f} s: {what}"
+        return f"{self.topic} #{self.number} at {self.time_s:.9f} s: {what}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        told = {"kind": self.kind.value, "topic": self.topic, "number": self.number, "time_s": self.time_s}
+        fields = [{"path": each.path, "recorded": each.left, "replayed": each.right} for each in self.fields]
+        return {**told, "fields": fields, "text": str(self)}
+
+
+class Published(NamedTuple):
+    """A message that was published."""
+
+    time_ns: int
+    payload: bytes
+
+
+@dataclass(slots=True)
+class _Topic:
+    """What has come of one topic."""
+
+    plain: Callable[[bytes], Any]
+    paired: int = 0
+    late: int = 0
+    """Of the replay's messages, those from the end of the recorded run on."""
+
+
+class Check:
+    """Compares, topic by topic and in order, what comes from both sides."""
+
+    def __init__(
+        self, comparison: Comparison, *, started_ns: int, forgiven_from_ns: int | None = None, most: int = 1000
+    ) -> None:
+        """A check of topics that have yet to be named.
+
+        Args:
+            comparison: What counts as the same. Its tolerance of time holds for when a message was published, too.
+            started_ns: When the recorded run began.
+            forgiven_from_ns: From this moment on, a message that was published in the replay alone is no difference:
+                the recorded run was ending.
+            most: How many differences are kept; all are counted.
+        """
+        self.differences: list[Difference] = []
+        self.count = 0
+        self.compared: Counter[str] = Counter()
+        self._comparison, self._started_ns, self._most = comparison, started_ns, most
+        self._forgiven_from_ns = forgiven_from_ns
+        self._topics: dict[str, _Topic] = {}
+        self._pairs = Pairs[Published]()
+
+    def watch(self, topic: str, plain: Callable[[bytes], Any]) -> None:
+        """Compare this topic, also if nothing comes; `plain` shows one of its messages as plain data."""
+        self._topics.setdefault(topic, _Topic(plain))
+        self.compared.setdefault(topic, 0)
+
+    def recorded(self, topic: str, published: Published) -> None:
+        """A message of the recording."""
+        if (replayed := self._counterpart(topic, 0, published)) is not None:
+            self._compare(topic, published, replayed)
+
+    def replayed(self, topic: str, published: Published) -> None:
+        """A message of the replay."""
+        self._topics[topic].late += self._is_forgiven(published)
+        if (recorded := self._counterpart(topic, 1, published)) is not None:
+            self._compare(topic, recorded, published)
+
+    def _counterpart(self, topic: str, side: Side, published: Published) -> Published | None:
+        """What the other side has for a message; None where it is yet to come, or was let go."""
+        try:
+            return self._pairs.take(topic, side, published)
+        except LetGo:
+            self._pass_over(topic, published)
+            return None
+
+    def failed(self, node: str, time_ns: int, text: str) -> None:
+        """A node failed in the replay."""
+        self._add(Difference(Kind.FAILURE, node, 0, self._seconds(time_ns), text=text))
+
+    def finish(self) -> None:
+        """Both sides have come to their end: what has no counterpart is a difference."""
+        for lonely in self._pairs.left():
+            if lonely.side == 0:
+                self._miss(lonely)
+            else:
+                self._exceed(lonely)
+
+    def _miss(self, lonely: Lonely[Published]) -> None:
+        for number, each in enumerate(lonely.waiting, start=self._topics[lonely.topic].paired + 1):
+            text = "recorded, and not published in the replay"
+            self._add(Difference(Kind.MISSING, lonely.topic, number, self._seconds(each.time_ns), text=text))
+        self.count += lonely.let_go
+
+    def _exceed(self, lonely: Lonely[Published]) -> None:
+        topic = self._topics[lonely.topic]
+        for number, each in enumerate(lonely.waiting, start=topic.paired + 1):
+            if not self._is_forgiven(each):
+                text = "published in the replay, and not recorded"
+                self._add(Difference(Kind.EXTRA, lonely.topic, number, self._seconds(each.time_ns), text=text))
+        self.count += max(0, lonely.let_go - topic.late)  # those at the end are the last ones
+
+    def _pass_over(self, name: str, published: Published) -> None:
+        topic = self._topics[name]
+        topic.paired += 1
+        text = "not compared: so many came before its counterpart that it was not kept"
+        self._add(Difference(Kind.UNCOMPARED, name, topic.paired, self._seconds(published.time_ns), text=text))
+
+    def _compare(self, name: str, left: Published, right: Published) -> None:
+        topic = self._topics[name]
+        topic.paired += 1
+        self.compared[name] += 1
+        seconds = self._seconds(left.time_ns)
+        if left.payload != right.payload:
+            fields: list[FieldDifference] = []
+            for each in self._comparison.differences(topic.plain(left.payload), topic.plain(right.payload)):
+                fields.append(each)
+                if len(fields) == _MOST_FIELDS:
+                    break
+            if fields:
+                self._add(Difference(Kind.CONTENT, name, topic.paired, seconds, tuple(fields)))
+                return
+        late_ns = right.time_ns - left.time_ns
+        if abs(late_ns) > self._comparison.time_tolerance_ns:
+            word = "later" if late_ns > 0 else "earlier"
+            text = f"published {abs(late_ns) / _NS_PER_MS:g} ms {word} in the replay"
+            self._add(Difference(Kind.TIME, name, topic.paired, seconds, text=text))
+
+    def _add(self, difference: Difference) -> None:
+        self.count += 1
+        if len(self.differences) < self._most:
+            self.differences.append(difference)
+
+    def _is_forgiven(self, published: Published) -> bool:
+        return self._forgiven_from_ns is not None and published.time_ns >= self._forgiven_from_ns
+
+    def _seconds(self, time_ns: int) -> float:
+        return (time_ns - self._started_ns) / NS_PER_S

@@ -1,0 +1,115 @@
+"""The past of a replay: what has to be known of a recording before its first event is replayed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from busflow.errors import BagError, MalformedMessage
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.msgs.std_msgs import String
+from busflow.node import parameter_events
+from busflow.node.parameter_messages import plain_value
+from busflow.recording.recorder.service_events import SUFFIX
+from busflow.recording.recorder.ticks import TICKS, Tick
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
+
+
+@dataclass(slots=True)
+class Past:
+    """How the recorded run was set up, and which of its timers ticked."""
+
+    started_ns: int
+    """When the run's own time was 0, on the recording's clock: as ticks tell, else when the recording began."""
+    simulated: bool
+    """Whether its time was simulated, and so is exactly the same in a replay."""
+    seed: int
+    ours: bool
+    """Whether busflow has recorded it."""
+    parameters: Mapping[str, Mapping[str, object]]
+    """By node, its parameters at the start."""
+    ticks: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    """By node and timer, how often it ticked."""
+    ticks_in_order: bool = True
+    """Whether no tick has an earlier time than one before it: no clock was set back."""
+    answered: set[str] = field(default_factory=set[str])
+    """The services that were answered at all."""
+
+
+def past_of(bag: Bag) -> Past:
+    """What a recording tells beforehand; of one that others recorded, when it began and which parameters there were.
+
+    Raises:
+        BagError: There is nothing in it.
+    """
+    facts = bag.facts
+    started_ns = bag.start_ns if facts is None or facts.started_ns is None else facts.started_ns
+    if started_ns is None:
+        raise BagError("there is no message in it, so nothing can be replayed", file=str(bag.path))
+    parameters: dict[str, dict[str, object]] = {}
+    ticks: Counter[tuple[str, str]] = Counter()
+    answered: set[str] = set()
+    began, latest_ns, in_order = None, 0, True
+    for entry in bag.entries(lambda channel: channel.topic in {parameter_events.TOPIC, TICKS} or _is_call(channel)):
+        if _is_call(entry.channel):
+            answered |= _answered(entry)
+        elif entry.channel.topic == TICKS:
+            tick = tick_of(entry)
+            if tick is not None:
+                ticks[tick.node, tick.timer] += 1
+                began = began or tick
+                in_order = in_order and tick.time_ns >= latest_ns
+                latest_ns = tick.time_ns
+        else:
+            _learn(parameters, _event(entry), first_only=facts is not None)
+    if began is not None:
+        started_ns = began.time_ns - began.elapsed_ns
+    simulated = facts is not None and facts.clock == "sim"
+    seed = facts.seed if facts is not None and facts.seed is not None else 0
+    return Past(started_ns, simulated, seed, facts is not None, parameters, ticks, in_order, answered)
+
+
+def change_of(entry: Entry) -> tuple[str, dict[str, object]]:
+    """The node whose parameters changed, and their new values; of one that was deleted, None."""
+    event = _event(entry)
+    changed = {each.name: plain_value(each.value) for each in (*event.new_parameters, *event.changed_parameters)}
+    return event.node, changed | {each.name: None for each in event.deleted_parameters}
+
+
+def tick_of(entry: Entry) -> Tick | None:
+    """The tick that was recorded; None where it is nothing of the kind."""
+    try:
+        return Tick.parse(entry.channel.decode(entry.payload, String).data, entry.log_time_ns)
+    except (BagError, MalformedMessage):
+        return None
+
+
+def _learn(parameters: dict[str, dict[str, object]], event: ParameterEvent, *, first_only: bool) -> None:
+    """In a recording of busflow's the first event of a node has all its parameters; in ROS 2's they come one by one."""
+    if first_only and event.node in parameters:
+        return
+    known = parameters.setdefault(event.node, {})
+    for each in event.new_parameters:
+        known.setdefault(each.name, plain_value(each.value))
+
+
+def _is_call(channel: Channel) -> bool:
+    return channel.topic.endswith(SUFFIX)
+
+
+def _answered(entry: Entry) -> set[str]:
+    """The service, if this event is an answer of it."""
+    try:
+        answer = entry.channel.plain(entry.payload)["response"]
+    except (BagError, MalformedMessage, LookupError, TypeError):
+        return set()
+    return {entry.channel.topic.removesuffix(SUFFIX)} if len(answer) else set()
+
+
+def _event(entry: Entry) -> ParameterEvent:
+    return entry.channel.decode(entry.payload, ParameterEvent)

@@ -1,0 +1,169 @@
+"""The cast of a replay: the nodes that are run anew, with the parameters that they had when they were recorded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from typing import cast as cast_
+
+from busflow.errors import BagError, PluginError
+from busflow.launchfile.check.preflight import Member, Preflight
+from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.node import parameter_events, plugins
+from busflow.node.node import Node, default_name, parameters_class
+from busflow.node.parameters import ParameterInfo, describe, validate, value_of
+from busflow.runner import rosout
+from busflow.runner.sources import What, described
+from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.log import Log
+    from busflow.node.parameters import Parameters
+
+Recorded = Mapping[str, Mapping[str, object]]
+"""By the full name of a node, its parameters when the recording began."""
+
+_RECORDED = Origin(Source.CALLER)
+TOLD_BY_THE_RUN = {parameter_events.TOPIC, rosout.TOPIC}
+"""Topics of which a node says nothing itself."""
+
+
+@dataclass(slots=True)
+class Cast:
+    """What is run, and what is known of those who are not."""
+
+    what: list[What] = field(default_factory=list[What])
+    others_publish: set[str] = field(default_factory=set[str])
+    """Topics on which nodes publish that are not run anew."""
+    notes: list[str] = field(default_factory=list[str])
+    """What whoever reads the outcome has to know."""
+
+
+def cast_of(
+    what: Sequence[What],
+    nodes: Collection[str],
+    recorded: Recorded,
+    *,
+    args: Mapping[str, object] | None,
+    clock: Clock,
+    log: Log,
+) -> Cast:
+    """The nodes of launch files that are named, all where none is; and those that are given as classes and instances.
+
+    Raises:
+        BagError: No launch file has a node of that name.
+        LaunchError: A launch file cannot be read.
+        InvalidParameter: What was recorded is no parameter of a class any more.
+    """
+    cast = Cast()
+    files = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
+    wanted = {f"/{name.removeprefix('/')}" for name in nodes}
+    known = [spec.full_name for description in files for spec in description.nodes]
+    for name in sorted(wanted - set(known)):
+        one = files[0].files[0] if len(files) == 1 and files[0].files else None
+        who = f"{one} has no" if one is not None else "no launch file has a"
+        raise BagError(f"{who} node {name}", fix=did_you_mean(name, known))
+    for description in files:
+        chosen = [spec for spec in description.nodes if not wanted or spec.full_name in wanted]
+        members = Preflight(clock, log).plan([description]).members
+        cast.notes += _overruled(members, {spec.full_name for spec in chosen}, recorded)
+        names = {spec.full_name for spec in chosen}
+        cast.others_publish |= set(_published(each for each in members if each.runtime.full_name not in names))
+        used = set(_used(each for each in members if each.runtime.full_name in names))
+        cast.what.append(
+            replace(
+                description,
+                nodes=tuple(_with_recorded(spec, names, recorded, cast) for spec in chosen),
+                topics=tuple(each for each in description.topics if each.topic in used),
+                clock=ClockSpec(),
+                processes=(),
+                warnings=(),
+            )
+        )
+    cast.what += [_built(each, recorded, cast) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+    return cast
+
+
+def _overruled(members: Iterable[Member], names: Collection[str], recorded: Recorded) -> Iterator[str]:
+    """What a launch file, or an argument, states and a replay does not heed: it was another value that was recorded."""
+    for each in members:
+        spec, values = each.spec, recorded.get(each.runtime.full_name, {})
+        if spec is None or spec.full_name not in names:
+            continue
+        parameters: Parameters = each.node.parameters
+        for info in describe(type(parameters)):
+            said = spec.parameters.find(tuple(info.name.split(".")))
+            if said is None or info.name not in values:
+                continue
+            then, now = plain(values[info.name], info), value_of(parameters, info.name)
+            if then != now:
+                yield f"{spec.full_name} has {info.name} = {then!r}, as recorded, and not {now!r} ({said.origin})"
+
+
+def _published(members: Iterator[Member]) -> Iterator[str]:
+    yield from (end.topic for each in members for end in each.publishers if end.topic not in TOLD_BY_THE_RUN)
+
+
+def _used(members: Iterator[Member]) -> Iterator[str]:
+    yield from (end.topic for each in members for end in (*each.publishers, *each.subscriptions))
+
+
+def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, cast: Cast) -> NodeSpec:
+    """A node as the file has it, but with its recorded parameters, and without those that it would wait for in vain."""
+    needs = {name: each for name, each in spec.supervision.depends_on.items() if name in names}
+    spec = replace(spec, supervision=replace(spec.supervision, depends_on=needs), process=None)
+    values = recorded.get(spec.full_name)
+    if values is None:
+        return spec
+    try:
+        cls = plugins.load(spec.plugin, spec.folders)
+    except PluginError:
+        return spec  # it is told, with its place, when the graph is planned
+    data = _fitting(values, cls, spec.full_name, cast)
+    return replace(spec, parameters=spec.parameters.merged(Value.of(data, _RECORDED)))
+
+
+def _built(what: Any, recorded: Recorded, cast: Cast) -> What:
+    """A node of a class, with its recorded parameters; an instance has its own."""
+    if not (isinstance(what, type) and issubclass(what, Node)):
+        return cast_("What", what)
+    cls: type[Node] = what
+    name = default_name(cls)
+    values = recorded.get(f"/{name}", {})
+    parameters: Parameters = validate(parameters_class(cls), _fitting(values, cls, name, cast))
+    return cls(parameters, name=name)
+
+
+def _fitting(values: Mapping[str, object], cls: type[Node], node: str, cast: Cast) -> dict[str, object]:
+    """The recorded values as a file would state them; those of parameters that are gone are noted and left out."""
+    infos = {info.name: info for info in describe(parameters_class(cls))}
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in infos:
+            cast.notes.append(f"{node} had a parameter {name} when it was recorded, and has none now")
+            continue
+        *groups, last = name.split(".")
+        inner = found
+        for group in groups:
+            inner = inner.setdefault(group, {})
+        inner[last] = plain(value, infos[name])
+    return found
+
+
+def plain(value: object, info: ParameterInfo) -> object:
+    """A recorded value as the parameter's own type: what ROS 2 has no type for was recorded as JSON.
+
+    >>> plain('{"a": 1}', ParameterInfo("limits", "dict[str, int]")), plain("a", ParameterInfo("name", "str"))
+    ({'a': 1}, 'a')
+    """
+    if isinstance(value, str) and info.type.startswith(("dict", "list", "object")):
+        try:
+            return json.loads(value)
+        except ValueError:
+            return value
+    return value

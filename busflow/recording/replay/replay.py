@@ -1,0 +1,217 @@
+"""Replays: nodes run anew on a recording, and what they publish now held against what they published then."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from busflow.clock import NS_PER_S, Time
+from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
+from busflow.interfaces.message import Message
+from busflow.launchfile.check.member import Member
+from busflow.log import Log, LogRecord
+from busflow.recording.bag.bag import Bag
+from busflow.recording.recorder.recorder import record_graph
+from busflow.recording.recorder.service_events import SUFFIX
+from busflow.recording.replay.comparison import Check, Difference
+from busflow.recording.replay.history import Past, past_of
+from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, cast_of
+from busflow.recording.replay.replay_clock import ReplayClock
+from busflow.recording.replay.rerun import Rerun
+from busflow.recording.replay.ticks import ComingTicks
+from busflow.recording.tools.message_diff import Comparison
+from busflow.runner.graph import Graph
+from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.loops.virtual_test import run_virtual
+from busflow.runner.sources import What
+from busflow.text import counted
+
+TIME_TOLERANCE_S = 0.1
+"""How far times may be apart, where the recorded run had the system's time."""
+_SLACK_NS = NS_PER_S
+"""How far a tick that was recorded on the system's time may be from the grid that begins in the replay."""
+_SHOWN = 5
+
+
+@dataclass(slots=True)
+class Replay:
+    """What came of a replay."""
+
+    recording: str
+    nodes: tuple[str, ...]
+    differences: list[Difference] = field(default_factory=list[Difference])
+    """The first ones, in the order in which they were found."""
+    difference_count: int = 0
+    compared: dict[str, int] = field(default_factory=dict[str, int])
+    """By topic, how many pairs of messages were compared."""
+    outputs: dict[str, list[Message]] = field(default_factory=dict[str, list[Message]])
+    """By topic, what the nodes published in the replay."""
+    log: list[LogRecord] = field(default_factory=list[LogRecord])
+    """Every line that they logged."""
+    notes: list[str] = field(default_factory=list[str])
+    """What limits the replay: what was not in the recording, or not compared."""
+
+    @property
+    def same(self) -> bool:
+        """Whether every message that was recorded was published anew, and no other."""
+        return self.difference_count == 0
+
+    def assert_same(self) -> None:
+        """Fail a test where it is not the same.
+
+        Raises:
+            ReplayDiffers: with the first differences.
+        """
+        if not self.same:
+            raise ReplayDiffers(self.render())
+
+    def render(self, most: int = _SHOWN) -> str:
+        """What came of it, in lines for people."""
+        pairs = ", ".join(f"{count} on {topic}" for topic, count in sorted(self.compared.items())) or "nothing"
+        who = ", ".join(self.nodes)
+        if self.same:
+            lines = [f"{who}: the same as in {self.recording}; compared: {pairs}"]
+        else:
+            lines = [f"{who}: {counted(self.difference_count, 'difference')} from {self.recording}; compared: {pairs}"]
+        lines += [f"  {each}" for each in self.differences[:most]]
+        if self.difference_count > most:
+            lines.append(f"  … and {self.difference_count - most} more")
+        return "\n".join([*lines, *(f"  note: {each}" for each in self.notes)])
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "recording": self.recording,
+            "nodes": list(self.nodes),
+            "same": self.same,
+            "compared": self.compared,
+            "difference_count": self.difference_count,
+            "differences": [each.as_json() for each in self.differences],
+            "notes": self.notes,
+        }
+
+
+def replay(
+    recording: str | Path,
+    *what: What,
+    nodes: Collection[str] | str = (),
+    args: Mapping[str, object] | None = None,
+    tolerance: float = 0.0,
+    time_tolerance_s: float | None = None,
+    allow_incomplete: bool = False,
+    keep: int | None = None,
+    record: str | Path | None = None,
+) -> Replay:
+    """Run nodes anew on what was recorded, and compare what they publish with what was recorded.
+
+        replay("run.mcap", SensorProcessor).assert_same()
+        replay("run.mcap", "configs/lab1.yaml", nodes=["sensor_processor"]).assert_same()
+
+    Args:
+        recording: An MCAP file, or a bag of rosbag2.
+        what: Launch files, node classes and instances.
+        nodes: Which nodes of the launch files are run; all if none is named.
+        args: Values of the launch files' arguments. A node's parameters are those that were recorded all the same.
+        tolerance: How far floating-point numbers may be apart.
+        time_tolerance_s: How far times may be apart, of publishing and in messages; by default 0 for a recording of
+            simulated time, 0.1 s for one of the system's.
+        allow_incomplete: Replay what there is of a recording that is not whole.
+        keep: How many messages of each topic `outputs` keeps, the newest; all unless told.
+        record: The file that the replay itself is recorded to.
+
+    Raises:
+        BagError: The recording cannot be read, or is of other types than the nodes.
+        IncompleteRecording: It is not the whole of what happened.
+        LaunchError: The nodes cannot run, with every problem.
+    """
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        pass
+    else:
+        raise NotRunning("replay(…) has an event loop of its own: call it in a plain def, not in an async def")
+    names = [nodes] if isinstance(nodes, str) else list(nodes)
+    with Bag(recording) as bag:
+        _refuse_incomplete(bag, allow_incomplete)
+        loop = VirtualLoop()
+        comparison = _comparison(bag, tolerance, time_tolerance_s)
+        main = _replay(bag, what, names, args, comparison, loop=loop, keep=keep, record=record)
+        outcome = run_virtual(main, name="replay", loop=loop)
+        _refuse_incomplete(bag, allow_incomplete)
+    return outcome
+
+
+async def _replay(
+    bag: Bag,
+    what: tuple[What, ...],
+    names: list[str],
+    args: Mapping[str, object] | None,
+    comparison: Comparison,
+    *,
+    loop: VirtualLoop,
+    keep: int | None,
+    record: str | Path | None,
+) -> Replay:
+    past = past_of(bag)
+    clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
+    log: list[LogRecord] = []
+    cast = cast_of(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
+    graph = Graph(cast.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
+    clock.start_at(Time(past.started_ns))  # where the launch file says otherwise
+    plan = graph.plan()
+    if plan.errors:
+        raise LaunchError(plan.errors)
+    members = tuple(each.runtime.full_name for each in plan.members)
+    if not members:
+        raise BagError("there is no node to run: name a launch file or node classes")
+    _refuse_unrelated(bag, plan.members, past)
+    if record is not None:
+        record_graph(graph, str(record))
+    ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
+    check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
+    rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=cast.others_publish, keep=keep)
+    with closing(ComingTicks(bag, members, past.ticks, in_order=past.ticks_in_order)) as coming:
+        clock.expect(coming)
+        await rerun.run()
+    check.finish()
+    if not any(check.compared.values()) and not check.count:
+        published = ", ".join(sorted(check.compared)) or "nothing"
+        raise BagError(
+            f"there is nothing to compare: {', '.join(members)} publishes {published}, and neither the recording nor "
+            "the replay has a message there"
+        )
+    outputs = {topic: list(messages) for topic, messages in rerun.outputs.items()}
+    notes = [*cast.notes, *rerun.notes]
+    return Replay(str(bag.path), members, check.differences, check.count, dict(check.compared), outputs, log, notes)
+
+
+def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> Comparison:
+    simulated = bag.facts is not None and bag.facts.clock == "sim"
+    if time_tolerance_s is None:
+        time_tolerance_s = 0.0 if simulated else TIME_TOLERANCE_S
+    return Comparison(tolerance, round(time_tolerance_s * NS_PER_S))
+
+
+def _refuse_unrelated(bag: Bag, members: Sequence[Member], past: Past) -> None:
+    """Refuse nodes of which nothing was recorded; one that was there and said nothing is known by its parameters."""
+    names = {each.runtime.full_name for each in members}
+    topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - TOLD_BY_THE_RUN
+    services = {end.service + SUFFIX for each in members for end in (*each.servers, *each.clients)}
+    known = {*past.parameters, *(node for node, _ in past.ticks)}
+    if topics and not names & known and not (topics | services) & {each.topic for each in bag.channels}:
+        raise BagError(
+            f"{', '.join(sorted(names))} has nothing to do with this recording: none of its topics is there: "
+            f"{', '.join(sorted(topics))}"
+        )
+
+
+def _refuse_incomplete(bag: Bag, allowed: bool) -> None:
+    if not allowed and bag.incomplete:
+        raise IncompleteRecording(
+            f"{bag.path} is not the whole of what happened: {'; '.join(bag.incomplete)}; --incomplete, or "
+            "allow_incomplete=True, replays what there is"
+        )

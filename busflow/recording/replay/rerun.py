@@ -1,0 +1,239 @@
+"""Rerun: nodes that run anew on what was recorded, on the recording's time, one event after the other.
+
+Everything that happened to the nodes from outside happens again, in the recorded order: messages, ticks of their
+timers, changes of their parameters, requests, and the answers that they got. Each is dealt with before the next comes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, cast
+
+from busflow.bus.publisher import Publisher
+from busflow.clock import Duration, Time
+from busflow.errors import BagError, BusflowError, NodeFailed
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import type_name
+from busflow.node import parameter_events
+from busflow.node.node import runtime_of
+from busflow.recording.recorder.ticks import TICKS
+from busflow.recording.replay.calls import Calls, plain_of
+from busflow.recording.replay.comparison import Check, Published
+from busflow.recording.replay.history import Past, change_of, tick_of
+from busflow.recording.replay.inputs import Inputs
+from busflow.recording.replay.nodes import plain
+from busflow.recording.replay.replay_clock import ReplayClock
+from busflow.recording.replay.replay_losses import loss_notes, shares
+from busflow.runner import rosout
+from busflow.text import counted
+
+if TYPE_CHECKING:
+    from busflow.interfaces.message import Message
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
+    from busflow.runner.graph import Graph
+    from busflow.runner.loops.virtual import VirtualLoop
+
+_UNTOLD = {parameter_events.TOPIC, rosout.TOPIC}
+"""What the run tells by itself, and is not compared."""
+
+Role = Callable[["Entry"], None]
+
+
+class Rerun:
+    """A graph of the nodes that are run anew, and the recording that drives it."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        bag: Bag,
+        past: Past,
+        check: Check,
+        *,
+        clock: ReplayClock,
+        others_publish: set[str],
+        keep: int | None,
+    ) -> None:
+        """A rerun of a graph that has yet to be started.
+
+        Args:
+            graph: The nodes.
+            bag: The recording.
+            past: What has to be known of it beforehand.
+            check: Is given what was published, then and now.
+            clock: The graph's clock.
+            others_publish: Topics on which others than these nodes publish.
+            keep: How many messages of each topic are kept, the newest; None is all.
+        """
+        self.outputs: dict[str, deque[Message]] = {}
+        """What the nodes have published, by topic."""
+        self.notes: list[str] = []
+        self._graph, self._bag, self._past, self._check, self._clock = graph, bag, past, check, clock
+        self._loop = cast("VirtualLoop", asyncio.get_running_loop())
+        self._nodes = {each.runtime.full_name for each in graph.plan().members}
+        self._others, self._keep = others_publish, keep
+        self._channels = {each.topic: each for each in bag.channels}
+        self._published: dict[str, str] = {}
+        self._inputs = Inputs(graph, self._published, shares(bag, self._nodes))
+        self._calls = Calls(graph, check, past.answered)
+        self._roles: dict[Channel, tuple[Role, bool] | None] = {}
+        self._told_initially: set[str] = set()
+        self._began = past.started_ns > 0
+        graph.bus.on_attach.append(self._on_attach)
+
+    async def run(self) -> None:
+        """Run the nodes through the whole recording."""
+        graph = self._graph
+        starting = asyncio.create_task(self._start())
+        await self._loop.settle()
+        try:
+            for entry in self._bag.entries():
+                if graph.ending.is_set():
+                    break
+                role = self._role(entry.channel)
+                if role is None:
+                    continue
+                play, happens = role
+                if happens:
+                    await self._reach(entry.log_time_ns)
+                play(entry)
+                if happens:
+                    await self._loop.settle()
+            if not graph.ending.is_set() and self._bag.end_ns is not None:
+                await self._reach(self._bag.end_ns, back=False)
+                await self._loop.settle()
+        finally:
+            self._note_what_was_not_heard()  # before its ends leave
+            await self._calls.close()
+            now_ns = self._clock.now().nanoseconds
+            await graph.stop()
+            await starting
+        if graph.given_up is not None:
+            raise graph.given_up
+        for failure in graph.failures:
+            self._check.failed(failure.node, now_ns, failure.summary)
+
+    async def _start(self) -> None:
+        with suppress(NodeFailed):
+            await self._graph.start()
+
+    async def _reach(self, time_ns: int, *, back: bool = True) -> None:
+        """Let it be a moment of the recording, also where its clock was set back."""
+        if not self._began:  # a simulator's first word, before which it was 0, lets no time pass
+            self._began = time_ns > 0
+            self._clock.start_at(Time(time_ns))
+            return
+        by_ns = time_ns - self._clock.now().nanoseconds
+        if self._loop.time_ns() == 0 and by_ns < 0:
+            return  # what was recorded before the run's own time began
+        if by_ns > 0:
+            reached = self._loop.create_future()
+            self._loop.call_at_ns(self._loop.time_ns() + by_ns, lambda: reached.done() or reached.set_result(None))
+            await reached
+        elif by_ns < 0 and back:
+            by = Duration(by_ns)
+            self._clock.jump(by)
+            if self._past.simulated:
+                for hear in tuple(self._clock.on_jump):
+                    hear(by)
+
+    # Who has which part.
+
+    def _role(self, channel: Channel) -> tuple[Role, bool] | None:
+        """What to do with messages of a channel, and whether that is something that happens to the nodes."""
+        if channel not in self._roles:
+            self._roles[channel] = self._find_role(channel)
+        return self._roles[channel]
+
+    def _find_role(self, channel: Channel) -> tuple[Role, bool] | None:
+        topic = channel.topic
+        if topic == TICKS:
+            return self._tick, True
+        if topic == parameter_events.TOPIC:
+            return self._change, True
+        if topic in self._published:
+            return (self._compare, False) if topic in self._check.compared else None
+        feed = self._calls.role(channel) or self._inputs.feed(channel)
+        return None if feed is None else (feed, True)
+
+    def _compare(self, entry: Entry) -> None:
+        self._check.recorded(entry.channel.topic, Published(entry.log_time_ns, entry.payload))
+
+    def _tick(self, entry: Entry) -> None:
+        tick = tick_of(entry)
+        if tick is not None and tick.node in self._nodes:
+            self._clock.tick(tick)
+
+    def _change(self, entry: Entry) -> None:
+        node, values = change_of(entry)
+        if node not in self._nodes:
+            return
+        if self._past.ours and node not in self._told_initially:
+            self._told_initially.add(node)
+            return
+        store = runtime_of(self._graph.node(node)).parameters
+        known = {name: plain(value, store.infos[name]) for name, value in values.items() if name in store.infos}
+        try:
+            refused = store.set(known).reason
+        except BusflowError as error:
+            refused = str(error)
+        if refused:
+            text = f"a change of its parameters that was recorded is refused now: {refused}"
+            self._check.failed(node, entry.log_time_ns, text)
+
+    # What they publish.
+
+    def _on_attach(self, attached: object) -> None:
+        self._roles.clear()
+        if not isinstance(attached, Publisher):
+            return
+        publisher = cast("Publisher[Any]", attached)
+        topic = publisher.topic
+        if publisher.endpoint.node not in self._nodes or topic in _UNTOLD or topic in self._published:
+            return
+        self._published[topic] = publisher.endpoint.node
+        self.outputs[topic] = deque(maxlen=self._keep)
+        if topic in self._others:
+            self.notes.append(f"{topic} is not compared: others publish there too, and a recording does not say who")
+        else:
+            self._refuse_another_type(publisher)
+            self._check.watch(topic, plain_of(publisher.type))
+        self._graph.bus.tap(self._graph.bus.topics[topic], self._hearer(publisher))
+
+    def _hearer(self, publisher: Publisher[Any]) -> Callable[[Message], None]:
+        topic, encode = publisher.topic, TypeSupport(publisher.type).encode
+        compared = topic not in self._others
+        outputs, check, clock = self.outputs[topic], self._check, self._clock
+
+        def hear(message: Message) -> None:
+            outputs.append(message)
+            if compared:
+                check.replayed(topic, Published(clock.now().nanoseconds, encode(message)))
+
+        return hear
+
+    def _refuse_another_type(self, publisher: Publisher[Any]) -> None:
+        channel = self._channels.get(publisher.topic)
+        if channel is None:
+            return
+        support = TypeSupport(publisher.type)
+        if channel.type_name != support.name or channel.type.type_hash != support.type_hash:
+            raise BagError(
+                f"{publisher.topic} was recorded as {channel.type_name}, and {publisher.endpoint.node} publishes "
+                f"{'another version of it' if channel.type_name == support.name else type_name(publisher.type)}",
+                fix="what is of another type cannot be compared: record it anew",
+            )
+
+    def _note_what_was_not_heard(self) -> None:
+        topics = {*self._published, *self._inputs.topics}
+        self.notes += loss_notes(self._bag, topics, self._nodes)
+        silent = self._inputs.not_in(self._channels)
+        self.notes += [f"{topic} is not in the recording: {node} heard nothing there" for topic, node in silent]
+        if self._clock.unmet:
+            ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
+            self.notes.append(f"{ticks} recorded where no timer waited")
+        if TICKS not in self._channels and any(unit.runtime.ends.timers for unit in self._graph.units):
+            self.notes.append("the recording holds no ticks of timers: theirs began with it, and come before an input")

@@ -1,0 +1,1 @@
+"""Work on finished bags: compare, convert, verify, recover. Needs no graph."""

@@ -1,0 +1,135 @@
+"""Converting: the messages of a bag into another form, which is there when it is whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from busflow.errors import MalformedMessage
+from busflow.recording.bag.merge import renumbered
+from busflow.recording.tools.target import new_directory, new_file
+from busflow.recording.tools.to_jsonl import JsonlFile
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
+    from busflow.recording.tools.sink import Sink
+
+
+class Form(StrEnum):
+    """What a bag is converted to."""
+
+    ROS2BAG = "ros2bag"
+    CSV = "csv"
+    PARQUET = "parquet"
+    JSONL = "jsonl"
+    MCAP = "mcap"
+
+    @property
+    def is_directory(self) -> bool:
+        """Whether it is a directory of several files."""
+        return self in (Form.ROS2BAG, Form.CSV, Form.PARQUET)
+
+
+@dataclass(slots=True)
+class Converted:
+    """What has become of the messages."""
+
+    messages: int = 0
+    left_out: int = 0
+    """Messages that could not be read by their type."""
+    faults: dict[Channel, str] = field(default_factory=dict["Channel", str])
+    """Why, of the first one of each channel."""
+
+
+def convert(
+    bag: Bag,
+    target: Path | TextIO,
+    form: Form,
+    line_of: Callable[[Mapping[str, Any]], str],
+    *,
+    channels: Collection[Channel] | None = None,
+    times: tuple[int | None, int | None] = (None, None),
+    on_message: Callable[[], None] = lambda: None,
+) -> Converted:
+    """Write the messages of a bag in another form.
+
+    Args:
+        bag: The bag.
+        target: The file or directory to make, which must not exist; or the stream that gets JSON Lines.
+        form: The form.
+        line_of: Makes a line of JSON of an object.
+        channels: Only the messages of these.
+        times: Only messages recorded between these, in nanoseconds.
+        on_message: Is called after each message.
+
+    Raises:
+        BagError: The target exists or cannot be written, or messages cannot be written in this form.
+    """
+    entries = _entries(bag, None if channels is None else channels.__contains__, *times)
+    if not isinstance(target, Path):
+        return _written(JsonlFile(target, line_of), entries, on_message)
+    partly = channels is not None or times != (None, None)
+    place = new_directory(target) if form.is_directory else new_file(target)
+    with place as path:
+        chosen = bag.channels if channels is None else channels
+        with closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
+            return _written(sink, entries, on_message)
+
+
+def _written(sink: Sink, entries: Iterator[Entry], on_message: Callable[[], None]) -> Converted:
+    done = Converted()
+    for entry in entries:
+        try:
+            sink.write(entry)
+            done.messages += 1
+        except MalformedMessage as error:
+            done.left_out += 1
+            done.faults.setdefault(entry.channel, f"message {entry.sequence} of {entry.channel.topic}: {error}")
+        on_message()
+    return done
+
+
+def _entries(
+    bag: Bag, wanted: Callable[[Channel], bool] | None, start_ns: int | None, end_ns: int | None
+) -> Iterator[Entry]:
+    """The messages; those of several processes get numbers over all of them, since each has begun at 1."""
+    if len(bag.series) == 1:
+        return bag.entries(wanted, start_ns, end_ns)
+    return renumbered(bag.numbered(wanted, start_ns, end_ns))
+
+
+def _sink(
+    form: Form,
+    path: Path,
+    target: Path,
+    bag: Bag,
+    line_of: Callable[[Mapping[str, Any]], str],
+    channels: Collection[Channel],
+    *,
+    partly: bool,
+) -> Sink:
+    """What takes the messages; only what is used of the other programs' formats is imported."""
+    match form:
+        case Form.CSV:
+            from busflow.recording.tools.to_csv import CsvFiles
+
+            return CsvFiles(path)
+        case Form.PARQUET:
+            from busflow.recording.tools.to_parquet import ParquetFiles
+
+            return ParquetFiles(path)
+        case Form.JSONL:
+            return JsonlFile(path.open("w", encoding="utf-8"), line_of)
+        case Form.ROS2BAG:
+            from busflow.recording.tools.to_rosbag2 import Rosbag2Directory
+
+            return Rosbag2Directory(path, target.name, bag, channels, partly=partly)
+        case Form.MCAP:
+            from busflow.recording.tools.to_mcap import McapCopy
+
+            return McapCopy(path.open("wb"), bag, channels, partly=partly)

@@ -1,0 +1,53 @@
+"""Flat: the fields of a message side by side, those of messages inside it by their path, as tables have them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, is_empty, types_in
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.channel import Channel
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A field of a message, however deep inside it."""
+
+    path: tuple[str, ...]
+    field: Field
+
+    @property
+    def name(self) -> str:
+        """`header.stamp.sec`."""
+        return ".".join(self.path)
+
+    def value(self, message: Any) -> Any:
+        """The field's value in a message that is plain data."""
+        for step in self.path:
+            message = message[step]
+        return message
+
+
+def columns(channel: Channel) -> tuple[Column, ...] | None:
+    """The columns of a channel's messages; None where their type does not decide them, as that of JSON does not.
+
+    Raises:
+        BagError: Messages of the channel cannot be read.
+    """
+    if not channel.type.is_ros:
+        return None
+    types = types_in(channel.type.description)
+    return tuple(_columns(types, channel.type.description["type_description"]["type_name"], ()))
+
+
+def _columns(types: dict[str, IndividualDescription], name: str, path: tuple[str, ...]) -> Iterator[Column]:
+    if is_empty(types[name]):
+        return
+    for field in fields_of(types[name]):
+        if field.nested and field.count is Count.ONE:
+            yield from _columns(types, field.base, (*path, field.name))
+        else:
+            yield Column((*path, field.name), field)

@@ -1,0 +1,100 @@
+"""MCAP: the messages of a bag in one file, whatever it was stored in, with what busflow has written beside them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from typing import IO, TYPE_CHECKING
+
+from mcap.writer import Writer
+
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
+from busflow.recording.mcap.writer import CHUNK_BYTES
+from busflow.recording.recorder.provenance import library
+
+if TYPE_CHECKING:
+    from busflow.recording.bag.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
+
+
+class McapCopy:
+    """Writes an MCAP file."""
+
+    def __init__(
+        self,
+        stream: IO[bytes],
+        bag: Bag,
+        channels: Iterable[Channel],
+        *,
+        partly: bool,
+        qos: Callable[[Channel], str] = lambda channel: channel.qos or "",
+    ) -> None:
+        """Begin a file.
+
+        Args:
+            stream: What is written to, and closed in the end.
+            bag: Whose facts go with the messages.
+            channels: Those whose messages will come; one may have none.
+            partly: Not all messages will come, and the file is to say so.
+            qos: What is written of a channel's offered QoS.
+        """
+        self._writer = Writer(stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)
+        self._writer.start("ros2", library())
+        self._bag, self._partly = bag, partly
+        self._stream, self._qos = stream, qos
+        self._channels: dict[Channel, int] = {}
+        self._schemas: dict[tuple[str, str, bytes], int] = {}
+        for file in bag.files[:1]:
+            if FACTS in file.metadata:  # which of several processes recorded it is true of no message of another
+                facts = {name: text for name, text in file.metadata[FACTS].items() if name != "process"}
+                if facts != file.metadata[FACTS]:  # whose own counts are not those of the run
+                    facts["heard"] = "by each process"
+                self._writer.add_metadata(FACTS, facts)
+            if file.launch_file is not None:
+                self._writer.add_attachment(0, 0, LAUNCH_FILE, "application/yaml", file.launch_file.encode())
+        for channel in channels:
+            self._channels[channel] = self._declare(channel)
+
+    def write(self, entry: Entry) -> None:
+        """Write a message."""
+        number = self._channels[entry.channel]
+        self._writer.add_message(number, entry.log_time_ns, entry.payload, entry.publish_time_ns, entry.sequence)
+
+    def close(self) -> None:
+        """Write the ledger and the summary."""
+        ledger = dict(self._bag.files[-1].metadata.get(LEDGER, {}))
+        if len(self._bag.series) > 1:
+            ledger = _of_all(self._bag)
+        damage = self._bag.damage
+        if self._partly or damage is not None:
+            why = ledger.get("recovered") or ("only some topics were converted" if damage is None else damage.what)
+            ledger |= {"complete": "false", "recovered": why}
+        if ledger:
+            self._writer.add_metadata(LEDGER, ledger)
+        self._writer.finish()
+        self._stream.close()
+
+    def _declare(self, channel: Channel) -> int:
+        schema = channel.type_name, channel.definition_encoding or "ros2msg", _definition(channel)
+        if schema not in self._schemas:
+            self._schemas[schema] = self._writer.register_schema(*schema)
+        told = {"offered_qos_profiles": self._qos(channel), "topic_type_hash": channel.type_hash or ""}
+        return self._writer.register_channel(channel.topic, channel.encoding, self._schemas[schema], told)
+
+
+def _of_all(bag: Bag) -> dict[str, str]:
+    """The ledger of a recording of several processes, which says of itself why it is not complete."""
+    ledger = bag.ledger
+    words = {"report": json.dumps(dict(bag.report)), "missed": str(ledger.missed if ledger else 0)}
+    if ledger is not None and ledger.recorded is not None:
+        words["recorded"] = str(ledger.recorded)
+    if bag.complete:
+        return {**words, "complete": "true"}
+    return {**words, "complete": "false", "recovered": "; ".join(bag.incomplete)}
+
+
+def _definition(channel: Channel) -> bytes:
+    """A bag that only names its types gets the definitions of those that busflow knows."""
+    if channel.definition or channel.encoding not in ("cdr", "json"):
+        return channel.definition.encode()
+    return channel.type.definition.encode()

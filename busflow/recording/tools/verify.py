@@ -1,0 +1,280 @@
+"""Examination: reads all of a recording and holds what it says of itself against what is there."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, cast
+
+from mcap import records
+
+from busflow.errors import BagError, MalformedMessage
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.channel import Channel
+from busflow.recording.bag.completeness import shortfalls
+from busflow.recording.bag.facts import Ledger
+from busflow.recording.bag.mcap_file import McapFile
+from busflow.recording.bag.series import Series
+from busflow.recording.mcap.chunks import Chunk
+from busflow.recording.mcap.contents import Contents, Found
+from busflow.text import counted
+
+_MOST_PER_CHANNEL = 3
+"""Findings about messages of one channel that are told; what is wrong with one is mostly wrong with all."""
+_RECORDERS_OWN = {"/parameter_events", "/rosout"}
+"""Topics that the recorder writes itself, whether or not anybody publishes them."""
+
+
+class Kind(StrEnum):
+    """What a finding says of the recording."""
+
+    INCOMPLETE = "incomplete"
+    """Something is missing, as the recording itself says or shows."""
+    WRONG = "wrong"
+    """What it says and what is there contradict each other, or cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is not as it should be."""
+
+    kind: Kind
+    code: str
+    """A stable word: damaged, unfinished, index, chunk, statistics, sequence, missed, ledger, type, message."""
+    message: str
+    file: str = ""
+    offset: int | None = None
+
+
+@dataclass(slots=True)
+class Examination:
+    """What was looked at, and what was found."""
+
+    messages: int = 0
+    """Those that were read, which are those before the damage where there is any."""
+    there: int = 0
+    """Those that are there: more than were read, where some lie behind the damage."""
+    chunks: int = 0
+    findings: list[Finding] = field(default_factory=list[Finding])
+
+    def add(self, kind: Kind, code: str, message: str, file: str = "", offset: int | None = None) -> None:
+        """Take note of something."""
+        self.findings.append(Finding(kind, code, message, file, offset))
+
+
+def examine(bag: Bag, on_message: Callable[[], None] = lambda: None) -> Examination:
+    """Read all of a bag, and find what is wrong with it."""
+    found = Examination()
+    lying = {
+        file.path: _Structure(file.path, found, accounted=bag.ledger is not None).examine()
+        for file in bag.files
+        if isinstance(file, McapFile)
+    }
+    read = _examine_messages(bag, found, on_message)
+    whole = [sum(lying.get(file.path, 0) for file in series.files) for series in bag.series]
+    there = list(map(max, read, whole))
+    found.there = sum(there)
+    _examine_account(bag, found, there)
+    return found
+
+
+class _Structure:
+    """The records of one file, as they lie there."""
+
+    def __init__(self, path: Path, found: Examination, *, accounted: bool) -> None:
+        self._path, self._name, self._found, self._accounted = path, str(path), found, accounted
+        self._damages = 0
+        self._behind_damage = False
+        """Whether what comes now is about a chunk that could not be read."""
+        self._counts: Counter[int] = Counter()
+        self._chunk: tuple[Chunk, int] | None = None
+        self._index: dict[int, list[tuple[int, int]]] = {}
+        """Of each channel the times of its messages in the chunk, and where they are."""
+
+    def examine(self) -> int:
+        """Read the file; how many messages lie in it."""
+        with Contents(self._path) as contents:
+            for found in contents.beyond_damage():
+                if len(contents.damages) > self._damages:
+                    self._end_chunk()
+                    self._damages, self._behind_damage = len(contents.damages), True
+                self._look(found)
+            self._end_chunk()
+            unfinished = contents.unfinished
+            for damage in contents.damages:
+                self._tell_damage(damage, cut=unfinished is not None and damage is contents.damages[-1])
+            if unfinished is not None and not contents.damages:
+                self._add(Kind.WRONG, "damaged", unfinished.reason, unfinished.offset)
+        return sum(self._counts.values())
+
+    def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
+        if cut:
+            self._add(Kind.INCOMPLETE, "unfinished", damage.reason, damage.offset)
+        else:
+            self._add(Kind.WRONG, "damaged", damage.reason, damage.offset)
+
+    def _look(self, found: Found) -> None:
+        record = found.record
+        if isinstance(record, records.Message):
+            self._counts[record.channel_id] += 1
+            if found.within is not None:
+                self._index.setdefault(record.channel_id, []).append((record.log_time, found.within))
+            return
+        if found.within is not None:
+            return
+        match record:
+            case Chunk():
+                self._end_chunk()
+                self._behind_damage = False
+                self._found.chunks += 1
+                self._chunk = record, found.offset
+            case records.MessageIndex() if self._behind_damage:
+                pass
+            case records.MessageIndex():
+                self._look_at_index(record, found.offset)
+            case records.Statistics():
+                self._end_chunk()
+                self._look_at_statistics(record, found.offset)
+            case _:
+                self._end_chunk()
+
+    def _look_at_index(self, index: records.MessageIndex, offset: int) -> None:
+        there = self._index.get(index.channel_id, [])
+        if sorted(index.records) != sorted(there):
+            message = (
+                f"the index of channel {index.channel_id} is not that of the {counted(len(there), 'message')} before it"
+            )
+            self._add(Kind.WRONG, "index", message, offset)
+
+    def _end_chunk(self) -> None:
+        if self._chunk is not None:
+            (chunk, offset), times = self._chunk, [each[0] for those in self._index.values() for each in those]
+            if times and (min(times), max(times)) != (chunk.start_ns, chunk.end_ns):
+                message = "the times that a chunk states are not those of its messages"
+                self._add(Kind.WRONG, "chunk", message, offset)
+        self._chunk = None
+        self._index.clear()
+
+    def _look_at_statistics(self, statistics: records.Statistics, offset: int) -> None:
+        if self._damages and self._accounted:
+            return  # the ledger tells what the damage has taken
+        stated = {number: count for number, count in statistics.channel_message_counts.items() if count}
+        total = sum(self._counts.values())
+        if (stated and stated != dict(self._counts)) or statistics.message_count != total:
+            message = f"the summary counts {statistics.message_count} messages, and {total} are there"
+            if statistics.message_count == total:
+                message = "the summary counts the messages of a channel otherwise than they are"
+            self._add(Kind.WRONG, "statistics", message, offset)
+
+    def _add(self, kind: Kind, code: str, message: str, offset: int | None) -> None:
+        self._found.add(kind, code, message, self._name, offset)
+
+
+def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], None]) -> list[int]:
+    """Read every message by its type, and look at their numbers; how many there are, by series."""
+    counts = [0] * len(bag.series)
+    faults: Counter[Channel] = Counter()
+    unreadable: set[Channel] = set()
+    before = [0] * len(bag.series)
+    for number, entry in bag.numbered():
+        channel = entry.channel
+        found.messages += 1
+        counts[number] += 1
+        on_message()
+        if bag.facts is not None:
+            for message in _out_of_sequence(before[number], entry.sequence):
+                kind = Kind.INCOMPLETE if entry.sequence > before[number] else Kind.WRONG
+                found.add(kind, "sequence", _of(bag, number) + message)
+            before[number] = entry.sequence
+        if channel in unreadable:
+            continue
+        try:
+            channel.plain(entry.payload)
+        except BagError as error:
+            unreadable.add(channel)
+            found.add(Kind.WRONG, "type", str(error))
+        except MalformedMessage as error:
+            faults[channel] += 1
+            if faults[channel] <= _MOST_PER_CHANNEL:
+                found.add(Kind.WRONG, "message", f"message {entry.sequence} of {channel.topic}: {error}")
+    for channel, count in faults.items():
+        if count > _MOST_PER_CHANNEL:
+            more = f"{count - _MOST_PER_CHANNEL} more messages of {channel.topic} cannot be read"
+            found.add(Kind.WRONG, "message", more)
+    for channel in bag.channels:
+        _examine_type(channel, found)
+    return counts
+
+
+def _out_of_sequence(before: int, number: int) -> Iterator[str]:
+    if number > before + 1:
+        last = f"message {before + 1} is" if number == before + 2 else f"messages {before + 1} to {number - 1} are"
+        yield f"{last} missing"
+    elif number <= before:
+        yield f"message {number} comes after message {before}"
+
+
+def _examine_type(channel: Channel, found: Examination) -> None:
+    """Hold the definition of a type against its hash."""
+    if channel.type_hash is None or channel.encoding != "cdr":
+        return
+    try:
+        read = channel.type.type_hash
+    except BagError:
+        return  # where it has messages, that was told
+    if read != channel.type_hash:
+        message = f"{channel.topic}: the definition of {channel.type_name} has the hash {read}, not {channel.type_hash}"
+        found.add(Kind.WRONG, "type", message)
+
+
+def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> None:
+    """Hold the ledgers against what is there."""
+    if bag.unfinished is not None and len(bag.series) > 1:
+        found.add(Kind.INCOMPLETE, "unfinished", bag.unfinished.reason)
+    for number, series in enumerate(bag.series):
+        for kind, code, message in _contradictions(series, counts[number]):
+            found.add(kind, code, _of(bag, number) + message)
+
+
+def _contradictions(series: Series, there: int) -> Iterator[tuple[Kind, str, str]]:
+    ledger = series.ledger
+    if ledger is None and series.facts is None:
+        return
+    unfinished = any(each.unfinished for each in series.files)
+    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was told
+    for code, text in missing:
+        yield Kind.WRONG if code == "ledger" else Kind.INCOMPLETE, code, text
+    if ledger is not None and not missing and not (series.facts and series.facts.heard):
+        # Who came later knows only the run's counts.
+        published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
+        for name, count in series.counts_by_topic().items():
+            least, most = published.get(name, (count, count))
+            if name not in _RECORDERS_OWN and not least <= count <= most:
+                are = "is" if count == 1 else "are"
+                told = f"the ledger says that {counted(most, 'message was', 'messages were')} published on {name}"
+                yield Kind.WRONG, "ledger", f"{told}, and {count} {are} there"
+
+
+def _published(ledger: Ledger, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:
+    """By topic, how many messages the run published, at least and at most, of which it has to have recorded all.
+
+    Not all of the run's topics are recorded, and what only the recorder writes is not in the run's report. Of what came
+    from other processes, those that record themselves have recorded most.
+    """
+    found: dict[str, tuple[int, int]] = {}
+    topics: Any = ledger.report.get("topics")
+    for topic in cast("list[Any]", topics) if isinstance(topics, list) else []:
+        told = cast("dict[str, Any]", topic) if isinstance(topic, dict) else {}
+        published, arrived = told.get("published"), told.get("arrived")
+        if isinstance(published, int):
+            least = published - arrived if elsewhere and isinstance(arrived, int) else published
+            found[str(told.get("name"))] = least, published
+    return found
+
+
+def _of(bag: Bag, number: int) -> str:
+    """What comes before a finding about one of several processes' messages."""
+    return "" if len(bag.series) == 1 else f"{bag.series[number].files[0].path.name}: "

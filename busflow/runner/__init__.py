@@ -1,0 +1,4 @@
+"""A graph of nodes from start to end: supervision, restarts, signals and the report.
+
+Knows no file of a recording and no Zenoh.
+"""

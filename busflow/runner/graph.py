@@ -1,0 +1,400 @@
+"""Graph: starts the nodes of a launch description together, watches over them, and stops them in order."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, AsyncExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TypeVar, overload
+
+from busflow.bus.bus import Bus
+from busflow.bus.call import Pair, Req, Res
+from busflow.bus.client import TIMEOUT_S
+from busflow.bus.dispatcher import Chooser
+from busflow.bus.failure import Failure
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.bus.subscription import Subscription
+from busflow.clock import Clock, SystemClock
+from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
+from busflow.interfaces.message import Message
+from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.preflight import Plan, Preflight
+from busflow.launchfile.model.description import LaunchDescription
+from busflow.launchfile.model.problems import tell
+from busflow.log import Log, Sink
+from busflow.node.context import Surroundings
+from busflow.node.node import Node, runtime_of
+from busflow.runner.host import Outside
+from busflow.runner.orphan_tasks import hear_of_strays
+from busflow.runner.report import RecordingReport, Report, node_reports, service_reports, topic_reports
+from busflow.runner.rosout import Rosout
+from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
+from busflow.runner.supervisor import Overseer, Unit, outlast
+from busflow.runner.units import GRACE_S, node_among, stop_units, units_of
+from busflow.runner.watchdog import Watchdog
+
+N = TypeVar("N", bound=Node)
+M = TypeVar("M", bound=Message)
+
+
+class Graph:
+    """The nodes of one run, on one bus.
+
+    Use it as `async with launch(...) as graph`, or call `start` and `stop` yourself (in a notebook). A node that
+    fails ends the graph, and the `async with` block, with `NodeFailed`.
+    """
+
+    _tasks: asyncio.TaskGroup | None = None  # while it lives
+    exit_code = ExitCode.OK
+    recording: Callable[[], RecordingReport] | None = None
+    """What there is of its recording, if it is recorded."""
+    given_up: BusflowError | None = None
+    """Why it was ended, where that is no node's fault."""
+    _host_called = False
+    _duration_s: float | None = None
+    _asked_early: ExitCode | None = None
+    on_ready: Callable[[], None] = staticmethod(lambda: None)
+    """What follows when every node has started, before any can go on to block the event loop."""
+    tells_at_end = False
+    """Whether whoever runs it tells its failures in full at the end: then its console is not to tell them too."""
+    around_s = 0.0
+    """How long what is around it may take to end, beyond the grace of the nodes."""
+
+    def __init__(
+        self,
+        what: Sequence[What],
+        *,
+        args: Mapping[str, object] | None = None,
+        seed: int | None = None,
+        strict: bool = False,
+        clock: Clock | None = None,
+        log_level: str = "info",
+        sinks: tuple[Sink, ...] = (),
+        explore: Chooser | None = None,
+        embedded: bool = False,
+        watchdog_s: float | None = None,
+    ) -> None:
+        self.descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
+        self.name = next((each.name for each in self.descriptions), "graph")
+        self.seed = seed if seed is not None else next((s.seed for s in self.descriptions if s.seed is not None), 0)
+        self.grace_s = next((s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None), GRACE_S)
+        self.clock: Clock = clock or SystemClock()
+        set_clock(self.clock, self.descriptions)
+        self.log = Log(self.clock, level=log_level, sinks=sinks)
+        self.bus = Bus(self.clock, explore=explore)
+        self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
+        self.rosout = Rosout(self.bus, self.log)
+        self.units: list[Unit] = []
+        self.on_start: list[Callable[[], None]] = []
+        """Who hears, on the event loop, that the nodes are built and about to be connected."""
+        self.on_end: list[Callable[[], None]] = []
+        """Who hears, there too, that all nodes have ended, or that one could not be connected."""
+        self.on_restart: list[Callable[[Unit], None]] = []
+        """Who hears of a node that was built anew, before its ends are connected."""
+        self.around: list[AbstractAsyncContextManager[object]] = []
+        """What is entered before any node starts, and left when all have ended; what it raises keeps them from it."""
+        self.on_finish: Callable[[], None] = self.ask_to_stop
+        """What follows when all nodes have ended."""
+        self.failures: list[Failure] = []
+        self.strict = strict
+        self.embedded = embedded
+        """Whether a program is around it, which may publish what no node does."""
+        self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+        self._plan: Plan | None = None
+        self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
+        self._main: asyncio.Task[None] | None = None
+        self._host: asyncio.Task[Any] | None = None
+        self._host_cancelling = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.ending = asyncio.Event()
+        """Set once the graph is to end, for whatever reason."""
+        self._ready = asyncio.Event()
+
+    # Life.
+
+    def plan(self) -> Plan:
+        """Build and check the nodes, once, without starting them."""
+        if self._plan is None:
+            preflight = Preflight(self.clock, self.log, seed=self.seed, strict=self.strict)
+            self._plan = preflight.plan(self.descriptions, self._nodes)
+        return self._plan
+
+    async def start(self) -> None:
+        """Check the graph and start its nodes; returns when every `start` has returned.
+
+        Raises:
+            LaunchError: the graph cannot run, with every problem.
+            NodeFailed: a node failed while starting; everything is stopped again.
+        """
+        if self._main is not None:
+            raise NotRunning(f"the graph {self.name} was started before; launch another one")
+        if self.clock.kind != "sim" and any(is_simulated(each) for each in self.descriptions):
+            raise NotRunning(
+                f"{self.name} asks for simulated time (clock: mode: sim), and this event loop has real time; "
+                "use busflow run, busflow.run(...), or busflow.testing.harness(...) in a test"
+            )
+        plan = self.plan()
+        if plan.errors:
+            raise LaunchError(plan.errors)
+        tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
+        self.units += units_of(plan.members, self._overseer())
+        self.bus.open()  # this thread is the bus's from now on, whichever made the graph
+        try:
+            for hear in self.on_start:
+                hear()
+            for unit in self.units:
+                unit.runtime.connect(self.bus)
+        except BaseException:
+            for hear in self.on_end:
+                hear()
+            raise
+        self._loop = asyncio.get_running_loop()
+        self.on_end.append(hear_of_strays(self._loop, self.give_up))
+        if self._asked_early is not None:
+            self.ask_to_stop(self._asked_early)
+        self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
+        try:
+            await self._ready.wait()
+        except asyncio.CancelledError:  # whoever waits no longer must not leave the nodes running
+            await self.stop()
+            raise
+        if self.failures or self._duration_s is not None:
+            await self.stop()
+            await self.wait()
+
+    async def dismiss(self, names: Collection[str]) -> None:
+        """Stop some of the nodes for good, while the others go on."""
+        leaving = [unit for unit in self.units if unit.name in names]
+        self.units = [unit for unit in self.units if unit not in leaving]
+        await stop_units(leaving, self.clock, self.grace_s)
+
+    def admit(self, members: Sequence[Member]) -> None:
+        """Start nodes beside those that run."""
+        if self._tasks is None or self.ending.is_set():
+            return
+        units = units_of(members, self._overseer(), self.units)
+        self.units += units
+        for unit in units:
+            unit.runtime.connect(self.bus)
+        for unit in units:
+            self._tasks.create_task(unit.live(), name=unit.name)
+
+    def _overseer(self) -> Overseer:
+        return Overseer(
+            self._on_failure, self._on_pause, self._on_restart, lambda _unit: self.ask_to_stop(), self._on_end
+        )
+
+    async def wait(self) -> None:
+        """Wait until the graph has ended.
+
+        Raises:
+            NodeFailed: a node failed; the first failure's exception is the cause.
+        """
+        if self._main is None:
+            raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
+        await asyncio.shield(self._main)
+        self.check()
+
+    def check(self) -> None:
+        """Raise what has failed so far, as `wait` does."""
+        if self.failures:
+            raise NodeFailed(self.failures[0].render()) from self.failures[0].error
+        if self.given_up is not None:
+            raise self.given_up
+
+    async def stop(self) -> None:
+        """Stop the nodes in reverse order; returns when all have ended, and not before that when it is cancelled."""
+        if self._main is not None:
+            self.ask_to_stop()
+            await outlast(self._main)
+
+    def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
+        """Let the graph end, without waiting; `code` says why unless a node has failed."""
+        if not self.ending.is_set():
+            self.exit_code = self.exit_code or code
+            self.ending.set()
+            for unit in self.units:  # while one that blocks the loop goes on, the others have no time to stop
+                if self.watchdog and unit.name in self.watchdog.blocking:
+                    unit.ask_to_stop()
+
+    def give_up(self, error: BusflowError) -> None:
+        """End the graph for a reason that is no node's; whoever waits for its end is told."""
+        if self.given_up is None:
+            self.given_up = error
+            self.ask_to_stop()
+            self.exit_code = self.exit_code or error.exit_code  # also where the end has begun
+            self._call_host()
+
+    def _call_host(self) -> None:
+        """Let the block that runs the graph end, once."""
+        if self._host is not None and not self._host_called:
+            self._host_called = True
+            self._host.cancel()
+
+    async def __aenter__(self) -> Self:
+        await self.start()
+        self._host = asyncio.current_task()
+        self._host_cancelling = self._host.cancelling() if self._host else 0
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        host, self._host = self._host, None
+        # A failure has cancelled the block, which is taken back here; somebody else may want the task to end as well.
+        taken_back = host is not None and self._host_called and host.uncancel() <= self._host_cancelling
+        await self.stop()
+        if (self.failures or self.given_up) and (error is None or (kind is asyncio.CancelledError and taken_back)):
+            await self.wait()
+
+    async def _live(self) -> None:
+        try:
+            async with AsyncExitStack() as around:
+                for each in self.around:
+                    await around.enter_async_context(each)
+                await self._live_through()
+        finally:
+            self._duration_s = self._duration_s or 0.0
+            if self.watchdog is not None:
+                self.watchdog.close()
+            self._outside.close()
+            for hear in self.on_end:
+                hear()
+            self.bus.close()
+            self._ready.set()
+
+    async def _live_through(self) -> None:
+        self.clock.begin()
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                self._tasks = tasks
+                for unit in self.units:
+                    tasks.create_task(unit.live(), name=unit.name)
+                tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
+                await self.ending.wait()
+                await stop_units(self.units, self.clock, self.grace_s)
+        finally:
+            self._duration_s = self.clock.seconds()
+
+    async def _await_starts(self) -> None:
+        for unit in self.units:
+            await unit.started.wait()
+        self._ready.set()
+        self.on_ready()
+        if self.watchdog is not None and not self.ending.is_set():  # opening a device may block, once
+            self.watchdog.begin()
+
+    def _on_failure(self, failure: Failure) -> None:
+        self.failures.append(failure)
+        if self.exit_code is ExitCode.OK or not isinstance(failure.error, StopTimeout):
+            self.exit_code = ExitCode.FAILED  # a run that Ctrl-C ends stays one, also where a node will not stop
+        self.ending.set()
+        self._call_host()
+        self.log.bind(failure.node, to_all=not self.tells_at_end).error(failure.summary)
+
+    def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
+        log = self.log.bind(unit.name)
+        if failure is not None:
+            log.error(failure.summary)
+        log.warning("restarts", after_s=pause_s, restart=unit.restarts)
+
+    def _on_restart(self, unit: Unit) -> None:
+        for hear in self.on_restart:
+            hear(unit)
+
+    def _on_end(self, unit: Unit) -> None:
+        if unit in self.units and self.has_finished:
+            self.on_finish()
+
+    @property
+    def has_finished(self) -> bool:
+        """Whether all its nodes have ended."""
+        return all(unit.ended.is_set() for unit in self.units)
+
+    # What the program around the graph does.
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Publish a message from outside, from any thread, as a publisher with the topic's default QoS."""
+        self._around().publish(topic, message)
+
+    def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+        """A publisher outside, for what `publish` cannot do: `send`, or a QoS of one's own."""
+        return self._around().advertise(message_type, topic, qos=qos)
+
+    def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
+        """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""
+        return self._around().subscribe(message_type, topic, qos=qos)
+
+    async def call(
+        self,
+        service_type: type[Pair[Req, Res]],
+        service: str,
+        request: Req | None = None,
+        *,
+        timeout: float | None = TIMEOUT_S,  # noqa: ASYNC109  # as Client.call
+    ) -> Res:
+        """Ask a service from outside: `await graph.call(Trigger, "sensor_publisher/reset")`.
+
+        Raises:
+            ServiceError: there is no answer, as `Client.call` says.
+        """
+        return await self._around().client(service_type, service).call(request, timeout=timeout)
+
+    def set_parameters(
+        self, which: Node | type[Node] | str, changes: Mapping[str, object] | None = None, /, **values: object
+    ) -> tuple[str, ...]:
+        """Set parameters of a node, all or none, from any thread; returns the names of those that changed.
+
+        Raises:
+            InvalidParameter: with every reason why none was set.
+        """
+        if self._duration_s is not None:
+            raise NotRunning(f"the graph {self.name} has ended; launch another one")
+        node = which if isinstance(which, Node) else node_among(self.units, which)
+        result = self.bus.call(lambda: runtime_of(node).parameters.set({**(changes or {}), **values}))
+        if result.faults:
+            raise InvalidParameter(result.faults)
+        return tuple(change.name for change in result.changed)
+
+    @overload
+    def node(self, which: type[N]) -> N: ...
+    @overload
+    def node(self, which: str) -> Node: ...
+    def node(self, which: type[N] | str) -> N | Node:
+        """The node of a class, or of a name; relative names are below `/`."""
+        return node_among(self.units, which)
+
+    def report(self) -> Report:
+        """What the run has come to so far, or in the end."""
+        return Report(
+            name=self.name,
+            seed=self.seed,
+            clock=self.clock.kind,
+            duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
+            exit_code=self.exit_code,
+            nodes=node_reports(self.units),
+            topics=topic_reports(self.bus),
+            services=service_reports(self.bus),
+            timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.ends.timers),
+            inbox_dropped=self.bus.inbox.dropped,
+            inbox_refused=self.bus.inbox.refused,
+            blocks=self.watchdog.blocks if self.watchdog else (),
+            log_lines_lost=self.log.lost,
+            recording=self.recording() if self.recording else None,
+        )
+
+    def _around(self) -> Outside:
+        if self._main is None:
+            raise NotRunning(f"the graph {self.name} is not started; await start(), or use async with")
+        if self._duration_s is not None:
+            raise NotRunning(f"the graph {self.name} has ended; launch another one")
+        return self._outside
+
+    def ask_to_stop_from_thread(self, code: ExitCode) -> None:
+        """As `ask_to_stop`, from another thread, and also before the graph is started."""
+        self._asked_early = code
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self.ask_to_stop, code)

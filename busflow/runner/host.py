@@ -1,0 +1,77 @@
+"""Outside: the program around a graph, as one that publishes, receives and asks on its bus."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar, cast
+
+from busflow.bus.bus import Bus
+from busflow.bus.call import Pair, Req, Res
+from busflow.bus.client import Client
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.bus.subscription import Subscription
+from busflow.errors import IncompatibleType
+from busflow.interfaces.message import Message, type_name
+from busflow.node.context import Surroundings
+from busflow.node.node import Node, runtime_of
+from busflow.node.runtime import NodeRuntime
+
+M = TypeVar("M", bound=Message)
+
+
+class _Outside(Node):
+    """In whose name the program's ends of topics and services are."""
+
+
+class Outside:
+    """The program around a graph that runs."""
+
+    def __init__(self, bus: Bus, surroundings: Surroundings) -> None:
+        self._bus = bus
+        self._surroundings = surroundings
+        self._runtime: NodeRuntime | None = None
+        self._publishers: dict[str, Publisher[Any]] = {}
+        self._clients: dict[str, Client[Any, Any]] = {}
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Publish a message from any thread, as a publisher with the topic's default QoS."""
+        publisher = self._publishers.get(topic)
+        if publisher is None:  # whichever thread comes first, the publisher is made on the loop's
+            publisher = self._bus.call(lambda: self._publisher(type(message), topic))
+        publisher.publish(message)
+
+    def _publisher(self, message_type: type[M], topic: str) -> Publisher[M]:
+        if topic not in self._publishers:
+            self._publishers[topic] = self.advertise(message_type, topic)
+        return self._publishers[topic]
+
+    def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
+        """A publisher of the program's own."""
+        return self._own().create_publisher(message_type, topic, qos, origin="Graph.advertise")
+
+    def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
+        """A subscription of the program's own, to pull from."""
+        return self._own().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+
+    def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
+        """The program's client of a service."""
+        client = self._clients.get(service)
+        if client is None:
+            client = self._clients[service] = self._own().create_client(service_type, service, origin="Graph.call")
+        wanted = cast("Any", service_type)
+        if client.type is not wanted:
+            raise IncompatibleType(f"{client.service} is a {type_name(client.type)}, not a {type_name(wanted)}")
+        return client
+
+    def close(self) -> None:
+        """Leave every topic and service."""
+        if self._runtime is not None:
+            self._runtime.disconnect()
+
+    def _own(self) -> NodeRuntime:
+        """What the ends are made with, from the first of them on: most programs have none."""
+        if self._runtime is None:
+            self._runtime = runtime_of(_Outside(name="_outside"))
+            self._runtime.declare(self._surroundings)
+            self._runtime.connect(self._bus)
+        return self._runtime

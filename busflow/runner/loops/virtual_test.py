@@ -1,0 +1,85 @@
+"""Virtual test: an async function that runs on a virtual loop of its own, and what makes one of a test."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+from collections.abc import Callable, Coroutine
+from inspect import iscoroutinefunction, isfunction
+from typing import Any, ParamSpec, TypeVar, overload
+
+from busflow.errors import InvalidDeclaration
+from busflow.runner.loops.schedule import Schedule
+from busflow.runner.loops.virtual import HORIZON_S, VirtualLoop
+from busflow.runner.orphan_tasks import lost_on
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -> T:
+    """Run a coroutine on a virtual loop, in a task of that name, and close the loop."""
+
+    async def named() -> T:
+        if task := asyncio.current_task():
+            task.set_name(name)
+        return await main
+
+    with asyncio.Runner(loop_factory=lambda: loop) as runner:
+        result = runner.run(named())
+    for lost in lost_on(loop):
+        raise lost
+    return result
+
+
+@overload
+def virtual_time(test: Callable[P, Coroutine[Any, Any, T]], /) -> Callable[P, T]: ...
+@overload
+def virtual_time(
+    *, seed: int | None = None, horizon_s: float = HORIZON_S, follows: bool = False
+) -> Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]: ...
+def virtual_time(
+    test: Callable[P, Coroutine[Any, Any, T]] | None = None,
+    /,
+    *,
+    seed: int | None = None,
+    horizon_s: float = HORIZON_S,
+    follows: bool = False,
+) -> Callable[P, T] | Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]:
+    """Run an async test on a loop of its own, on virtual time. A plain decorator: no plugin is needed.
+
+    >>> @virtual_time
+    ... async def test_an_hour() -> float:
+    ...     await asyncio.sleep(3600)
+    ...     return asyncio.get_running_loop().time()
+    >>> test_an_hour()
+    3600.0
+
+    Args:
+        test: The test, an `async def`; it keeps its name and its parameters, which pytest reads as fixtures.
+        seed: One order of events, the same every time; None is first in, first out.
+        horizon_s: Where virtual time ends, with an error that names who still waits.
+        follows: Time stands still but for what is published on `/clock`.
+    """
+
+    def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
+        refuse_plain(test, "@virtual_time")
+
+        @functools.wraps(test)
+        def run(*args: P.args, **kwargs: P.kwargs) -> T:
+            loop = VirtualLoop(schedule=None if seed is None else Schedule(seed), horizon_s=horizon_s, follows=follows)
+            return run_virtual(test(*args, **kwargs), name=test.__name__, loop=loop)
+
+        return run
+
+    return decorate if test is None else decorate(test)
+
+
+def refuse_plain(test: Callable[..., object], decorator: str) -> None:
+    """Refuse a test that is a plain function, unless something around the test itself made it one.
+
+    Raises:
+        InvalidDeclaration: it is, so it could await nothing.
+    """
+    if isfunction(test) and not iscoroutinefunction(test) and not hasattr(test, "__wrapped__"):
+        raise InvalidDeclaration(f"{decorator} runs an async test: write async def {test.__name__}(…) below it")

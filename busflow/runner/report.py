@@ -1,0 +1,217 @@
+"""Report: what a run came to, as data; the same numbers while it runs and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from busflow.bus.accounts import SubscriptionStatistics
+from busflow.interfaces.message import type_name
+from busflow.runner import rosout
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Bus
+    from busflow.bus.statistics import ClientStatistics, ServerStatistics
+    from busflow.bus.timer import TimerStatistics
+    from busflow.errors import ExitCode
+    from busflow.runner.supervisor import Unit
+    from busflow.runner.watchdog import Blocks
+
+
+@dataclass(frozen=True, slots=True)
+class NodeReport:
+    """One node and what became of it."""
+
+    name: str
+    plugin: str
+    state: str
+    parameters_set: int = 0
+    """How often parameters of it were changed while it ran."""
+    restarts: int = 0
+    failures: int = 0
+    """How often it failed, also where a restart mended that."""
+    last_failure: str | None = None
+    """The last failure, in one line."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicReport:
+    """One topic: how much was published, and the ledger of each subscription."""
+
+    name: str
+    type: str
+    published: int
+    subscriptions: tuple[SubscriptionStatistics, ...]
+    arrived: int = 0
+    """How many of them came from another process; none in the report of a whole run."""
+    since_s: float = 0.0
+    """When its first publisher came, in seconds of the run."""
+    losses: dict[str, int] = field(default_factory=dict[str, int])
+    """What was published in another process and did not become a message here: `lost`, `malformed`, `refused`."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceReport:
+    """One service: the account of who answered it, and of each who asked."""
+
+    name: str
+    type: str
+    servers: tuple[ServerStatistics, ...]
+    clients: tuple[ClientStatistics, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessReport:
+    """One process of a run that has several, and what became of it."""
+
+    name: str
+    pid: int | None
+    nodes: tuple[str, ...]
+    restarts: int = 0
+    state: str = "running"
+    fates: tuple[str, ...] = ()
+    """How those of its lives ended that did not end well; what is known of them is no older than half a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingReport:
+    """The recording of a run, and whether all is in it."""
+
+    path: str
+    recorded: int
+    missed: int
+    complete: bool
+    """Whether it has come to its end and nothing is missing."""
+    why: str = ""
+    """What kept it from that."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A run's account of itself; all times are those of the run's clock, in seconds."""
+
+    name: str
+    seed: int
+    clock: str
+    """Which clock: `system` or `sim`."""
+    duration_s: float
+    exit_code: ExitCode
+    nodes: tuple[NodeReport, ...]
+    topics: tuple[TopicReport, ...]
+    timers: tuple[TimerStatistics, ...]
+    services: tuple[ServiceReport, ...] = ()
+    inbox_dropped: int = 0
+    """Messages from other threads that found the inbox full, or came after the end."""
+    inbox_refused: int = 0
+    """Messages from other threads that an `overflow: block` subscription had no room for."""
+    blocks: tuple[Blocks, ...] = ()
+    """The handlers that kept the event loop from turning, if a watchdog watched."""
+    log_lines_lost: int = 0
+    """Lines of the log that could not be written."""
+    processes: tuple[ProcessReport, ...] = ()
+    """Of a run that has several."""
+    recording: RecordingReport | None = None
+
+    @property
+    def dropped(self) -> int:
+        """Messages that did not reach a subscription they were published to."""
+        ledger = sum(line.dropped for topic in self.topics for line in topic.subscriptions)
+        return ledger + self.inbox_dropped + self.inbox_refused
+
+    def as_json(self) -> dict[str, Any]:
+        """The report as `--report FILE` writes it."""
+        return {
+            "name": self.name,
+            "seed": self.seed,
+            "clock": self.clock,
+            "duration_s": self.duration_s,
+            "exit_code": int(self.exit_code),
+            "nodes": [asdict(node) for node in self.nodes],
+            "topics": [_topic_json(topic) for topic in self.topics],
+            "services": [asdict(service) for service in self.services],
+            "timers": [_timer_json(timer) for timer in self.timers],
+            "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
+            "blocks": [asdict(each) for each in self.blocks],
+            "log_lines_lost": self.log_lines_lost,
+            **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
+            **({"recording": asdict(self.recording)} if self.recording else {}),
+        }
+
+
+def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
+    """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
+    ledger = list(bus.ledger())
+    topics = [topic for topic in bus.topics.values() if topic.name != rosout.TOPIC or topic.published]
+    return tuple(
+        TopicReport(
+            name=topic.name,
+            type=type_name(topic.type),
+            published=topic.published,
+            arrived=topic.arrived,
+            since_s=max(0, topic.since_ns - topic.clock.monotonic_ns() + topic.clock.elapsed_ns()) / 1e9,
+            losses=dict(topic.losses),
+            subscriptions=tuple(line for line in ledger if line.topic == topic.name),
+        )
+        for topic in sorted(topics, key=lambda topic: topic.name)
+    )
+
+
+def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
+    """The bus's services by name, each with the accounts of both its ends."""
+    return tuple(
+        ServiceReport(service.name, type_name(service.type), tuple(service.servers()), tuple(service.asking()))
+        for service in sorted(bus.services.values(), key=lambda service: service.name)
+    )
+
+
+def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
+    """The run's nodes, in the order of the launch file."""
+    return tuple(
+        NodeReport(
+            name=unit.name,
+            plugin=unit.plugin,
+            state=unit.state.value,
+            parameters_set=unit.runtime.parameters.times_set,
+            restarts=unit.restarts,
+            failures=unit.failure_count,
+            last_failure=unit.failure and unit.failure.summary,
+        )
+        for unit in units
+    )
+
+
+def _topic_json(topic: TopicReport) -> dict[str, Any]:
+    return {
+        "name": topic.name,
+        "type": topic.type,
+        "published": topic.published,
+        "arrived": topic.arrived,
+        "since_s": topic.since_s,
+        "losses": topic.losses,
+        "subscriptions": [
+            {
+                "node": line.node,
+                "depth": line.depth,
+                "overflow": line.overflow.value,
+                "published": line.published,
+                "delivered": line.delivered,
+                "dropped": line.dropped,
+                "queued": line.queued,
+                "drops": line.drops,
+            }
+            for line in topic.subscriptions
+        ],
+    }
+
+
+def _timer_json(timer: TimerStatistics) -> dict[str, Any]:
+    return {
+        "node": timer.node,
+        "name": timer.name,
+        "period_s": timer.period_s,
+        "fired": timer.fired,
+        "missed": timer.missed,
+        "lateness_p50_s": timer.lateness_p50_s,
+        "lateness_p99_s": timer.lateness_p99_s,
+    }

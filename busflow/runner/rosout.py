@@ -1,0 +1,113 @@
+"""Rosout: the run's log on the topic `/rosout`, as ROS 2 has it, for whoever receives it.
+
+It has a publisher from the first subscription on, or once the run can be looked into from outside. A line becomes a
+message only while somebody receives the topic.
+"""
+
+from __future__ import annotations
+
+from threading import get_ident
+from typing import TYPE_CHECKING
+
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import Durability, QoS
+from busflow.bus.subscription import Subscription
+from busflow.errors import BusflowError
+from busflow.log import LEVELS, Log, LogRecord, values_text
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Attached, Bus
+    from busflow.msgs.rcl_interfaces import Log as LogMessage
+
+TOPIC = "/rosout"
+NODE = "/_log"
+"""Who publishes it, for all nodes of the run."""
+_DEPTH = 1000
+_NS_PER_S = 1_000_000_000
+
+
+class Rosout:
+    """The sending end of `/rosout`.
+
+    Two things keep a line from causing the next one without end: what is logged while a line is being published is not
+    published, and neither is what a node logs that receives the topic itself. The log has all of them.
+    """
+
+    def __init__(self, bus: Bus, log: Log) -> None:
+        self.refused = 0
+        """Lines that a subscription with `overflow: block` had no room for, or that came after the end."""
+        self._bus, self._log = bus, log
+        self._publisher: Publisher[LogMessage] | None = None
+        self._publishing: set[int] = set()
+        bus.on_attach.append(self._on_attach)
+
+    def announce(self, durability: Durability = Durability.VOLATILE) -> None:
+        """Have a publisher of the topic from now on, which offers this durability."""
+        if self._publisher is not None:
+            return
+        from busflow.msgs.rcl_interfaces import Log as LogMessage
+
+        qos = QoS(depth=_DEPTH, durability=durability)
+        publisher = Publisher(LogMessage, Endpoint(NODE, TOPIC, LogMessage, qos, "the run's log", TOPIC))
+        self._publisher = publisher
+        try:
+            self._bus.attach_publisher(publisher)
+        except BusflowError as error:
+            self._log.bind("busflow").warning(f"the log is not published on {TOPIC}: {error}")
+            return
+        self._log.sinks.append(self._write)
+
+    def _on_attach(self, attached: Attached) -> None:
+        if isinstance(attached, Subscription) and attached.topic == TOPIC:
+            self.announce(attached.endpoint.qos.durability)
+
+    def _write(self, record: LogRecord) -> None:
+        publisher, thread = self._publisher, get_ident()
+        if publisher is None or not publisher.is_received or thread in self._publishing:
+            return
+        if record.process:  # which publishes it itself
+            return
+        if any(each.endpoint.node == record.node for each in self._bus.topics[TOPIC].subscriptions):
+            return
+        self._publishing.add(thread)
+        try:
+            publisher.publish(log_message(record))
+        except BusflowError:  # whoever logs is not to fail for it, and to log it would be the next line
+            self.refused += 1
+        finally:
+            self._publishing.discard(thread)
+
+
+def log_message(record: LogRecord) -> LogMessage:
+    """A line of the log as ROS 2 sends it.
+
+    >>> message = log_message(LogRecord(1_500_000_000, "warning", "/arm", "slow", {"load": 0.9, "at": "arm.py:7:5"}))
+    >>> message.level, message.msg, message.file, message.line, message.stamp.nanosec
+    (30, 'slow load=0.9 at=arm.py:7:5', 'arm.py', 7, 500000000)
+    """
+    from busflow.msgs.builtin_interfaces import Time
+    from busflow.msgs.rcl_interfaces import Log as LogMessage
+
+    seconds, nanoseconds = divmod(record.stamp_ns, _NS_PER_S)
+    file, line = _place(record)
+    return LogMessage(
+        stamp=Time(sec=seconds, nanosec=nanoseconds),
+        level=LEVELS.get(record.level, LEVELS["info"]),
+        name=printable(record.node),
+        msg=line_text(record),
+        file=file,
+        line=line,
+    )
+
+
+def line_text(record: LogRecord) -> str:
+    """What a line says: its text and its values, safe for a terminal."""
+    return "\n".join(printable(each) for each in record.event.split("\n")) + values_text(record.values)
+
+
+def _place(record: LogRecord) -> tuple[str, int]:
+    """File and line that the record names: an exception's `at`."""
+    file, _, line = str(record.values.get("at", "")).rpartition(":")[0].rpartition(":")
+    return (printable(file), int(line)) if line.isdecimal() and len(line) < 8 else ("", 0)

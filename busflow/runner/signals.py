@@ -1,0 +1,201 @@
+"""SignalGuard: Ctrl-C, SIGTERM and SIGHUP reach a run even while a node blocks the event loop.
+
+Python's own handlers run on the main thread, between two of its instructions, so a node stuck in a C call would
+keep them out. The operating system's signal is therefore written to a socket, and a thread of its own reads it: it
+asks the run to stop, and ends the process when the run has not stopped within its grace, or at a second signal. What
+a run may take beyond its nodes' grace, for the end of a recording, is for one that gets so far.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import sysconfig
+import threading
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from busflow.errors import ExitCode
+from busflow.runner.forks import call_in_children
+from busflow.text import printable
+
+_ENDED = 0
+"""No signal has this number: the run itself says that it has ended."""
+_LIMITED = 255
+"""Nor this one: from now on the run has so long, and then its grace."""
+CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
+"""The exit codes of what a signal ends."""
+if sys.platform != "win32":
+    CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
+_BUSFLOW = str(Path(__file__).parents[1]) + os.sep
+_LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
+
+
+def heeded() -> tuple[signal.Signals, ...]:
+    """The signals by which somebody ends a command; not the end of the terminal where `nohup` says so."""
+    return tuple(
+        n for n, code in CODES.items() if code is not ExitCode.HUNG_UP or signal.getsignal(n) is not signal.SIG_IGN
+    )
+
+
+class SignalGuard:
+    """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
+
+    def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float, around_s: float = 0.0) -> None:
+        """A guard of one run.
+
+        Args:
+            ask_to_stop: what the first signal does.
+            grace_s: what the run has for its nodes to stop.
+            around_s: what it has beyond that for what is around them, if it `goes_on`.
+        """
+        self.goes_on: Callable[[], bool] = bool
+        """Whether the run gets any further, asked on the guard's thread."""
+        self._ask_to_stop = ask_to_stop
+        self._grace_s, self._around_s = grace_s, around_s
+        self._before: dict[signal.Signals, Any] = {}
+        self._before_fd = self._loop_fd = -1
+        self._code = ExitCode.FAILED
+        self._limit_s = 0.0
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is not threading.main_thread():
+            return self  # signals are the main thread's: whoever runs us in another one takes care of them
+        self._reader, self._writer = socket.socketpair()
+        self._writer.setblocking(False)
+        for number in heeded():
+            self._before[number] = signal.signal(number, self._pass_on)
+        self._before_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        threading.Thread(target=self._watch, name="busflow.signals", daemon=True).start()
+        call_in_children(self._leave_child)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._before:
+            self._give_back()
+
+    def _leave_child(self) -> None:
+        """In a process that a node has forked: its signals are its own, and not told to the run's guard.
+
+        Ctrl-C, which a terminal sends to all, stays with the run, which ends its nodes and they what they forked.
+        """
+        if self._before:
+            self._before[signal.SIGINT] = _heed_nothing
+            self._give_back()
+
+    def _give_back(self) -> None:
+        signal.set_wakeup_fd(self._before_fd)
+        for number, before in self._before.items():
+            signal.signal(number, before)
+        self._before.clear()
+        self._writer.close()  # the guard's thread reads the end and returns
+
+    def hear_first(self) -> None:
+        """Be told of signals before the event loop that runs now, if that had them told to itself; it is told next.
+
+        The system writes to one place alone, which has to be read while a node keeps the loop from reading.
+        """
+        if self._before:
+            loop_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+            if loop_fd not in {-1, self._writer.fileno()}:
+                self._loop_fd = os.dup(loop_fd)  # whose number is somebody else's once the loop has ended
+
+    def end_after(self, seconds: float) -> None:
+        """Start the countdown by itself after a time that the run is given, whatever blocks it then."""
+        if self._before:
+            self._limit_s = seconds
+            self._writer.send(bytes([_LIMITED]))
+
+    def count_down(self, code: ExitCode) -> None:
+        """The run has ended: give the rest of the program the grace to do so too."""
+        if self._before:
+            self._code = code
+            self._writer.send(bytes([_ENDED]))
+
+    def _pass_on(self, number: int, _frame: FrameType | None) -> None:
+        """Python's own handler: raises no KeyboardInterrupt, and sees that the guard's thread has the signal.
+
+        An event loop that was given a signal handler of its own has the wake-up descriptor now, and not the guard.
+        """
+        current = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        if current != self._writer.fileno():
+            signal.set_wakeup_fd(current, warn_on_full_buffer=False)
+            self._writer.send(bytes([number]))
+
+    def _watch(self) -> None:
+        asked = limited = False
+        more_s = 0.0  # what the run has beyond the time that passes now
+        with self._reader:
+            while True:
+                try:
+                    received = self._reader.recv(1)
+                except TimeoutError:
+                    if limited:
+                        limited, more_s = False, self._around_s
+                        self._reader.settimeout(self._grace_s)
+                    elif more_s and self.goes_on():
+                        self._reader.settimeout(more_s)
+                        more_s = 0.0
+                    else:
+                        self._end(more_s)
+                        return
+                    continue
+                self._tell_loop(received)
+                if not received:
+                    return
+                if received[0] == _LIMITED:
+                    limited = True
+                    self._reader.settimeout(self._limit_s)
+                elif received[0] == _ENDED:
+                    limited, more_s = False, 0.0
+                    self._reader.settimeout(self._grace_s + self._around_s)
+                elif received[0] in CODES:  # a signal that is somebody else's wakes us too
+                    limited, more_s = False, self._around_s
+                    self._reader.settimeout(self._grace_s)
+                    if asked:
+                        _end_process(self._code, "ended at once, at a second signal")
+                    asked, self._code = True, CODES[signal.Signals(received[0])]
+                    self._ask_to_stop(self._code)
+
+    def _tell_loop(self, received: bytes) -> None:
+        """Pass on what was received, the end of it all too."""
+        if self._loop_fd >= 0:
+            with suppress(OSError):  # it has ended, or has more to read than it takes
+                os.write(self._loop_fd, received) if received else os.close(self._loop_fd)
+
+    def _end(self, saved_s: float) -> None:
+        """End the process; `saved_s` is what it was not given, since it would get no further."""
+        given_s = self._grace_s + self._around_s - saved_s
+        _end_process(self._code, f"the run did not end within {given_s:g} s")
+
+
+def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
+    """A handler, since a signal that is ignored would be so in every program that the process executes."""
+
+
+def _end_process(code: ExitCode, why: str) -> None:
+    """End the process now, and say what the main thread was doing."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
+    where = ""
+    stack: list[traceback.FrameSummary] = list(traceback.extract_stack(frame)) if frame else []
+    # Below busflow's innermost frame stands what busflow called: a node's code, or the event loop that waits.
+    inner = next((at for at in range(len(stack), 0, -1) if stack[at - 1].filename.startswith(_BUSFLOW)), 0)
+    for entry in reversed(stack[inner:]):
+        if not entry.filename.startswith((*_LIBRARIES, "<")):
+            where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
+            break
+    try:
+        os.set_blocking(2, False)  # whoever reads our standard error may be gone, or stand still
+        os.write(2, f"busflow: {why}{where}\n".encode())
+        if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
+            [child.kill() for child in multiprocessing.active_children()]
+    finally:
+        os._exit(code)

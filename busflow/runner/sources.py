@@ -1,0 +1,54 @@
+"""What a graph is made of: launch files, their descriptions, node classes, instances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from busflow.clock import Clock, SimClock, Time
+from busflow.errors import InvalidDeclaration
+from busflow.launchfile.model.description import ClockMode, LaunchDescription
+from busflow.node.node import Node
+from busflow.node.supervision import Supervised, Supervision
+
+What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
+
+
+def described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
+    """The description that a launch file holds, or that is given.
+
+    Raises:
+        LaunchError: the file cannot be read, with every problem.
+    """
+    if isinstance(what, LaunchDescription):
+        return what
+    from busflow.launchfile.load.load import load
+
+    return load(Path(what), args=args or {})
+
+
+def made_by_hand(what: Any) -> tuple[Node, Supervision]:
+    """The node that is given, or one of the class that is, and what is asked for it.
+
+    Raises:
+        InvalidDeclaration: it is neither.
+    """
+    node, supervision = (what.node, what.supervision) if isinstance(what, Supervised) else (what, Supervision())
+    if isinstance(node, Node):
+        return node, supervision
+    if isinstance(node, type) and issubclass(node, Node):
+        return node(), supervision
+    raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
+
+
+def set_clock(clock: Clock, descriptions: Sequence[LaunchDescription]) -> None:
+    """Let a simulated clock start where a launch file says."""
+    start_s = next((each.clock.start_s for each in descriptions if each.clock.start_s is not None), None)
+    if start_s is not None and isinstance(clock, SimClock):
+        clock.start_at(Time(seconds=start_s))
+
+
+def is_simulated(description: LaunchDescription) -> bool:
+    """Whether a launch file asks for simulated time."""
+    return description.clock.mode is not ClockMode.SYSTEM

@@ -1,0 +1,358 @@
+"""Unit: one node in a run, from start to stop, through all its lives, and what became of it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import anyio
+import anyio.abc
+
+from busflow.bus.failure import Failure, is_failure
+from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
+from busflow.node.backoff import Backoff
+from busflow.node.node import Node, runtime_of
+from busflow.node.parameters import Parameters
+from busflow.node.runtime import NodeRuntime
+from busflow.node.supervision import Condition, OnExit, Restart, Supervision
+
+START_TIMEOUT_S = 10.0
+"""How long a node's `start` may take, in wall time, and its `stop` before it is started anew."""
+PATIENCE_S = 10.0
+"""How long a node waits for another one before the log says so, by the run's clock."""
+
+
+class NodeState(StrEnum):
+    """Where a node is in its life."""
+
+    BUILT = "built"
+    WAITING = "waiting"
+    """For what it depends on."""
+    STARTING = "starting"
+    RUNNING = "running"
+    STOPPING = "stopping"
+    STOPPED = "stopped"
+    FAILED = "failed"
+    RESTARTING = "restarting"
+    """It failed or ended, and will be started anew."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overseer:
+    """Who hears of what becomes of a node: the graph."""
+
+    on_failure: Callable[[Failure], None]
+    """A node has failed, and nothing mends it."""
+    on_pause: Callable[[Unit, Failure | None, float], None]
+    """A node has failed or ended, and will be started anew after so many seconds."""
+    on_restart: Callable[[Unit], None]
+    """A node was built anew, and is about to start."""
+    on_exit: Callable[[Unit], None]
+    """The `run` of a node whose end is that of the run has returned."""
+    on_end: Callable[[Unit], None]
+    """A node has ended for good, for whatever reason."""
+
+
+class Unit:
+    """A node and the task that carries it through its lives."""
+
+    def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
+        """A unit that `live` will carry."""
+        self.node = node
+        self.plugin = plugin
+        self.supervision = supervision or Supervision()
+        self.runtime = runtime_of(node)
+        self.state = NodeState.BUILT
+        self.failure: Failure | None = None
+        """The last one."""
+        self.failure_count = 0
+        self.needs: list[tuple[Unit, Condition]] = []
+        """What it waits for before its first start; the graph knows the others."""
+        self.met: set[Condition] = set()
+        """What others may wait for, as far as it has come about."""
+        self.started = asyncio.Event()
+        self.ended = asyncio.Event()
+        self._come_about = {Condition.READY: self.started}
+        self._overseer = overseer
+        self._backoff = Backoff(self.supervision.restart)
+        self._lives_before = self.runtime.surroundings.life
+        self._stop_asked = asyncio.Event()
+        self._scope = anyio.CancelScope()
+        self._starting: anyio.CancelScope | None = None
+        self._begin_life()
+        self.runtime.life.on_failure = self._failed
+
+    def _begin_life(self) -> None:
+        self._over = asyncio.Event()
+        """Whether this life is at its end."""
+        self._settled = False
+        """Whether it is known what comes after this life."""
+        self._pause_s: float | None = None
+        """How long until the next life; None when there is none."""
+        self._returned = False
+        """Whether `run` has."""
+        self._running_since_s: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The node's full name."""
+        return self.runtime.full_name
+
+    @property
+    def restarts(self) -> int:
+        """How often the node was started anew, or is about to be."""
+        return self._backoff.restarts
+
+    async def live(self) -> None:
+        """Start the node, let it run until it ends, fails or is asked to stop, and stop it; then anew, if asked."""
+        try:
+            with self._scope:
+                begun = not self.needs or await self._wait_for_others()
+                while begun:
+                    await self._live_once()
+                    begun = False
+                    while self._pause_s is not None and not begun and await self._pause(self._pause_s):
+                        begun = self._begin_anew()
+        finally:
+            self.runtime.disconnect()
+            self.state = NodeState.FAILED if self.state is NodeState.FAILED else NodeState.STOPPED
+            for event in (*self._come_about.values(), self.ended):
+                event.set()
+            self._overseer.on_end(self)
+
+    async def _live_once(self) -> None:
+        try:
+            async with anyio.create_task_group() as tasks:
+                await self._start_and_run(tasks)
+                if self.runtime.life.has_spawned:  # most have not, and to cancel is dear
+                    tasks.cancel_scope.cancel()
+        finally:  # also when it is given up: what stop() does before it first awaits is done
+            self.runtime.close()
+            self.runtime.life.adopt_tasks(None)
+            if self.state not in {NodeState.FAILED, NodeState.RESTARTING}:
+                self.state = NodeState.STOPPING
+            await self._stop()
+            if self.runtime.life.on_end is not None:
+                self.runtime.life.on_end()
+            self.runtime.end()
+
+    async def _start_and_run(self, tasks: anyio.abc.TaskGroup) -> None:
+        self.runtime.life.adopt_tasks(tasks)
+        if await self._start():
+            self.runtime.life.on_task_end = self._look_whether_ended
+            self.runtime.open()
+            self._running_since_s = self.runtime.surroundings.clock.seconds()
+            self._comes_about(Condition.READY)
+            if type(self.node).run is not Node.run:  # most have none, and a task is dear
+                self.runtime.life.spawn(self._run(), "run")
+        if self._pause_s is None:
+            self.started.set()
+        await self._over.wait()
+        self.runtime.close()
+
+    def ask_to_stop(self) -> None:
+        """Let the node leave `start` or `run` and go through its `stop`; it is not started anew."""
+        self._stop_asked.set()
+        self._end_life()
+        self.runtime.close()  # at once: a handler that blocks would be called again before anybody else has a turn
+
+    def _end_life(self) -> None:
+        self._over.set()
+        if self._starting is not None:
+            self._starting.cancel()
+
+    def give_up(self, after_s: float) -> None:
+        """Do not wait for the node's end any longer: that is a failure."""
+        late = StopTimeout(f"{self.name} did not stop within {after_s:g} s, and is given up")
+        self._failed(Failure(self.name, f"{type(self.node).__name__}.stop", late))
+        self._scope.cancel()
+
+    async def _start(self) -> bool:
+        self.state = NodeState.STARTING
+        self._comes_about(Condition.STARTED)
+        patience: anyio.CancelScope | None = None
+        if type(self.node).start is not Node.start:
+            self._starting = anyio.CancelScope()
+            if self._over.is_set():
+                self._starting.cancel()
+            limit = self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S)
+            with self._starting, limit as patience, self.runtime.life.starting.current():
+                await self._guard(self.node.start, "start")
+            self._starting = None
+        if patience is not None and patience.cancelled_caught:
+            late = StartTimeout(f"start() of {self.name} did not return within {START_TIMEOUT_S:g} s")
+            self.runtime.life.fail(f"{type(self.node).__name__}.start", late)
+        if self._over.is_set():
+            return False
+        self.state = NodeState.RUNNING
+        return True
+
+    async def _stop(self) -> None:
+        if type(self.node).stop is Node.stop:
+            return
+        if self._stop_asked.is_set():  # the graph's grace limits it
+            await self._guard(self.node.stop, "stop")
+            return
+        with self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
+            await self._guard(self.node.stop, "stop")
+        if patience.cancelled_caught:
+            late = StopTimeout(f"stop() of {self.name} did not return within {START_TIMEOUT_S:g} s")
+            self.runtime.life.fail(f"{type(self.node).__name__}.stop", late)
+
+    async def _run(self) -> None:
+        self._returned = await self._guard(self.node.run, "run")
+
+    async def _guard(self, hook: Callable[[], Awaitable[None]], name: str) -> bool:
+        """Run one of the node's own methods: it may raise anything, and what follows is decided here."""
+        try:
+            await hook()
+        except BaseException as error:
+            if not is_failure(error):
+                raise
+            self.runtime.life.fail(f"{type(self.node).__name__}.{name}", error)
+            return False
+        return True
+
+    # What others wait for, and what it waits for.
+
+    def comes_about(self, condition: Condition) -> asyncio.Event:
+        """What is set when a condition has come about, or never will: `met` tells which."""
+        if condition not in self._come_about:
+            self._come_about[condition] = asyncio.Event()
+            if condition is Condition.FIRST_MESSAGE:
+                self._hear_of_the_first_message()
+        return self._come_about[condition]
+
+    def _hear_of_the_first_message(self) -> None:
+        self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
+        for publisher in self.runtime.ends.publishers:  # of a node that runs already, if a newcomer waits for it
+            if publisher.published:
+                self._comes_about(Condition.FIRST_MESSAGE)
+            publisher.on_first = self.runtime.ends.on_first
+            publisher.adjust()
+
+    def _comes_about(self, condition: Condition) -> None:
+        self.met.add(condition)
+        if condition in self._come_about:
+            self._come_about[condition].set()
+
+    async def _wait_for_others(self) -> bool:
+        """Wait for all that the node depends on; False when it is to stop, or waits in vain."""
+        self.state = NodeState.WAITING
+        self._starting = anyio.CancelScope()
+        with self._starting:
+            for other, condition in self.needs:
+                event = other.comes_about(condition)
+                with anyio.move_on_after(PATIENCE_S):
+                    await event.wait()
+                if not event.is_set():
+                    self.runtime.log.warning("waits for another node", node=other.name, condition=condition.value)
+                    await event.wait()
+                if condition not in other.met and not self._stop_asked.is_set():
+                    lacking = (
+                        "without a message" if condition is Condition.FIRST_MESSAGE else f"before it was {condition}"
+                    )
+                    in_vain = DependencyEnded(f"{other.name} has ended {lacking}")
+                    self._failed(Failure(self.name, "depends_on", in_vain), mendable=False)
+        self._starting = None
+        return not self._over.is_set()
+
+    # What comes after a life.
+
+    def _look_whether_ended(self) -> None:
+        """A task of the node has returned: `run`, or the last thing that kept the node from its end after that."""
+        if not self._returned or self._over.is_set():
+            return
+        if self.supervision.restart.when is Restart.ALWAYS:
+            self._settle(None)
+        elif self.supervision.on_exit is OnExit.SHUTDOWN:
+            self._overseer.on_exit(self)
+        elif not self.runtime.is_busy:
+            self._settle(None)
+
+    def _failed(self, failure: Failure, *, mendable: bool = True) -> None:
+        self.failure = failure
+        self.failure_count += 1
+        if not self._settled:
+            self._settle(failure, mendable=mendable)
+        elif self._pause_s is None or self._stop_asked.is_set():
+            self.state = NodeState.FAILED
+            self._overseer.on_failure(failure)
+        else:
+            self.runtime.log.error(failure.summary)
+
+    def _settle(self, failure: Failure | None, *, mendable: bool = True) -> None:
+        """Decide what follows on this life, now that it failed or has ended."""
+        self._settled = True
+        policy = self.supervision.restart
+        wanted = policy.when is Restart.ALWAYS or (policy.when is Restart.ON_FAILURE and failure is not None)
+        if wanted and mendable and not self._stop_asked.is_set():
+            now_s = self.runtime.surroundings.clock.seconds()
+            lived_s = 0.0 if self._running_since_s is None else now_s - self._running_since_s
+            self._pause_s = self._backoff.next_s(lived_s=lived_s, now_s=now_s)
+            if self._pause_s is not None:
+                self.state = NodeState.RESTARTING
+                self._overseer.on_pause(self, failure, self._pause_s)
+            else:
+                limit = RestartLimit(f"given up after {policy.most} restarts within {policy.window_s:g} s")
+                self.runtime.log.error(str(limit))
+                failure = failure or Failure(self.name, f"{type(self.node).__name__}.run", limit)
+        if self._pause_s is None and failure is not None:
+            self.state = NodeState.FAILED
+            self._overseer.on_failure(failure)
+        self._end_life()
+
+    async def _pause(self, pause_s: float) -> bool:
+        """Wait for the next life; False when the node is to stop instead."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(pause_s):
+                await self._stop_asked.wait()
+        return not self._stop_asked.is_set()
+
+    def _begin_anew(self) -> bool:
+        """Build the node again, from its parameters as they are now; False when that failed, and counts as a life."""
+        former = self.runtime
+        self._begin_life()
+        try:
+            self.runtime = built_anew(former, former.node.parameters, self._lives_before + self.restarts)
+            self.runtime.life.on_failure = self._failed
+            if Condition.FIRST_MESSAGE not in self.met:
+                self.runtime.ends.on_first = former.ends.on_first
+            self.node = self.runtime.node
+            self._overseer.on_restart(self)
+            self.runtime.connect(former.bus, former)
+        except BaseException as error:
+            if not is_failure(error):
+                raise
+            self._failed(Failure(self.name, f"{type(self.node).__name__} (built anew)", error))
+            return False
+        return True
+
+    def __repr__(self) -> str:
+        return f"<Unit {self.name} {self.state}>"
+
+
+def built_anew(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRuntime:
+    """The node of this runtime once more, with parameters and what is known of them, connected to nothing yet."""
+    runtime = runtime_of(type(former.node)(parameters, name=former.name))
+    runtime.parameters.take_over(former.parameters)
+    runtime.declare(replace(former.surroundings, life=life))
+    runtime.parameter_events.take_over(former.parameter_events)
+    return runtime
+
+
+async def outlast(task: asyncio.Task[None]) -> None:
+    """Wait until a task has ended; a cancellation meanwhile is passed on only then."""
+    cancelled = None
+    with anyio.CancelScope(shield=True):  # a scope of anyio's would cancel every await until it is left
+        while not task.done():
+            try:
+                await asyncio.wait([task])
+            except asyncio.CancelledError as error:
+                cancelled = error
+    if cancelled is not None:
+        raise cancelled
+    task.result()

@@ -1,0 +1,67 @@
+"""Units side by side: made of the members of a plan, each with those that it waits for, found, and stopped in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from busflow.clock import Clock, perf_counter
+from busflow.errors import NotRunning
+from busflow.node.dependencies import stop_order
+from busflow.node.node import Node
+from busflow.runner.supervisor import Overseer, Unit
+from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from busflow.launchfile.check.member import Member
+
+GRACE_S = 0.75
+"""How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
+
+
+def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
+    """A unit for each member; `beside` are others that they may wait for."""
+    units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
+    by_name = {unit.name: unit for unit in (*beside, *units)}
+    for unit in units:
+        unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
+        for other, condition in unit.needs:
+            other.comes_about(condition)  # which it has to know before its first message
+    return units
+
+
+def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
+    """The node of a class, or of a name; relative names are below `/`.
+
+    Raises:
+        NotRunning: there is none, or more than one of the class.
+    """
+    if isinstance(which, str):
+        full = f"/{which.removeprefix('/')}"
+        found = [unit.node for unit in units if unit.name == full]
+    else:
+        found = [unit.node for unit in units if isinstance(unit.node, which)]
+    shown = which if isinstance(which, str) else which.__name__
+    names = [unit.name for unit in units]
+    if not found:
+        raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names)}")
+    if len(found) > 1:
+        raise NotRunning(f"{len(found)} nodes are a {shown}; ask for one by name: {', '.join(names)}")
+    return found[0]
+
+
+async def stop_units(units: Sequence[Unit], clock: Clock, grace_s: float) -> None:
+    """Stop nodes, the last one first; none is given up before the grace of all has passed."""
+    end = perf_counter() + grace_s
+    by_name = {unit.name: unit for unit in units}
+    order = stop_order(list(by_name), {unit.name: unit.supervision.depends_on for unit in units})
+    for left, unit in zip(range(len(order), 0, -1), map(by_name.__getitem__, order), strict=True):
+        unit.ask_to_stop()
+        # A slow node costs the others the order of stopping, not their own stop().
+        with clock.wall_timeout((end - perf_counter()) / left):
+            await unit.ended.wait()
+    for unit in [unit for unit in units if not unit.ended.is_set()]:
+        with clock.wall_timeout(end - perf_counter()):
+            await unit.ended.wait()
+    for unit in [unit for unit in units if not unit.ended.is_set()]:
+        unit.give_up(grace_s)

@@ -1,0 +1,149 @@
+"""Watchdog: names the handler that blocks the event loop, while it does.
+
+Theory of operation. A thread wakes up twice per bound and looks where the loop's thread is. Mostly that is in `select`,
+and then nothing is blocked. Where it is not, the loop is asked to set a flag, which it does in its next turn. No turn
+within the bound is a block: the thread's stack then shows who. The loop itself pays only for setting the flag.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import selectors
+import sys
+import threading
+import traceback
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+from busflow.bus.server import Server
+from busflow.bus.subscription import Subscription
+from busflow.bus.timer import Timer
+from busflow.clock import perf_counter
+from busflow.node.event_handler import EventHandler
+from busflow.node.lifetime import Life
+from busflow.runner.loops import system as event_loop
+from busflow.runner.supervisor import Unit
+from busflow.text import printable
+from busflow.validation.tracebacks import shown
+
+if TYPE_CHECKING:
+    from busflow.log import Log
+
+BOUND_S = 0.1
+"""How long the loop may stand still before that is told, unless told otherwise."""
+
+_JUST_NOW_S = 1.0
+_BUSFLOW = str(Path(__file__).parents[1]) + os.sep
+_STEPS = 6
+"""How much of a stack is told, from the line that runs outwards."""
+_IDLE = {
+    kind.select.__code__ for kind in (selectors.DefaultSelector, selectors.SelectSelector, event_loop.PreciseSelector)
+}
+"""Where a loop is that waits for something to do."""
+
+
+@dataclass(slots=True)
+class Blocks:
+    """How often one handler blocked the loop."""
+
+    node: str
+    handler: str
+    count: int = 0
+    longest_s: float = 0.0
+
+
+class Watchdog:
+    """Watches one event loop, from `begin` to `close`."""
+
+    def __init__(self, bound_s: float, log: Log) -> None:
+        self.bound_s = bound_s
+        self._log = log
+        self._found: dict[tuple[str, str], Blocks] = {}
+        self._last_s: dict[str, float] = {}
+        self._ended = threading.Event()
+
+    @property
+    def blocks(self) -> tuple[Blocks, ...]:
+        """Who blocked the loop, in the order in which they first did."""
+        return tuple(self._found.values())
+
+    @property
+    def blocking(self) -> set[str]:
+        """The nodes that block the loop now, or have done so just now."""
+        since_s = perf_counter() - _JUST_NOW_S
+        return {node for node, last_s in tuple(self._last_s.items()) if last_s > since_s}
+
+    def begin(self) -> None:
+        """Watch the running loop, which is that of this thread."""
+        loop, thread = asyncio.get_running_loop(), threading.get_ident()
+        threading.Thread(target=self._watch, args=(loop, thread), name="busflow.watchdog", daemon=True).start()
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._ended.set()
+
+    def _watch(self, loop: asyncio.AbstractEventLoop, thread: int) -> None:
+        while not self._ended.wait(self.bound_s / 2):
+            if _is_idle(thread):
+                continue
+            turned, begun_s = threading.Event(), perf_counter()
+            try:
+                loop.call_soon_threadsafe(turned.set)
+            except RuntimeError:  # the loop is closed: the run ends
+                return
+            if turned.wait(self.bound_s) or self._ended.is_set():
+                continue
+            found = self._tell(thread)
+            while not turned.wait(self.bound_s) and not self._ended.is_set():
+                self._last_s[found.node] = perf_counter()
+            self._last_s[found.node] = perf_counter()
+            found.longest_s = max(found.longest_s, perf_counter() - begun_s)
+
+    def _tell(self, thread: int) -> Blocks:
+        frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
+        node, handler = next(_owners(frame), ("busflow", "the program around the graph"))
+        found = self._found.setdefault((node, handler), Blocks(node, handler))
+        found.count += 1
+        self._last_s[node] = perf_counter()
+        bound = f"{self.bound_s * 1000:g} ms"
+        text = "blocks the event loop: nothing else runs meanwhile"
+        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=_stack(frame))
+        return found
+
+
+def _is_idle(thread: int) -> bool:
+    frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
+    return frame is None or frame.f_code in _IDLE
+
+
+def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
+    """By node and handler, whose code runs: the innermost first, since a handler may be called within a timer."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith(_BUSFLOW):
+            local = frame.f_locals
+            owner: Any = local.get("self")
+            if isinstance(owner, Subscription | Server):
+                yield owner.endpoint.node, owner.endpoint.origin
+            elif isinstance(owner, Timer):
+                yield owner.node, f"timer {owner.name}"
+            elif isinstance(owner, EventHandler):
+                yield owner.node, owner.origin
+            elif isinstance(owner, Unit) and "name" in local:
+                yield owner.name, f"{type(owner.node).__name__}.{local['name']}"
+            elif isinstance(owner, Life) and "name" in local:
+                yield owner.name, f"task {local['name']}"
+        frame = frame.f_back
+
+
+def _stack(frame: FrameType | None) -> str:
+    """The lines that run, the innermost first, up to where busflow called."""
+    steps: list[str] = []
+    for entry in reversed(traceback.extract_stack(frame) if frame else []):
+        if entry.filename.startswith(_BUSFLOW) or len(steps) == _STEPS:
+            break
+        steps.append(f"{printable(shown(entry.filename))}:{entry.lineno} in {printable(entry.name)}")
+    return " < ".join(steps)

@@ -1,0 +1,103 @@
+"""Faults: messages that a test delays or loses on their way, every one of them accounted for."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from busflow.bus.bus import Bus
+from busflow.bus.subscription import Subscription
+from busflow.clock import NS_PER_S, Clock
+
+
+@dataclass(slots=True)
+class Fault:
+    """What is wrong with a topic now."""
+
+    delay_ns: int = 0
+    lose_every: int = 0
+    """Which messages are lost: 3 is the third, the sixth, the ninth …, 0 is none."""
+    links: list[_FaultyLink] = field(default_factory=list["_FaultyLink"])
+
+
+class Faults:
+    """What is wrong with the topics of a bus; each subscription of such a topic gets a link that does it."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+        self._faults: dict[str, Fault] = {}
+        bus.on_attach.append(self._on_attach)
+
+    def delay(self, topic: str, seconds: float) -> None:
+        """Let what is published from now on arrive later."""
+        if not 0 <= seconds < float("inf"):
+            raise ValueError(f"a delay is a finite number of seconds, 0 or more, not {seconds!r}")
+        self._fault(topic).delay_ns = round(seconds * NS_PER_S)
+
+    def drop(self, topic: str, every: int) -> None:
+        """Lose every so manieth message that is published from now on."""
+        if every < 1:
+            raise ValueError(f"every is 1 for all messages, 2 for every second, not {every!r}")
+        fault = self._fault(topic)
+        fault.lose_every = every
+        for link in fault.links:
+            link.seen = 0
+
+    def heal(self, topic: str) -> None:
+        """Let everything through at once again; what is on its way arrives when it was to."""
+        fault = self._fault(topic)
+        fault.delay_ns = fault.lose_every = 0
+
+    def _fault(self, topic: str) -> Fault:
+        if topic not in self._faults:
+            self._faults[topic] = Fault()
+            for subscription in self._bus.topics[topic].subscriptions:
+                self._interpose(subscription)
+        return self._faults[topic]
+
+    def _on_attach(self, attached: object) -> None:
+        if isinstance(attached, Subscription) and attached.topic in self._faults:
+            self._interpose(cast("Subscription[Any]", attached))
+
+    def _interpose(self, subscription: Subscription[Any]) -> None:
+        if subscription.link is None:
+            fault = self._faults[subscription.topic]
+            subscription.link = link = _FaultyLink(subscription, fault, self._bus.clock)
+            fault.links.append(link)
+            self._bus.topics[subscription.topic].rebuild()
+
+
+class _FaultyLink:
+    """The way of one subscription's messages, which keep their order whatever happens to them."""
+
+    def __init__(self, target: Subscription[Any], fault: Fault, clock: Clock) -> None:
+        self.target = target
+        self.held = 0
+        self.seen = 0
+        """Messages since the test asked for losses."""
+        self._fault = fault
+        self._clock = clock
+        self._under_way: deque[Any] = deque()
+        self._last_due_ns = 0
+
+    def carry(self, item: Any) -> None:
+        """Lose the message, hold it up, or pass it on."""
+        if self._is_lost():
+            self.target.queue.drops["injected"] += 1
+        elif self._fault.delay_ns or self._under_way:
+            self._under_way.append(item)
+            self.held += 1
+            self._last_due_ns = max(self._last_due_ns, self._clock.monotonic_ns() + self._fault.delay_ns)
+            self._clock.call_at(self._last_due_ns, self._arrive)
+        else:
+            for arrive in self.target.arrivals:
+                arrive(item)
+
+    def _is_lost(self) -> bool:
+        self.seen += 1
+        return self._fault.lose_every > 0 and self.seen % self._fault.lose_every == 0
+
+    def _arrive(self) -> None:
+        self.held -= 1
+        self.target.receive(self._under_way.popleft())

@@ -1,0 +1,203 @@
+"""What is wrong in a graph that runs: found in what its processes tell, each with what to do about it. Pure."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from busflow.bus.qos_matching import Verdict, compatibility
+from busflow.errors import Problem, Severity
+from busflow.text import counted, did_you_mean
+from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
+from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.qos_text import as_qos
+
+Answers = Sequence[Mapping[str, Any]]
+
+_MISSED_SHARE = 0.01
+"""A timer that misses a larger share of its ticks is told."""
+_REMEDIES: Mapping[str, str] = {
+    "overflow": "raise its depth, make its handler faster, or choose overflow: block",
+    "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
+}
+_LOSSES: Mapping[str, tuple[str, str]] = {
+    "lost": (
+        "never arrived",
+        "their link broke meanwhile, or the process was too busy to take them in: see busflow log --level warning",
+    ),
+    "malformed": ("could not be read", "let the other process use the same definition of the type"),
+    "refused": ("found a full queue with overflow: block", "raise its depth, or choose overflow: drop_oldest"),
+    "incompatible": ("did not fit who receives them", "see the log: busflow log --level warning"),
+    "unsigned": ("came from nobody who is there", "a publisher has to declare itself, as those of ROS 2 do"),
+}
+
+_CALLS: Mapping[str, tuple[str, str]] = {
+    "failed": ("failed in {node}", "busflow log --level error tells why"),
+    "refused": ("found no room at {node}", "raise its depth, or make its handler faster"),
+    "withdrawn": ("got no answer from {node} in time", "make its handler faster, or wait longer"),
+    "timed_out": ("took longer than {node} waited", "raise its timeout, or make the handler faster"),
+}
+"""What went wrong with calls, by the words of the accounts of both ends, and what to do about it."""
+
+
+def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> list[Problem]:
+    """Everything that is wrong, the errors first."""
+    checks: tuple[Callable[[], Iterator[Problem]], ...] = (
+        lambda: _failed_nodes(graph),
+        lambda: _namesakes(tokens),
+        lambda: _type_conflicts(graph),
+        lambda: _qos_conflicts(graph),
+        lambda: _unpublished(graph),
+        lambda: _unanswered(graph),
+        lambda: _drops(graph),
+        lambda: _losses(answers),
+        lambda: _calls(answers),
+        lambda: _inbox(answers),
+        lambda: _timers(answers),
+    )
+    found = [problem for check in checks for problem in check()]
+    return sorted(found, key=lambda problem: problem.severity is not Severity.ERROR)
+
+
+def _failed_nodes(graph: GraphView) -> Iterator[Problem]:
+    for node in graph.nodes.values():
+        if node.details.get("state") == "failed":
+            why = "; ".join(node.details.get("failures", [])) or "it does not say why"
+            yield Problem("node-failed", f"{node.name} has failed: {why}", "see busflow log --level error")
+        elif restarts := node.details.get("restarts", 0):
+            why = "; ".join(node.details.get("failures", [])) or "see busflow log --level warning"
+            text, fix = f"{node.name} was started anew {counted(restarts, 'time')}", "mend what makes it fail"
+            yield Problem("node-restarted", f"{text}: {why}", fix, severity=Severity.WARNING)
+
+
+def _namesakes(tokens: Sequence[Token]) -> Iterator[Problem]:
+    sessions: defaultdict[str, list[str]] = defaultdict(list)
+    for token in tokens:
+        if token.kind is Kind.NODE and not is_hidden(token.node_name):
+            sessions[token.node_name].append(token.session)
+    for name, found in sessions.items():
+        if len(found) > 1:
+            fix = "give one of them another name or namespace"
+            yield Problem("duplicate-node", f"{len(found)} nodes are called {name}", fix)
+
+
+def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
+    for topic in graph.topics.values():
+        ends = (*topic.publishers, *topic.subscriptions)
+        users: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
+        for end in ends:
+            users[end.token.type, end.token.hash].append(end.node)
+        if len(users) < 2:
+            continue
+        told = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
+        if len(topic.types) > 1:
+            text, fix = f"{topic.name} carries {' and '.join(told)}", "use one type on all ends, or remap one of them"
+        else:
+            text = f"{topic.name} carries {len(users)} definitions of {' and '.join(told)}"
+            fix = "use the same definition of the type everywhere; who has another one receives nothing"
+        yield Problem("type-mismatch", text, fix)
+
+
+def _qos_conflicts(graph: GraphView) -> Iterator[Problem]:
+    for topic in graph.topics.values():
+        for publisher in topic.publishers:
+            for subscription in topic.subscriptions:
+                text = f"{subscription.node} cannot receive {topic.name} from {publisher.node}"
+                try:
+                    found = compatibility(as_qos(publisher.qos), as_qos(subscription.qos))
+                except (ValueError, OverflowError) as error:
+                    yield Problem("qos-mismatch", f"{text}: one of their QoS cannot be: {error}")
+                    continue
+                if found.verdict is Verdict.ERROR:
+                    yield Problem("qos-mismatch", f"{text}: {'; '.join(found.reasons)}", found.fix)
+
+
+def _unpublished(graph: GraphView) -> Iterator[Problem]:
+    published = {topic.name for topic in graph.topics.values() if topic.publishers and not topic.hidden}
+    for topic in graph.topics.values():
+        receivers = [end for end in topic.subscriptions if not is_hidden(end.node)]
+        if receivers and not topic.publishers:
+            text = f"{_nodes(receivers)} receives {topic.name}, which nobody publishes"
+            yield Problem("nobody-publishes", text, did_you_mean(topic.name, published), severity=Severity.WARNING)
+
+
+def _unanswered(graph: GraphView) -> Iterator[Problem]:
+    answered = {each.name for each in graph.services.values() if each.publishers and not _every_nodes(each)}
+    for service in graph.services.values():
+        clients = [end for end in service.subscriptions if not is_hidden(end.node)]
+        if clients and not service.publishers:
+            text = f"{_nodes(clients)} calls {service.name}, which nobody answers"
+            yield Problem("nobody-answers", text, did_you_mean(service.name, answered), severity=Severity.WARNING)
+
+
+def _every_nodes(service: TopicView) -> bool:
+    """Whether it is one of those by which ROS 2 reads and sets parameters."""
+    return service.type.startswith("rcl_interfaces/srv/")
+
+
+def _calls(answers: Answers) -> Iterator[Problem]:
+    for service in (each for answer in answers for each in answer.get("services", ())):
+        for line in service["servers"]:
+            yield from _went_wrong(service["name"], line, line["received"], ("failed", "refused", "withdrawn"))
+        for line in service["clients"]:
+            yield from _went_wrong(service["name"], line, line["called"], ("timed_out",))
+
+
+def _went_wrong(service: str, line: Mapping[str, Any], calls: int, words: Sequence[str]) -> Iterator[Problem]:
+    for word in words:
+        if line[word]:
+            what, fix = _CALLS[word]
+            text = f"{line[word]} of {counted(calls, 'call')} of {service} {what.format(node=line['node'])}"
+            yield Problem(f"calls-{word.replace('_', '-')}", text, fix, severity=Severity.WARNING)
+
+
+def _drops(graph: GraphView) -> Iterator[Problem]:
+    for topic in graph.topics.values():
+        for end in topic.subscriptions:
+            dropped = end.details.get("dropped", 0)
+            if dropped:
+                yield _dropped(topic, end, dropped)
+
+
+def _dropped(topic: TopicView, end: EndView, dropped: int) -> Problem:
+    reasons: Mapping[str, int] = end.details.get("drops", {})
+    why = ", ".join(f"{reason} {count}" for reason, count in reasons.items() if count)
+    worst = max(reasons, key=lambda reason: reasons[reason], default="")
+    published = counted(end.details.get("published", 0), "message")
+    text = f"{end.node} lost {dropped} of {published} on {topic.name} ({why}), depth {end.details['depth']}"
+    return Problem("dropped", text, _REMEDIES.get(worst, "see busflow topic stats"), severity=Severity.WARNING)
+
+
+def _losses(answers: Answers) -> Iterator[Problem]:
+    for answer in answers:
+        for topic in answer["topics"]:
+            for reason, count in topic.get("losses", {}).items():
+                if count:
+                    what, fix = _LOSSES.get(reason, (reason, ""))
+                    text = f"{counted(count, 'message')} on {topic['name']} from other processes {what}"
+                    yield Problem(f"{reason}-on-the-way-in", text, fix or None, severity=Severity.WARNING)
+
+
+def _inbox(answers: Answers) -> Iterator[Problem]:
+    for answer in answers:
+        for reason, what in (("dropped", "came too fast"), ("refused", "found a full queue")):
+            count = answer.get("inbox", {}).get(reason, 0)
+            if count:
+                text = f"{counted(count, 'message')} that threads published {what}"
+                fix = "publish less often from threads, or await send() on the loop"
+                yield Problem(f"inbox-{reason}", text, fix, severity=Severity.WARNING)
+
+
+def _timers(answers: Answers) -> Iterator[Problem]:
+    for answer in answers:
+        for timer in answer["timers"]:
+            missed, ticks = timer["missed"], timer["fired"] + timer["missed"]
+            if missed > _MISSED_SHARE * ticks:
+                text = f"the timer {timer['name']} of {timer['node']} missed {missed} of {counted(ticks, 'tick')}"
+                fix = "a handler of the process takes longer than the period: await in it, or use run_sync"
+                yield Problem("timer-late", text, fix, severity=Severity.WARNING)
+
+
+def _nodes(ends: Sequence[EndView]) -> str:
+    return ", ".join(dict.fromkeys(end.node for end in ends))

@@ -1,0 +1,380 @@
+"""Peer: a process that joins a run to look, act and leave again. It imports none of the run's code.
+
+It opens no socket of its own, and reads messages by the descriptions that the run offers.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+import zenoh.ext
+
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceTimeout
+from busflow.text import printable
+from busflow.wire.client.graph_view import GraphView, TopicView, view
+from busflow.wire.client.listener import MOST_BYTES, Listener, Received
+from busflow.wire.client.speaker import Speaker, speaking
+from busflow.wire.queries.server import PREFIX, READING
+from busflow.wire.zenoh.keys import DOMAIN, GRAPH, PATIENCE, Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.refusal import refusal, service_refusal
+from busflow.wire.zenoh.run_directory import AT, FoundRun, find_run
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.wire.machines.remote import RemoteRun
+
+ANSWER_TIMEOUT_S = 5.0
+_SETTLE_S = 2.0
+"""How long a process whose loop is blocked is waited for by who is going to publish."""
+_TIMED_OUT = b"Timeout"
+"""Zenoh's own error reply."""
+_DEFAULT_QOS = "::,10:,:,:,,"
+_LATCHED = "transient_local"
+_LATCHED_QOS = ":1:,10:,:,:,,"
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceKind:
+    """A service, and what is needed to ask it."""
+
+    name: str
+    type: str
+    hash: str
+    request: ForeignType
+    response: ForeignType
+
+
+class Peer:
+    """A member of a run that only looks and acts."""
+
+    def __init__(self, run: FoundRun | RemoteRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
+        """Join a run; use `join`, which leaves it again.
+
+        Args:
+            run: the run.
+            patience_s: how long to wait for an answer, also for the first one.
+
+        Raises:
+            InspectionUnavailable: nobody answers there.
+        """
+        self.run = run
+        self.session = run.open(patience_s)
+        self._patience_s = patience_s
+        self._zid = str(self.session.info.zid())
+        self._name = f"_busflow_cli_{os.getpid()}"
+        self._ids = count(1)  # whose next is one step, so that ends may begin in several threads
+        self._tokens: list[zenoh.LivelinessToken] = []
+        self._types: dict[tuple[str, str | None], ForeignType] = {}
+
+    def close(self) -> None:
+        """Leave the run. Without it the interpreter would wait for ever for Zenoh's threads."""
+        self.session.close()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the run is still there."""
+        return self.run.lives(self.session)
+
+    def require(self, what: str) -> None:
+        """Find out whether who has joined may do more than look.
+
+        Raises:
+            NotAllowed: they may not; the run would leave it unanswered.
+        """
+        self.run.require(what)
+
+    # Asking.
+
+    def ask(self, question: str, **arguments: Any) -> list[Any]:
+        """The answer of every process of the run.
+
+        Raises:
+            NoSuchTarget: none of them knows what is asked for.
+            InspectionUnavailable: none answers in time: the run's event loop is blocked, or it has just ended.
+        """
+        return [answer for answer, _ in self.ask_for_messages(question, **arguments)]
+
+    def ask_for_messages(self, question: str, **arguments: Any) -> list[tuple[Any, list[Received]]]:
+        """As `ask`; with each answer the messages that came before it."""
+        if question not in READING:
+            self.require(question.replace("_", " "))
+        messages: dict[str, list[Received]] = {}
+        found: list[tuple[Any, list[Received]]] = []
+        refusals: list[BusflowError] = []
+        for reply in self._replies(question, arguments, self._patience_s):
+            if reply.ok is None:
+                continue
+            who = str(reply.ok.key_expr)
+            if reply.ok.attachment is not None:
+                messages.setdefault(who, []).append(Received.of(reply.ok))
+                continue
+            told = _told(reply.ok.payload.to_bytes())
+            if "answer" in told:
+                found.append((told["answer"], messages.pop(who, [])))
+            else:
+                refusals.append(refusal(str(told.get("kind")), str(told.get("error"))))
+        if not found:
+            raise (
+                refusals[0]
+                if refusals
+                else InspectionUnavailable(
+                    f"{printable(self.run.name)} does not answer: it has just ended, or a handler blocks its event loop"
+                )
+            )
+        return found
+
+    def tokens(self) -> list[Token]:
+        """Every node and endpoint of the run, this peer's own left out."""
+        found: list[Token] = []
+        for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=self._patience_s):
+            with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
+                if reply.ok is not None:
+                    found.append(Token.parse(str(reply.ok.key_expr)))
+        return [token for token in found if token.session != self._zid]
+
+    def processes(self) -> Mapping[str, str]:
+        """The name of each process of the run, by its session; a run in one process does not tell it."""
+        found: dict[str, str] = {}
+        for reply in self.session.liveliness().get(f"{PREFIX}/*/shown/*/*", timeout=self._patience_s):
+            if reply.ok is not None:
+                process, _, session, _ = str(reply.ok.key_expr).removeprefix(f"{PREFIX}/").split("/")
+                found[session] = process
+        return found
+
+    def graph(self) -> GraphView:
+        """The run's nodes and topics as they are now."""
+        return view(*self.look())
+
+    def look(self) -> tuple[list[Token], list[Any]]:
+        """What a view of the graph is made of: every token, and each process's answer to `graph`.
+
+        Those of others that only look are told by the run's processes: they have no link to this one.
+        """
+        tokens, answers = {str(token): token for token in self.tokens()}, self.ask("graph")
+        for text in {text for answer in answers for text in answer.get("elsewhere", ())} - tokens.keys():
+            token = Token.parse(text)
+            if token.session != self._zid:
+                tokens[text] = token
+        return list(tokens.values()), answers
+
+    def type(self, name: str, type_hash: str | None = None) -> ForeignType:
+        """A message type that the run uses, ready to read and write its messages; of several of a name, that hash's.
+
+        Raises:
+            NoSuchTarget: no topic of the run has this type.
+            MalformedMessage: the description that is offered is not the one its hash stands for.
+        """
+        from busflow.interfaces.encoding.foreign import (
+            ForeignType,  # whoever reads no message does not pay for the codec
+        )
+
+        key = name, type_hash
+        if key not in self._types:
+            which = {} if type_hash is None else {"hash": type_hash}
+            for answer in self.ask("types", names=[name], **which):
+                for told in answer.values():
+                    if type_hash in (None, told["hash"]):
+                        self._types[key] = ForeignType(name, told["hash"], told["description"])
+        if key not in self._types:
+            raise NoSuchTarget(f"the run does not say what {name} is")
+        return self._types[key]
+
+    # Listening and publishing.
+
+    @contextmanager
+    def listen(
+        self,
+        topic: TopicView,
+        type_: ForeignType | None = None,
+        *,
+        depth: int = 1000,
+        most_bytes: int = MOST_BYTES,
+        on_arrival: Callable[[], None] | None = None,
+        listener: Listener | None = None,
+    ) -> Generator[Listener]:
+        """Receive a topic while the block lasts; of more than `depth` that wait, the oldest are lost.
+
+        What transient_local publishers keep for late joiners comes first. The other arguments are those of the
+        `Listener` that is made where none is given.
+        """
+        type_ = type_ or self.type(topic.types[0])
+        latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
+        with self._present(Kind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
+            listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
+            key = topic_key(topic.name, type_.name, type_.type_hash)
+            callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=depth)
+            way: Any = (
+                zenoh.ext.declare_advanced_subscriber(self.session, key, callback, history=history)
+                if latched
+                else self.session.declare_subscriber(key, callback)
+            )
+            try:
+                yield listener
+            finally:
+                way.undeclare()
+
+    @contextmanager
+    def advertise(
+        self, topic: str, type_: ForeignType, *, qos: str = _DEFAULT_QOS, settle: bool = True
+    ) -> Generator[Speaker]:
+        """Publish a topic while the block lasts, which begins when every process that receives the topic will hear it.
+
+        Args:
+            topic: its full name.
+            type_: that of its messages.
+            qos: what is offered, in the form of `qos_form.to_text`.
+            settle: whether to wait for that; who advertises several topics calls `settle` once instead.
+
+        Raises:
+            NotAllowed: who has joined may only look.
+        """
+        self.require(f"publish {topic}")
+        with (
+            self._present(Kind.PUBLISHER, topic, type_, qos) as token,
+            speaking(self.session, topic, type_, qos, token.gid) as speaker,
+        ):
+            if settle:
+                self.settle()
+            yield speaker
+
+    def settle(self) -> None:
+        """Wait until all processes of the run have dealt with what this one shows; 2 s at most, where one is blocked.
+
+        Zenoh brings no question before the tokens that were declared before it, and no answer before the subscribers
+        that were. A process deals with tokens and questions on its loop, in their order: once it has answered it has
+        let the publishers here in, and what they publish gets there.
+        """
+        for _ in self._replies("run", {}, _SETTLE_S):
+            pass
+
+    def service(self, name: str) -> ServiceKind:
+        """What a service of the run takes and gives.
+
+        Raises:
+            NoSuchTarget: no process of the run says what it is.
+        """
+        found = self.services([name])
+        if name not in found:
+            raise NoSuchTarget(f"the run does not say what the service {name} takes")
+        return found[name]
+
+    def services(self, names: Sequence[str]) -> dict[str, ServiceKind]:
+        """What those of the services take and give that a process of the run knows."""
+        from busflow.interfaces.encoding.foreign import ForeignType
+
+        found: dict[str, ServiceKind] = {}
+        for answer in self.ask("services", names=list(names)):
+            for name, told in answer.items():
+                request, response = (
+                    ForeignType(f"{told['type']}_{part}", told[part.lower()]["hash"], told[part.lower()]["description"])
+                    for part in ("Request", "Response")
+                )
+                found[name] = ServiceKind(name, told["type"], told["hash"], request, response)
+        return found
+
+    def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:
+        """Ask a service; the answer as plain values.
+
+        Raises:
+            MalformedMessage: a value of the request does not fit, or the answer is none.
+            ServiceError: there is no answer, for one of its reasons.
+        """
+        return service.response.decode(self.call_bytes(service, service.request.encode(values), timeout_s=timeout_s))
+
+    def call_bytes(self, service: ServiceKind, payload: bytes, *, timeout_s: float) -> bytes:
+        """Ask a service with a request that is encoded already; the answer as it came.
+
+        Raises:
+            ServiceError: there is no answer, for one of its reasons.
+        """
+        self.require(f"call {service.name}")
+        replies = self.session.get(
+            f"{topic_key(service.name, service.type, service.hash)}?{PATIENCE}={timeout_s}",
+            payload=payload,
+            attachment=Attachment(1, 0, bytes(16)).encode(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+        )
+        refused = None
+        for reply in replies:
+            if reply.ok is not None:
+                return reply.ok.payload.to_bytes()
+            if reply.err is not None:
+                refused = refused or reply.err.payload.to_bytes()
+        if refused == _TIMED_OUT:
+            raise ServiceTimeout(f"{service.name} did not answer within {timeout_s:g} s")
+        raise service_refusal(service.name, "its server", refused or b"")
+
+    def _replies(self, question: str, arguments: Mapping[str, Any], timeout_s: float) -> Any:
+        return self.session.get(
+            f"{PREFIX}/*/{question}",
+            payload=json.dumps(arguments),
+            congestion_control=zenoh.CongestionControl.DROP,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+        )
+
+    @contextmanager
+    def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
+        """Be a node with one end, as the others see it."""
+        node = Token(self._zid, 0, 0, Kind.NODE, "/", self._name)
+        end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
+        liveliness = self.session.liveliness()
+        with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):
+            yield end
+
+
+def run_called(name: str | None) -> FoundRun | RemoteRun:
+    """The run of a name on this machine; or, for `viewer@robot.yaml`, that of a launch file on other machines.
+
+    Raises:
+        NoSuchRun: there is none, or it has to be said which.
+        LaunchError: the launch file, or what it lets in by, will not do.
+    """
+    if name is None or AT not in name:
+        return find_run(name)
+    from busflow.wire.machines.remote import remote_run  # whoever looks on this machine does not pay for launch files
+
+    return remote_run(name)
+
+
+@contextmanager
+def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Generator[Peer]:
+    """Be a member of a run while the block lasts; without a name, of the only one there is.
+
+    It waits for `patience_s` at most for each answer.
+
+    Raises:
+        NoSuchRun: there is none, or it has to be said which.
+        InspectionUnavailable: it does not answer.
+    """
+    peer = Peer(run_called(name), patience_s=patience_s)
+    try:
+        if not peer.run.card.pid:  # a run on other machines says what it is only when it is asked
+            peer.run = peer.run.answered(peer.ask("run"))
+        yield peer
+    finally:
+        peer.close()
+
+
+def _told(payload: bytes) -> dict[str, Any]:
+    """What a process answered; a refusal where that is no answer."""
+    try:
+        found = json.loads(payload)
+    except (ValueError, RecursionError):
+        found = None
+    return (
+        found if isinstance(found, dict) else {"kind": "", "error": "a process of the run gave an answer that is none"}
+    )

@@ -1,0 +1,202 @@
+"""What a run looks like from outside: its nodes and topics, from the tokens of its processes and from what they tell.
+
+Tokens say who is on which topic, for ROS 2's nodes as for ours; the answers of busflow's processes add the counts,
+where each end is declared and what state a node is in. Pure: no session, no clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from busflow.errors import MalformedMessage, NoSuchTarget
+from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.qos_text import WireQoS, from_text
+
+HIDDEN = "_"
+"""A name, or a part of one, that begins so is shown only on request, as in ROS 2."""
+
+
+@dataclass(frozen=True, slots=True)
+class EndView:
+    """One end of a topic, or of a service."""
+
+    token: Token
+    qos: WireQoS
+    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """What its process tells of it: the ledger's line or the count, `origin`, `qos`; empty for who is not busflow."""
+
+    @property
+    def node(self) -> str:
+        """The full name of its node."""
+        return self.token.node_name
+
+
+@dataclass(frozen=True, slots=True)
+class TopicView:
+    """A topic and who is on its two ends."""
+
+    name: str
+    types: tuple[str, ...]
+    """More than one is a mistake of somebody's."""
+    publishers: tuple[EndView, ...]
+    subscriptions: tuple[EndView, ...]
+    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """What a process tells of it: `published`, `hash`, `encoding`, `kept`, `gone`."""
+
+    @property
+    def type(self) -> str:
+        """Its type, or those that are in conflict."""
+        return ", ".join(self.types)
+
+    @property
+    def kinds(self) -> tuple[tuple[str, str | None], ...]:
+        """Its types, each with the hash that somebody on its ends tells; None where nobody does."""
+        ends = (*self.publishers, *self.subscriptions)
+        told = dict.fromkeys((each.token.type, each.token.told_hash) for each in ends)
+        return tuple(told) or tuple((name, None) for name in self.types)
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is shown only on request."""
+        return is_hidden(self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class NodeView:
+    """A node and its ends."""
+
+    name: str
+    publishers: tuple[EndView, ...]
+    subscriptions: tuple[EndView, ...]
+    services: tuple[EndView, ...]
+    clients: tuple[EndView, ...]
+    details: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """What its process tells of it: `plugin`, `state`, `failures`, `process`, `pid`."""
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is shown only on request."""
+        return is_hidden(self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class GraphView:
+    """The nodes and topics of a run, by name."""
+
+    nodes: Mapping[str, NodeView]
+    topics: Mapping[str, TopicView]
+    services: Mapping[str, TopicView]
+    """A service has its servers where a topic has publishers, and its clients where it has subscriptions."""
+
+    def topic(self, name: str) -> TopicView:
+        """The topic of a name, whose leading slash may be left out.
+
+        Raises:
+            NoSuchTarget: there is none; the message names the nearest.
+        """
+        return _named(name, self.topics, "topic")
+
+    def service(self, name: str) -> TopicView:
+        """The service of a name, whose leading slash may be left out.
+
+        Raises:
+            NoSuchTarget: there is none; the message names the nearest.
+        """
+        return _named(name, self.services, "service")
+
+    def node(self, name: str) -> NodeView:
+        """The node of a name, whose leading slash may be left out.
+
+        Raises:
+            NoSuchTarget: there is none; the message names the nearest.
+        """
+        return _named(name, self.nodes, "node")
+
+
+def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> GraphView:
+    """The graph that tokens, and the answers to `graph` of the processes, make up together."""
+    told = _Told(answers)
+    tokens = sorted(tokens, key=lambda token: (token.topic, token.node_name, token.entity_id))
+    ends: dict[Kind, list[EndView]] = {kind: [] for kind in Kind}
+    for token in tokens:
+        if token.kind is not Kind.NODE:
+            ends[token.kind].append(EndView(token, _qos(token), told.end(token)))
+    names = {token.node_name for token in tokens} | set(told.nodes)
+    nodes = {name: _node(name, ends, told.nodes.get(name, {})) for name in sorted(names)}
+    topics = _topics(ends[Kind.PUBLISHER], ends[Kind.SUBSCRIPTION], told.topics)
+    return GraphView(nodes, topics, _topics(ends[Kind.SERVICE], ends[Kind.CLIENT], {}))
+
+
+def _qos(token: Token) -> WireQoS:
+    """The QoS that a token tells; the default where it tells none, which is no reason to show nothing."""
+    try:
+        return from_text(token.qos)
+    except MalformedMessage:
+        return WireQoS()
+
+
+def is_hidden(name: str) -> bool:
+    """Whether a part of the name begins with an underscore.
+
+    >>> is_hidden("/_busflow_cli_7"), is_hidden("/left/imu_data")
+    (True, False)
+    """
+    return any(part.startswith(HIDDEN) for part in name.split("/"))
+
+
+class _Told:
+    """The answers of the processes, by what they are about."""
+
+    def __init__(self, answers: Sequence[Mapping[str, Any]]) -> None:
+        self.nodes: dict[str, Mapping[str, Any]] = {}
+        self.topics: dict[str, Mapping[str, Any]] = {}
+        self._ends: dict[tuple[Kind, str, str], list[Mapping[str, Any]]] = {}
+        for answer in answers:
+            process = {"process": answer["process"], "pid": answer["pid"]}
+            self.nodes |= {node["name"]: node | process for node in answer["nodes"]}
+            for topic in answer["topics"]:
+                self.topics.setdefault(topic["name"], topic)
+                for kind, word in ((Kind.PUBLISHER, "publishers"), (Kind.SUBSCRIPTION, "subscriptions")):
+                    for end in topic[word]:
+                        self._ends.setdefault((kind, end["node"], topic["name"]), []).append(end)
+
+    def end(self, token: Token) -> Mapping[str, Any]:
+        """What is told of an end; of two that a node has on one topic, each gets its own, in order."""
+        found = self._ends.get((token.kind, token.node_name, token.topic))
+        return found.pop(0) if found else {}
+
+
+def _topics(
+    firsts: Sequence[EndView], seconds: Sequence[EndView], told: Mapping[str, Mapping[str, Any]]
+) -> dict[str, TopicView]:
+    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(told))
+    found: dict[str, TopicView] = {}
+    for name in names:
+        ends = [end for end in (*firsts, *seconds) if end.token.topic == name]
+        types = {end.token.type: None for end in ends} or {str(told[name]["type"]): None}
+        found[name] = TopicView(
+            name,
+            tuple(types),
+            tuple(end for end in firsts if end.token.topic == name),
+            tuple(end for end in seconds if end.token.topic == name),
+            told.get(name, {}),
+        )
+    return found
+
+
+def _node(name: str, ends: Mapping[Kind, Sequence[EndView]], details: Mapping[str, Any]) -> NodeView:
+    def own(kind: Kind) -> tuple[EndView, ...]:
+        return tuple(end for end in ends[kind] if end.node == name)
+
+    return NodeView(name, own(Kind.PUBLISHER), own(Kind.SUBSCRIPTION), own(Kind.SERVICE), own(Kind.CLIENT), details)
+
+
+def _named(name: str, known: Mapping[str, Any], what: str) -> Any:
+    full = f"/{name.removeprefix('/')}"
+    if full not in known:
+        shown = [each for each in known if not is_hidden(each)]
+        raise NoSuchTarget(f"there is no {what} {printable(full)}; {did_you_mean(full, shown)}")
+    return known[full]

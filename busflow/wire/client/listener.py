@@ -1,0 +1,99 @@
+"""Listener: the messages of one topic as they arrive at a process that looks, and what of them was missed."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from busflow.errors import MalformedMessage
+from busflow.wire.zenoh.keys import Attachment
+
+if TYPE_CHECKING:
+    import zenoh
+
+MOST_BYTES = 64 * 1024 * 1024
+"""What may wait to be read, however few messages that is; a single larger one may."""
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """One message as it arrived."""
+
+    payload: bytes
+    sequence: int
+    """Counts its publisher's messages from 1; 0 where nobody said."""
+    stamp_ns: int
+    """When it was published, by the publisher's clock; 0 where nobody said."""
+    gid: bytes
+
+    @classmethod
+    def of(cls, sample: zenoh.Sample) -> Received:
+        """What came from Zenoh."""
+        attachment = sample.attachment
+        try:
+            told = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
+        except MalformedMessage:  # whoever signs in another way is still heard
+            told = Attachment(0, 0, b"")
+        return cls(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
+
+
+class Listener:
+    """Messages of one topic, as they arrive."""
+
+    def __init__(
+        self, depth: int, *, most_bytes: int = MOST_BYTES, on_arrival: Callable[[], None] | None = None
+    ) -> None:
+        """What waits is bounded by its number and its bytes.
+
+        Args:
+            depth: how many messages may wait.
+            most_bytes: how large they may be together; a single larger one may wait.
+            on_arrival: called in Zenoh's thread when a message arrives and none waited before.
+        """
+        self.dropped = 0
+        """Messages that were not read in time."""
+        self.lost = 0
+        """Messages that never arrived: gaps in a publisher's sequence."""
+        self._depth, self._most_bytes, self._on_arrival = depth, most_bytes, on_arrival
+        self._waiting: deque[Received] = deque()
+        self._bytes = 0
+        self._arrived = threading.Condition()
+        self._sequences: dict[bytes, int] = {}
+
+    def put(self, sample: zenoh.Sample) -> None:
+        """Take a message in, in Zenoh's thread."""
+        received = Received.of(sample)
+        size = len(received.payload)
+        with self._arrived:
+            self._count_lost(received)
+            is_first = not self._waiting
+            while self._waiting and (len(self._waiting) >= self._depth or self._bytes + size > self._most_bytes):
+                self._bytes -= len(self._waiting.popleft().payload)
+                self.dropped += 1
+            self._waiting.append(received)
+            self._bytes += size
+            self._arrived.notify()
+        if is_first and self._on_arrival is not None:
+            self._on_arrival()
+
+    def get(self, timeout_s: float | None = None) -> Received | None:
+        """The next message, waited for; None when none came in time."""
+        with self._arrived:
+            if not self._arrived.wait_for(lambda: self._waiting, timeout_s):
+                return None
+            received = self._waiting.popleft()
+            self._bytes -= len(received.payload)
+        return received
+
+    def _count_lost(self, received: Received) -> None:
+        if received.sequence:
+            last = self._sequences.get(received.gid)
+            if last is not None and received.sequence > last + 1:
+                self.lost += received.sequence - last - 1
+            self._sequences[received.gid] = received.sequence

@@ -1,0 +1,94 @@
+"""The roll call of this machine's runs: what each says of itself, or that it does not answer. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import InspectionUnavailable
+from busflow.wire.zenoh.run_directory import FoundRun, runs
+from busflow.wire.zenoh.session import require_zenoh
+
+if TYPE_CHECKING:
+    from busflow.wire.machines.remote import RemoteRun
+
+PATIENCE_S = 1.0
+"""How long a run may take to answer: an idle one needs a millisecond, and a list is not to wait for one that hangs."""
+
+
+@dataclass(frozen=True, slots=True)
+class PresentRun:
+    """A run that lives on this machine, and what its processes answered."""
+
+    run: FoundRun | RemoteRun
+    processes: tuple[Mapping[str, Any], ...] = ()
+    """What each answers to `run`."""
+    silence: str = ""
+    """Why there is no answer; empty where there is one."""
+    answered_in_s: float = 0.0
+    """How long the answer took."""
+
+    @property
+    def nodes(self) -> int | None:
+        """How many nodes it has; None where it does not say."""
+        return None if self.silence else sum(process["nodes"] for process in self.processes)
+
+    @property
+    def missing(self) -> Mapping[str, str]:
+        """The machines that its own one is not linked to, and why."""
+        here = [process for process in self.processes if process["pid"] == self.run.card.pid and "machines" in process]
+        told = [each.items() for process in here for each in [process["machines"]]]
+        return {name: how["reason"] for machines in told for name, how in machines if not how["linked"]}
+
+    @property
+    def state(self) -> str:
+        """Where the run is in its life, in a word or two."""
+        if self.silence:
+            return "does not answer"
+        states = Counter[str]()
+        for process in self.processes:
+            states.update(process.get("states", {}))
+        if states["failed"]:
+            return f"{states['failed']} failed"
+        if self.missing:
+            return f"{', '.join(self.missing)} not linked"
+        return next(
+            (state for state in ("stopping", "restarting", "waiting", "starting", "built") if states[state]), "running"
+        )
+
+
+def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
+    """Every run of this user, the oldest first, each asked what it is.
+
+    Raises:
+        InspectionUnavailable: A folder where runs would be is not safe.
+    """
+    for run in runs():
+        yield call(run, patience_s)
+
+
+def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
+    """One run, asked what it is."""
+    from busflow.clock import perf_counter
+
+    try:
+        require_zenoh()
+        from busflow.wire.client.client import Peer
+
+        with closing(Peer(run, patience_s=patience_s)) as peer:
+            begun = perf_counter()
+            processes = tuple(peer.ask("run"))
+            took_s = perf_counter() - begun
+            return PresentRun(run.answered(processes), _with_silent_ones(processes), answered_in_s=took_s)
+    except InspectionUnavailable as error:
+        return PresentRun(run, silence=str(error))
+
+
+def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:
+    """What the processes answer, the main one first, and what that knows of those that do not."""
+    answered = {answer["process"] for answer in answers}
+    silent = [member for answer in answers for member in answer.get("members", ()) if member["process"] not in answered]
+    return (*sorted(answers, key=lambda answer: (":" in answer["process"], "members" not in answer)), *silent)

@@ -1,0 +1,1 @@
+"""Links between machines: certificates, probes and remote runs. Knows no graph."""

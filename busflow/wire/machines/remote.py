@@ -1,0 +1,129 @@
+"""Remote: a run on other machines, as somebody finds it whom its launch file lets in by a certificate."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from busflow.clock import SystemClock
+from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
+from busflow.launchfile.check.credentials import Credentials, examined
+from busflow.launchfile.load.load import examine
+from busflow.launchfile.model.network import TLS, Endpoint, NetworkSpec, StatedFile
+from busflow.launchfile.model.roles import Role
+from busflow.text import did_you_mean, printable
+from busflow.wire.machines.probe import why_not_linked
+from busflow.wire.zenoh.network import Network
+from busflow.wire.zenoh.run_directory import AT, RunCard
+from busflow.wire.zenoh.session import open_remote
+
+if TYPE_CHECKING:
+    import zenoh
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteRun:
+    """A run that a launch file names the machines of."""
+
+    name: str
+    """What `--run` was given."""
+    who: str
+    file: Path
+    role: Role
+    """What who joins may do."""
+    credentials: Credentials | None
+    ways: tuple[tuple[str, Endpoint], ...]
+    """Each machine that can be reached, and where."""
+    card: RunCard = field(default=RunCard("", 0, 0))
+    """What the run says of itself; empty until it was asked."""
+
+    def open(self, patience_s: float) -> zenoh.Session:
+        """Join it.
+
+        Raises:
+            InspectionUnavailable: no machine can be reached, or none trusts who wants to join; it says why.
+        """
+        network = Network([end for _, end in self.ways], credentials=self.credentials)
+        try:
+            return open_remote(network, patience_s=patience_s)
+        except InspectionUnavailable as error:
+            reasons = asyncio.run(self._reasons()) or str(error)
+            raise InspectionUnavailable(f"no machine of {printable(self.file)} is reached: {reasons}") from None
+
+    def lives(self, session: zenoh.Session) -> bool:
+        """Whether a machine of it is still there, for who has joined it by this session."""
+        return bool(session.info.routers_zid())
+
+    def require(self, what: str) -> None:
+        """Find out whether who joins may do more than look.
+
+        Raises:
+            NotAllowed: they may not; the run would leave it unanswered.
+        """
+        if self.role is not Role.ALL:
+            raise NotAllowed(
+                f"{self.who} may look, and not {what}; network: {{allow: {{{self.who}: all}}}} in "
+                f"{printable(self.file)} changes that"
+            )
+
+    def answered(self, answers: Iterable[Mapping[str, object]]) -> RemoteRun:
+        """The run with what its processes answered to `run`."""
+        words = RunCard.__dataclass_fields__
+        for answer in answers:
+            return replace(self, card=RunCard(**{name: answer[name] for name in words}))  # pyright: ignore[reportArgumentType]  # as its process made it
+        return self
+
+    async def _reasons(self) -> str:
+        told = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
+        return "; ".join(each for each in told if not each.endswith(": "))
+
+
+def remote_run(text: str) -> RemoteRun:
+    """The run that `viewer@robot.yaml` means: that of the launch file, with the certificate of that name.
+
+    Raises:
+        NoSuchRun: the file names no machine that can be reached, or nobody of that name.
+        LaunchError: the file cannot be read, or the certificate will not do.
+    """
+    who, _, stated = text.partition(AT)
+    file = Path(stated)
+    description, problems = examine(file)
+    network = None if description is None else description.network
+    if network is None:
+        if description is None:
+            raise LaunchError(problems)
+        raise NoSuchRun(f"{printable(file)} has no network section: its runs are reached from their own machine alone")
+    if who not in network.allow and who not in network.machines:
+        known = [*network.allow, *network.machines]
+        raise NoSuchRun(
+            f"{printable(file)} lets nobody in who is called {printable(who)!r}; {did_you_mean(who, known)}"
+        )
+    ways = tuple(_ways(network))
+    if not ways:
+        raise NoSuchRun(f"{printable(file)} does not say where a machine is reached; add connect to one of them")
+    credentials = _credentials(network, who) if any(end.protocol == TLS for _, end in ways) else None
+    return RemoteRun(text, who, file, network.allow.get(who, Role.ALL), credentials, ways)
+
+
+def _ways(network: NetworkSpec) -> Iterator[tuple[str, Endpoint]]:
+    for name, machine in network.machines.items():
+        end = machine.connect or machine.listen
+        if end is not None and not end.is_everywhere:
+            yield name, end
+
+
+def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
+    """What somebody shows of themselves: a machine its own, others what bears their name beside the `ca`."""
+    if network.ca is None:
+        return None
+    machine = network.machines.get(who)
+    cert, key = (None, None) if machine is None else (machine.cert, machine.key)
+    cert = cert or StatedFile(network.ca.path.with_name(f"{who}.pem"), network.ca.origin)
+    key = key or StatedFile(network.ca.path.with_name(f"{who}.key"), network.ca.origin)
+    found = list(examined(who, (network.ca, cert, key), [], SystemClock().now()))
+    if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
+        raise LaunchError(errors)
+    return Credentials(network.ca.path, cert.path, key.path)

@@ -1,0 +1,166 @@
+"""Barrier: holds a process back at its start until the others can hear it, and it them.
+
+Each process has a token `@busflow/1/<process>/shown/<session>/<count>`, which says how many tokens its nodes have: they
+may arrive in any order. Whoever has dealt with all of them answers with
+`@busflow/1/<process>/linked/<that session>/<own session>`: it has opened its inlets, and Zenoh brings declarations in
+their order. So a process that everybody is linked to loses nothing of what it publishes from then on. Nobody leads, and
+one that comes later does the same.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.wire.queries.server import PREFIX
+
+if TYPE_CHECKING:
+    from busflow.wire.mirror.mirror import Mirror
+
+_SHOWN, _LINKED = "shown", "linked"
+
+
+class Barrier:
+    """What a process says to the others of its run about itself and them, from its start to its end."""
+
+    def __init__(
+        self,
+        mirror: Mirror,
+        session: zenoh.Session,
+        process: str,
+        *,
+        on_change: Callable[[str, bool], None] | None = None,
+    ) -> None:
+        """Nothing is said before `begin`.
+
+        Args:
+            mirror: what the process shows.
+            session: where.
+            process: its name in the run.
+            on_change: hears when another process has come, or is gone or hangs; also one of the same name.
+        """
+        self._mirror, self._session, self._process = mirror, session, process
+        self._zid = str(session.info.zid())
+        self._on_change = on_change
+        self._others: dict[str, tuple[str, int]] = {}
+        self._linked_to_us: set[tuple[str, str]] = set()
+        self._gone: set[str] = set()
+        self._links: dict[str, zenoh.LivelinessToken] = {}
+        self._shown: tuple[int, zenoh.LivelinessToken] | None = None
+        self._changed = asyncio.Event()
+        self._ways: list[Any] = []
+        self._due = False
+
+    def begin(self) -> None:
+        """Say what is shown here, and listen to the others; called on the event loop, when all ends are there."""
+        loop = asyncio.get_running_loop()
+        self._loop = loop
+
+        def hear(sample: zenoh.Sample) -> None:
+            alive = sample.kind == zenoh.SampleKind.PUT
+            with suppress(RuntimeError):  # the loop has ended: there is nobody to tell
+                loop.call_soon_threadsafe(self._on_token, str(sample.key_expr), alive)
+
+        self._mirror.presence.on_change.append(self._look_soon)
+        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        for word in (f"{_SHOWN}/**", f"{_LINKED}/{self._zid}/*"):
+            key = f"{PREFIX}/*/{word}"
+            self._ways.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
+        self._look()
+
+    def lacking(self, others: Collection[str]) -> list[str]:
+        """What is not yet as it has to be before nodes may start, for people; empty once it is.
+
+        Nobody is waited for who was there and has gone.
+        """
+        found: list[str] = []
+        for process in set(others) - self._gone:
+            if process not in self._others:
+                found.append(f"{process} has not shown itself")
+            elif process not in self._links:
+                found.append(f"not all nodes of {process} are seen")
+            elif (process, self._others[process][0]) not in self._linked_to_us:
+                found.append(f"{process} does not see all nodes of {self._process}")
+        sessions = {self._others[process][0] for process in others if process in self._others}
+        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unheard(sessions)]
+
+    async def passed(self, others: Collection[str], *, unless: asyncio.Event) -> None:
+        """Wait until these processes and this one can hear each other, or until nobody wants that any more."""
+
+        async def wake() -> None:
+            await unless.wait()
+            self._changed.set()
+
+        waker = self._loop.create_task(wake(), name="busflow.barrier")
+        try:
+            while not unless.is_set() and self.lacking(others):
+                self._changed.clear()
+                await self._changed.wait()
+        finally:
+            waker.cancel()
+
+    def _on_token(self, text: str, alive: bool) -> None:
+        process, word, *rest = text.removeprefix(f"{PREFIX}/").split("/")
+        if process == self._process:
+            if word == _SHOWN and rest[0] != self._zid:
+                self._tell(process, alive)
+            return
+        if word == _LINKED:
+            (self._linked_to_us.add if alive else self._linked_to_us.discard)((process, rest[1]))
+        else:
+            self._on_shown(process, rest[0], int(rest[1]), alive=alive)
+        self._look()
+
+    def _on_shown(self, process: str, session: str, count: int, *, alive: bool) -> None:
+        known = self._others.get(process)
+        if alive:
+            self._others[process] = session, count
+            self._gone.discard(process)
+            if known is None or known[0] != session:
+                self._unlink(process)
+                self._tell(process, True)
+        elif known == (session, count):  # else it was replaced before this came
+            del self._others[process]
+            self._gone.add(process)
+            self._unlink(process)
+            self._tell(process, False)
+
+    def _tell(self, process: str, there: bool) -> None:
+        if self._on_change is not None:
+            self._on_change(process, there)
+
+    def _unlink(self, process: str) -> None:
+        link = self._links.pop(process, None)
+        if link is not None:
+            link.undeclare()
+
+    def _look_soon(self) -> None:
+        if not self._due:
+            self._due = True
+            self._loop.call_soon(self._look)
+
+    def _look(self) -> None:
+        """See to it that what is said here is true, and wake who waits."""
+        self._due = False
+        if self._session.is_closed():
+            return
+        liveliness = self._session.liveliness()
+        count = self._mirror.shown
+        if self._shown is None or self._shown[0] != count:
+            key = f"{PREFIX}/{self._process}/{_SHOWN}/{self._zid}/{count}"
+            former, self._shown = self._shown, (count, liveliness.declare_token(key))
+            if former is not None:
+                former[1].undeclare()
+        for process, (session, expected) in self._others.items():
+            if process not in self._links and self._mirror.presence.count(session) >= expected:
+                self._links[process] = liveliness.declare_token(
+                    f"{PREFIX}/{self._process}/{_LINKED}/{session}/{self._zid}"
+                )
+        self._changed.set()

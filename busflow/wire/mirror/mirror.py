@@ -1,0 +1,326 @@
+"""Mirror: a bus as the other processes of its run see it.
+
+Every node and every end of a topic has a liveliness token; a publisher has an outlet. What others publish is the
+business of `Neighbours`, and services are that of `ServiceMirror`. Everything here happens on the event loop; what
+Zenoh tells in its own threads is brought there first.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.bus.client import Client
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import Durability
+from busflow.bus.server import Server
+from busflow.bus.subscription import Subscription
+from busflow.bus.timer import Timer
+from busflow.errors import MalformedMessage
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.node import parameter_events
+from busflow.node.parameter_store import ParameterStore
+from busflow.runner import rosout
+from busflow.wire.mirror.outlet import Outlet
+from busflow.wire.mirror.presence import Presence
+from busflow.wire.mirror.remote_publishers import Neighbours
+from busflow.wire.mirror.services import ServiceMirror
+from busflow.wire.queries.kept_messages import History
+from busflow.wire.queries.queries import Inspected, Questions
+from busflow.wire.queries.server import Answers, Question
+from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Kind, Token, split_name
+from busflow.wire.zenoh.qos_text import to_text
+from busflow.wire.zenoh.sender import Sender
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Attached
+    from busflow.bus.bus import End as AnyEnd
+    from busflow.wire.zenoh.run_directory import RunCard
+
+End = Publisher[Any] | Subscription[Any]
+
+
+class Mirror:
+    """What a process shows of its graph in a Zenoh session, and takes in from it."""
+
+    def __init__(
+        self,
+        graph: Inspected,
+        session: zenoh.Session,
+        card: RunCard,
+        process: str,
+        history: Mapping[str, int],
+        about: Callable[[], Mapping[str, Any]] = dict,
+    ) -> None:
+        """A mirror that shows nothing until `begin`, which the event loop has to call.
+
+        Args:
+            graph: what runs in this process.
+            session: where it is shown.
+            card: what the run says of itself.
+            process: this process's name.
+            history: by final topic name, how many messages are kept for `--last`.
+            about: what else is told of the process, and of others that cannot tell of themselves.
+        """
+        self._graph, self._session, self._process = graph, session, process
+        self._log = graph.log.bind("busflow")
+        # Who asks is not to wait behind the images of somebody who has stopped reading them.
+        self._sender = Sender("busflow.sender", on_error=self._tell_bug)
+        self._replier = Sender("busflow.replier", on_error=self._tell_bug)
+        self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
+        self._supports = cache(TypeSupport)
+        self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
+        self._presence = Presence()
+        self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
+        self._zid = str(session.info.zid())
+        self._node_ids: dict[str, int] = {}
+        self._ids = 0
+        self._nodes: dict[str, zenoh.LivelinessToken] = {}
+        self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
+        self._outlets: dict[Publisher[Any], Outlet] = {}
+        self._services = ServiceMirror(
+            graph.bus,
+            self._supports,
+            session=session,
+            sender=self._replier,
+            log=self._log,
+            make_token=self._token,
+            on_loop=self._on_loop,
+        )
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ways: list[Any] = []
+
+    def begin(self) -> None:
+        """Show the nodes, and from now on every end that comes and goes; called before the first does."""
+        self._loop = asyncio.get_running_loop()
+        for unit in self._graph.units:
+            self._node_id(unit.name)
+        self._graph.bus.on_attach.append(self._on_attach)
+        self._graph.bus.on_detach.append(self._on_detach)
+        answers = Answers(
+            self._session,
+            self._process,
+            {name: self._once_looked(question) for name, question in self._questions.all().items()},
+            sender=self._replier,
+            log=self._log,
+            on_loop=self._on_loop,
+        )
+
+        def hear(sample: zenoh.Sample) -> None:
+            self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        self._graph.rosout.announce(self._wanted_of_rosout())
+
+        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        everything = f"{GRAPH}/{DOMAIN}/**"
+        self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
+
+    def close(self) -> None:
+        """Show and take in nothing more, and close the session."""
+        bus = self._graph.bus
+        if self._loop is not None:
+            bus.on_attach.remove(self._on_attach)
+            bus.on_detach.remove(self._on_detach)
+        self._loop = None
+        for publisher in self._outlets:
+            publisher.send_through(None)
+        self._history.close()
+        self._questions.close()
+        self._session.close()  # which ends what waits in recv() and put()
+        self._neighbours.close()
+        self._services.close()
+        self._sender.close()
+        self._replier.close()
+
+    # Whether all is there: for whoever has to wait for it.
+
+    @property
+    def presence(self) -> Presence:
+        """What the other sessions show, as far as it is dealt with here."""
+        return self._presence
+
+    @property
+    def shown(self) -> int:
+        """How many tokens this process shows."""
+        return len(self._nodes) + len(self._subscriptions) + len(self._outlets) + self._services.shown
+
+    def unheard(self, sessions: Collection[str]) -> list[str]:
+        """The topics published here that one of these sessions receives, and that do not get there yet."""
+        wanted = self._presence.received(sessions)
+        return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
+
+    def _once_looked(self, question: Question) -> Question:
+        """A question, answered once it is seen who listens: who asks what there was may go on with what comes then."""
+
+        def answer(arguments: Mapping[str, Any]) -> object:
+            wanted = self._presence.received()
+            for end, outlet in self._outlets.items():
+                if end.topic in wanted and not outlet.open:
+                    outlet.look()
+            return question(arguments)
+
+        return answer
+
+    # What is here.
+
+    def _wanted_of_rosout(self) -> Durability:
+        """What the nodes that receive the log, and are connected after its publisher, request of it."""
+        ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
+        latched = any(end.topic == rosout.TOPIC and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
+        return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
+
+    def _on_attach(self, attached: Attached) -> None:
+        try:
+            if isinstance(attached, Server | Client):
+                self._services.attach(attached)
+            elif isinstance(attached, ParameterStore):
+                self._services.attach_parameters(attached)
+                self._questions.parameter_log.follow(attached)
+            elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:
+                self._show(attached)
+        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
+            origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
+            self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
+        self._presence.tell()
+
+    def _show(self, end: End) -> None:
+        topic = self._graph.bus.topics[end.topic]
+        self._history.follow(topic)
+        if isinstance(end, Publisher):
+            former = _predecessor(end, self._outlets, topic.publishers)
+            if former is None:
+                self._outlets[end] = self._outlet(end)
+            else:
+                self._outlets[end] = outlet = self._outlets.pop(former)
+                outlet.follow(end)
+            return
+        former = _predecessor(end, self._subscriptions, topic.subscriptions)
+        if former is None:
+            self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
+        else:
+            self._subscriptions[end] = self._subscriptions.pop(former)
+        self._neighbours.serve(end, is_new=former is None)
+
+    def _on_detach(self, end: AnyEnd) -> None:
+        if isinstance(end, Publisher):
+            outlet = self._outlets.pop(end, None)
+            if outlet is not None:
+                outlet.close()
+        elif isinstance(end, Subscription):
+            token = self._subscriptions.pop(end, None)
+            if token is not None:
+                token.undeclare()
+            self._neighbours.leave(self._graph.bus.topics[end.topic])
+        else:
+            self._services.detach(end)
+        self._presence.tell()
+
+    def _outlet(self, publisher: Publisher[Any]) -> Outlet:
+        return Outlet(
+            publisher,
+            self._supports(publisher.type),
+            self._token_of(publisher),
+            session=self._session,
+            sender=self._sender,
+            clock=self._graph.clock,
+            log=self._log,
+            on_loop=self._on_loop,
+            on_open=self._presence.tell,
+        )
+
+    def _token(self, kind: Kind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
+        """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""
+        node_id = self._node_id(node)
+        self._ids += 1
+        namespace, short = split_name(node)
+        return Token(
+            session=self._zid,
+            node_id=node_id,
+            entity_id=self._ids,
+            kind=kind,
+            namespace=namespace,
+            node=short,
+            topic=name,
+            type=support.name,
+            hash=support.type_hash,
+            qos=qos,
+        )
+
+    def _token_of(self, end: End) -> Token:
+        kind = Kind.PUBLISHER if isinstance(end, Publisher) else Kind.SUBSCRIPTION
+        endpoint = end.endpoint
+        return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
+
+    def _node_id(self, name: str) -> int:
+        """The number of a node in its tokens; the first time declares the node."""
+        found = self._node_ids.get(name)
+        if found is None:
+            self._ids += 1
+            found = self._node_ids[name] = self._ids
+            namespace, node = split_name(name)
+            token = Token(self._zid, found, found, Kind.NODE, namespace, node)
+            self._nodes[name] = self._session.liveliness().declare_token(str(token))
+        return found
+
+    # What is elsewhere.
+
+    def _on_token(self, text: str, alive: bool) -> None:
+        if self._loop is None:
+            return
+        try:
+            token = Token.parse(text)
+        except MalformedMessage as error:
+            self._log.debug(f"a token of another process is not understood: {error}")
+            return
+        if token.session == self._zid:
+            return
+        try:
+            self._hear(text, token, alive=alive)
+        finally:
+            self._presence.note(text, token, alive=alive)
+
+    def _hear(self, text: str, token: Token, *, alive: bool) -> None:
+        if token.kind is Kind.SERVICE:
+            self._services.hear(text, token, alive=alive)
+        elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:
+            self._announce_parameters()
+        elif alive:
+            self._neighbours.come(token)
+        else:
+            self._neighbours.go(token)
+
+    def _announce_parameters(self) -> None:
+        """Let every node tell of its parameters from now on: somebody outside listens."""
+        for unit in self._graph.units:
+            unit.runtime.parameter_events.declare()
+
+    def _on_loop(self, work: Any, *arguments: Any) -> None:
+        """Have the event loop do this, from any thread."""
+        loop = self._loop
+        if loop is not None:
+            with suppress(RuntimeError):  # the loop has ended meanwhile: there is nobody to tell
+                loop.call_soon_threadsafe(work, *arguments)
+
+    def _tell_bug(self, error: Exception) -> None:
+        """What nobody foresaw; from any thread."""
+        self._on_loop(lambda: self._log.error("busflow's wire failed at something", exc_info=error))
+
+
+def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> Any:
+    """The end of an earlier life of the same node whose place this one has taken, if there is one."""
+    for each in known:
+        if _place(each) == _place(end) and each is not end and each not in present:
+            return each
+    return None
+
+
+def _place(end: End) -> object:
+    return end.endpoint.node, end.topic, end.endpoint.origin

@@ -1,0 +1,210 @@
+"""Outlet: one publisher's way out of the process. Nothing is encoded until somebody out there listens."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+import zenoh.ext
+
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import Durability, Reliability
+from busflow.clock import Clock
+from busflow.errors import MalformedMessage
+from busflow.interfaces.message import Message
+from busflow.wire.zenoh.keys import Token, attachment_bytes, topic_key
+from busflow.wire.zenoh.sender import LARGE
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.zenoh.sender import Sender
+
+    _Way = zenoh.Publisher | zenoh.ext.AdvancedPublisher
+
+_HEARTBEAT_S = 0.5
+_BULKY = 8 * 1024
+"""What is large for a message that is mostly bytes, so that clouds and compressed images keep out of the way, too."""
+
+
+class Outlet:
+    """Encodes and sends what a publisher publishes, while it is wanted.
+
+    A transient_local publisher is always wanted: Zenoh keeps its last messages for late joiners, as bytes.
+
+    What is small goes out on the loop, in Zenoh's usual line. With its first large message an outlet moves to the line
+    below, which only the sender's thread uses, and stays there, so that order is kept: of two lines the upper one goes
+    first, and nobody on the loop ever waits behind a message of many pieces.
+    """
+
+    _way: _Way | None  # None once it is closed, when the sender may still hold messages
+
+    def __init__(
+        self,
+        publisher: Publisher[Any],
+        support: TypeSupport,
+        token: Token,
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        clock: Clock,
+        log: FilteringBoundLogger,
+        on_loop: Callable[..., None],
+        on_open: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Declare the publisher to the others.
+
+        Args:
+            publisher: what it is the way out of.
+            support: how its messages travel.
+            token: what it is known by.
+            session: where they go.
+            sender: does what may wait.
+            clock: stamps what is sent.
+            log: hears what cannot be sent.
+            on_loop: runs a function on the event loop, from any thread.
+            on_open: is called whenever it has opened or closed.
+        """
+        self._on_open = on_open
+        self.sent = 0
+        self.unsent = 0
+        """Messages that could not be put into bytes."""
+        self._publisher, self._support, self._sender = publisher, support, sender
+        self._clock, self._log, self._gid = clock, log, token.gid
+        self._wanted = self._closed = False
+        latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
+        self._limit = _BULKY if support.is_bulky else LARGE
+        """Messages from this size on are large; once there was one, all are."""
+        self._lower: Callable[[], zenoh.Publisher] | None = None
+        """Declares it in the lower line; one that keeps what it sends stays where its type belongs."""
+        if latched:
+            self._way = _latched(session, publisher, support)
+            self._limit = 0 if support.is_bulky else LARGE
+        else:
+            self._way = _plain(session, publisher, support, zenoh.Priority.DATA)
+            self._lower = partial(_plain, session, publisher, support, zenoh.Priority.DATA_LOW)
+        self._ways: list[_Way] = [self._way]
+        self._token = session.liveliness().declare_token(str(token))
+        if latched:
+            self._want(True)
+        else:
+            self._listen(on_loop)
+
+    @property
+    def publisher(self) -> Publisher[Any]:
+        """Whose way out this is."""
+        return self._publisher
+
+    @property
+    def open(self) -> bool:
+        """Whether what is published leaves the process."""
+        return self._wanted
+
+    def look(self) -> None:
+        """Find out now whether somebody listens; Zenoh tells it too, but in its own time."""
+        way: Any = self._way
+        if way is not None and not self._wanted:
+            self._want(way.matching_status.matching)
+
+    def follow(self, publisher: Publisher[Any]) -> None:
+        """Be the way out of the publisher that took over from this one, when its node was restarted."""
+        self._publisher = publisher
+        self._want(self._wanted)
+
+    def close(self) -> None:
+        """Take the publisher back."""
+        self._closed = True
+        self._publisher.send_through(None)
+        self._token.undeclare()
+        # Let go of, they are undeclared without the interpreter's lock. `undeclare` of one that keeps what it sends
+        # waits with it for a thread of Zenoh, which may wait for the lock to tell who listens: for ten seconds.
+        self._way = None
+        self._ways.clear()
+
+    def _listen(self, on_loop: Callable[..., None]) -> None:
+        def hear(status: Any) -> None:
+            on_loop(self._want, status.matching)
+
+        way: Any = self._way
+        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(hear, indirect=False))
+        self._want(way.matching_status.matching)
+
+    def _want(self, wanted: bool) -> None:
+        if self._closed:
+            return
+        self._wanted = wanted
+        self._publisher.send_through(self._send if wanted else None)
+        self._on_open()
+
+    def _send(self, message: Message) -> None:
+        try:
+            payload = self._support.encode(message)
+        except MalformedMessage as error:
+            self.unsent += 1
+            if self.unsent == 1:
+                self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
+            return
+        attachment = attachment_bytes(self._publisher.published, self._clock.now_ns(), self._gid)
+        self.sent += 1
+        if len(payload) < self._limit:
+            self._put(payload, attachment)
+        else:
+            self._be_large()
+            self._sender.hand(partial(self._put, payload, attachment), len(payload))
+
+    def _be_large(self) -> None:
+        self._limit = 0
+        if self._lower is not None:
+            self._way, self._lower = self._lower(), None
+            self._ways.append(self._way)
+
+    def _put(self, payload: bytes, attachment: bytes) -> None:
+        way = self._way
+        if way is None:
+            return
+        try:
+            way.put(payload, attachment=attachment)
+        except zenoh.ZError as error:  # the session is closed, at the end of a run
+            self._log.debug(f"not sent on {self._publisher.topic}: {error}")
+
+
+def _plain(
+    session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport, priority: zenoh.Priority
+) -> zenoh.Publisher:
+    return session.declare_publisher(
+        topic_key(publisher.topic, support.name, support.type_hash),
+        congestion_control=zenoh.CongestionControl.DROP,
+        priority=priority,
+        reliability=_reliability(publisher),
+        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
+    )
+
+
+def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.ext.AdvancedPublisher:
+    """As `rmw_zenoh` declares a transient_local publisher."""
+    reliable = publisher.endpoint.qos.reliability is Reliability.RELIABLE
+    return zenoh.ext.declare_advanced_publisher(
+        session,
+        topic_key(publisher.topic, support.name, support.type_hash),
+        cache=zenoh.ext.CacheConfig(max_samples=publisher.endpoint.qos.depth),
+        publisher_detection=True,
+        # Without it Zenoh would number what it keeps by time stamps, which each message would have to carry.
+        sample_miss_detection=zenoh.ext.MissDetectionConfig(
+            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S if reliable else None
+        ),
+        congestion_control=zenoh.CongestionControl.DROP,
+        priority=zenoh.Priority.DATA_LOW if support.is_bulky else zenoh.Priority.DATA,
+        reliability=_reliability(publisher),
+        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
+    )
+
+
+def _reliability(publisher: Publisher[Any]) -> zenoh.Reliability:
+    best_effort = publisher.endpoint.qos.reliability is Reliability.BEST_EFFORT
+    return zenoh.Reliability.BEST_EFFORT if best_effort else zenoh.Reliability.RELIABLE

@@ -1,0 +1,138 @@
+"""RemoteServer: stands in this process for a server in another one, so that local clients reach it."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.bus.call import Activity, Call
+from busflow.bus.service import Service
+from busflow.errors import MalformedMessage, ServiceFailed, ServiceGone, ServiceUnavailable
+from busflow.wire.zenoh.keys import PATIENCE, Attachment, Token
+from busflow.wire.zenoh.refusal import service_refusal
+
+if TYPE_CHECKING:
+    from busflow.clock import Clock
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.zenoh.sender import Sender
+
+_WAITING = 1000
+"""Calls that may wait for one server of another process."""
+_FOREVER_S = 10 * 365 * 86_400
+"""Zenoh wants an end; a call has its own."""
+
+
+class RemoteServer:
+    """Answers local calls by asking the process that has the server."""
+
+    def __init__(
+        self,
+        service: Service[Any, Any],
+        token: Token,
+        key: str,
+        supports: Callable[[type[Any]], TypeSupport],
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        clock: Clock,
+        gid: bytes,
+        on_loop: Callable[..., None],
+    ) -> None:
+        """Take the service's calls from now on.
+
+        Raises:
+            DuplicateServer: somebody answers it already.
+        """
+        self.token = token
+        self._service, self._key, self._session, self._sender = service, key, session, sender
+        self._request, self._response = supports(service.type.Request), supports(service.type.Response)
+        self._clock, self._gid, self._on_loop = clock, gid, on_loop
+        self._asked = 0
+        self._waiting: dict[Call[Any, Any], zenoh.CancellationToken] = {}
+        service.join(self)
+
+    @property
+    def node(self) -> str:
+        """The full name of the server's node."""
+        return self.token.node_name
+
+    @property
+    def holder(self) -> Activity | None:
+        """What holds up a server elsewhere is not known here; a call has its time limit."""
+        return None
+
+    def accept(self, call: Call[Any, Any]) -> None:
+        """Ask the other process.
+
+        Raises:
+            ServiceUnavailable: too many calls wait for it already.
+            MalformedMessage: the request cannot be put into bytes.
+        """
+        if len(self._waiting) >= _WAITING:
+            raise ServiceUnavailable(f"{_WAITING} calls of {self._service.name} wait already")
+        payload = self._request.encode(call.request)
+        self._asked += 1
+        attachment = Attachment(self._asked, self._clock.now().nanoseconds, self._gid).encode()
+        self._waiting[call] = zenoh.CancellationToken()
+        self._sender.hand(partial(self._ask, call, self._waiting[call], payload, attachment))
+
+    def withdraw(self, call: Call[Any, Any]) -> None:
+        """Nobody waits for the answer any more."""
+        token = self._waiting.pop(call, None)
+        if token is not None:
+            cancel: Any = token.cancel
+            self._sender.hand(cancel)
+
+    def statistics(self) -> None:
+        """The server has its account in its own process."""
+
+    def close(self) -> None:
+        """The server has gone: whoever waits for it is told."""
+        waiting, self._waiting = self._waiting, {}
+        for call in waiting:
+            call.fail(ServiceGone(f"{self._service.name}: the process of {self.node} ended before it had answered"))
+        if self._service.server is self:
+            self._service.leave(self)
+
+    def _ask(self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes) -> None:
+        """In the sender's thread: a link that is stalled would hold up the loop."""
+
+        def hear(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                self._on_loop(self._succeed, call, reply.ok.payload.to_bytes())
+            elif reply.err is not None:
+                self._on_loop(self._fail, call, reply.err.payload.to_bytes())
+
+        def end() -> None:
+            self._on_loop(self._fail, call, b"")
+
+        with suppress(zenoh.ZError):  # the session is closed: the run ends
+            self._session.get(
+                self._key if call.limit_s is None else f"{self._key}?{PATIENCE}={call.limit_s}",
+                zenoh.handlers.Callback(hear, drop=end, indirect=False),
+                payload=payload,
+                attachment=attachment,
+                target=zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                timeout=_FOREVER_S,
+                cancellation_token=token,
+            )
+
+    def _succeed(self, call: Call[Any, Any], payload: bytes) -> None:
+        if self._waiting.pop(call, None) is None:
+            return
+        try:
+            call.succeed(self._response.decode(payload))
+        except MalformedMessage as error:
+            call.fail(ServiceFailed(f"{self._service.name}: what {self.node} answered is no answer: {error}"))
+
+    def _fail(self, call: Call[Any, Any], told: bytes) -> None:
+        if self._waiting.pop(call, None) is not None:
+            call.fail(service_refusal(self._service.name, self.node, told))

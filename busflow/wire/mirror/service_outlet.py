@@ -1,0 +1,115 @@
+"""ServiceOutlet: lets other processes ask what a node of this one answers, as `rmw_zenoh` has it.
+
+A request is a query on the service's key; its attachment comes back with the answer. ROS 2 knows no answer that says
+why there is none: busflow's is Zenoh's error reply, a JSON object with `kind` and `error`.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.errors import BusflowError, ServiceTimeout, ServiceUnavailable
+from busflow.interfaces.message import Message, ServiceType
+from busflow.wire.queries.server import replying
+from busflow.wire.zenoh.keys import PATIENCE
+from busflow.wire.zenoh.refusal import encode_refusal
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.zenoh.sender import Sender
+
+_AT_ONCE = 1000
+"""Requests that may be under way at once; the server's own queue is shorter and refuses first."""
+
+
+class ServiceOutlet:
+    """Has the requests of others answered here, and sends them the answers."""
+
+    def __init__(
+        self,
+        name: str,
+        service_type: type[ServiceType],
+        answer: Callable[[Any], Awaitable[Message]],
+        *,
+        key: str,
+        supports: Callable[[type[Any]], TypeSupport],
+        session: zenoh.Session,
+        sender: Sender,
+        on_loop: Callable[..., None],
+    ) -> None:
+        """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
+        self._name, self._answer, self._sender = name, answer, sender
+        self._request, self._response = supports(service_type.Request), supports(service_type.Response)
+        self._tasks: set[asyncio.Task[None]] = set()
+
+        def hear(query: zenoh.Query) -> None:
+            on_loop(self._begin, query)
+
+        self._way = session.declare_queryable(key, zenoh.handlers.Callback(hear, indirect=False), complete=True)
+
+    def close(self) -> None:
+        """Answer no more; who waits is told that nobody will."""
+        self._way.undeclare()
+        for task in self._tasks:
+            task.cancel()
+
+    def _begin(self, query: zenoh.Query) -> None:
+        if len(self._tasks) >= _AT_ONCE:
+            self._refuse(query, ServiceUnavailable(f"{_AT_ONCE} requests of {self._name} are under way already"))
+            return
+        task = asyncio.get_running_loop().create_task(self._serve(query), name=f"busflow.{self._name}")
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _serve(self, query: zenoh.Query) -> None:
+        try:
+            request = self._request.decode(query.payload.to_bytes() if query.payload is not None else b"")
+            payload = self._response.encode(await self._in_time(request, _patience_s(query)))
+        except BusflowError as error:
+            self._refuse(query, error)
+        else:
+            attachment = None if query.attachment is None else query.attachment.to_bytes()
+            self._sender.hand(partial(_reply, query, payload, attachment))
+
+    async def _in_time(self, request: Message, patience_s: float | None) -> Message:
+        """The answer, unless who asks gives up first: then a request that still waits is withdrawn.
+
+        Raises:
+            ServiceError: there is no answer, or none in time.
+        """
+        try:
+            async with asyncio.timeout(patience_s):
+                return await self._answer(request)
+        except TimeoutError as error:
+            if isinstance(error, BusflowError):
+                raise
+            raise ServiceTimeout(f"{self._name} did not answer within {patience_s:g} s") from None
+
+    def _refuse(self, query: zenoh.Query, error: BusflowError) -> None:
+        self._sender.hand(partial(_reply_error, query, encode_refusal(error)))
+
+
+def _patience_s(query: zenoh.Query) -> float | None:
+    """How long the one who asks will wait, where it says so: ROS 2's clients do not."""
+    try:
+        return float(query.parameters.get(PATIENCE) or "")
+    except ValueError:
+        return None
+
+
+def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None:
+    with replying(query):
+        query.reply(query.key_expr, payload, attachment=attachment)
+
+
+def _reply_error(query: zenoh.Query, told: bytes) -> None:
+    with replying(query):
+        query.reply_err(told)

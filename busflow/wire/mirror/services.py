@@ -1,0 +1,162 @@
+"""ServiceMirror: the services of a bus as other processes see them, and theirs as the bus sees them."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.bus.client import Client
+from busflow.bus.server import Server
+from busflow.errors import BusflowError
+from busflow.interfaces.message import ServiceType
+from busflow.node.parameter_store import ParameterStore
+from busflow.wire.mirror.service_inlet import RemoteServer
+from busflow.wire.mirror.service_outlet import ServiceOutlet
+from busflow.wire.queries.parameter_services import ParameterServices
+from busflow.wire.zenoh.keys import Kind, Token, topic_key
+
+if TYPE_CHECKING:
+    from structlog.typing import FilteringBoundLogger
+
+    from busflow.bus.bus import Bus
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.interfaces.message import Message
+    from busflow.wire.zenoh.sender import Sender
+
+Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
+CALLER = "another process"
+"""Who asks, for a server's log."""
+MakeToken = Callable[[Kind, str, str, "TypeSupport", str], Token]
+"""Of what kind, of which node, of which service, of what type and QoS: a token with a number of its own."""
+
+
+class ServiceMirror:
+    """Shows local servers and clients to others, and brings remote servers to local clients."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        supports: Callable[[type[Any]], TypeSupport],
+        *,
+        session: zenoh.Session,
+        sender: Sender,
+        log: FilteringBoundLogger,
+        make_token: MakeToken,
+        on_loop: Callable[..., None],
+    ) -> None:
+        self._bus, self._supports, self._session, self._sender = bus, supports, session, sender
+        self._log, self._make_token, self._on_loop = log, make_token, on_loop
+        self._shown: dict[Shown, list[zenoh.LivelinessToken]] = {}
+        self._gids: dict[str, bytes] = {}
+        self._outlets: dict[Shown, list[ServiceOutlet]] = {}
+        self._remote: dict[str, Token] = {}
+        self._servers: dict[str, RemoteServer] = {}
+
+    @property
+    def shown(self) -> int:
+        """How many tokens there are of ends here."""
+        return sum(map(len, self._shown.values()))
+
+    def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
+        """Show an end of a service; a client is given the server that another process has."""
+        kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT
+        name = end.endpoint.service
+        token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
+        self._shown[end] = [self._session.liveliness().declare_token(str(token))]
+        service = self._bus.services[name]
+        if isinstance(end, Server):
+            self._outlets[end] = [self._outlet(name, end.type, partial(service.call, caller=CALLER))]
+            return
+        self._gids[name] = token.gid
+        for remote in [each for each in self._remote.values() if each.topic == name]:
+            self._admit(remote)
+
+    def attach_parameters(self, store: ParameterStore) -> None:
+        """Answer ROS 2's services for a node's parameters; a restarted node's store takes the place of its former's."""
+        for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == store.node]:
+            self._hide(former)
+        self._shown[store], self._outlets[store] = [], []
+        for name, service_type, answer in ParameterServices(store).all():
+            token = self._make_token(Kind.SERVICE, store.node, name, self._supports(service_type), _QOS)
+            self._shown[store].append(self._session.liveliness().declare_token(str(token)))
+            self._outlets[store].append(self._outlet(name, service_type, answer))
+
+    def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
+        """Show it no more."""
+        self._hide(end)
+
+    def _hide(self, shown: Shown) -> None:
+        for token in self._shown.pop(shown, ()):
+            token.undeclare()
+        for outlet in self._outlets.pop(shown, ()):
+            outlet.close()
+
+    def hear(self, text: str, token: Token, *, alive: bool) -> None:
+        """A server of another process has come or gone."""
+        if alive:
+            self._remote[text] = token
+            self._admit(token)
+        elif self._remote.pop(text, None):
+            server = self._servers.pop(text, None)
+            if server is not None:
+                server.close()
+                for other in [each for each in self._remote.values() if each.topic == token.topic]:
+                    self._admit(other)
+
+    def close(self) -> None:
+        """The session is closed: whoever waits for another process is told."""
+        for server in self._servers.values():
+            server.close()
+
+    def _admit(self, token: Token) -> None:
+        """Let local clients ask a server of another process, if there are any and nobody answers them yet."""
+        service = self._bus.services.get(token.topic)
+        if service is None or not service.clients or service.server is not None:
+            return
+        support = self._supports(service.type)
+        if (token.type, token.hash) != (support.name, support.type_hash):
+            told = "of another definition" if token.type == support.name else f"as {token.type}"
+            self._log.warning(f"{token.node_name} in another process answers {service.name} {told}: it is not asked")
+            return
+        try:
+            self._servers[str(token)] = RemoteServer(
+                service,
+                token,
+                self._key(service.name, service.type),
+                self._supports,
+                session=self._session,
+                sender=self._sender,
+                clock=self._bus.clock,
+                gid=self._gids[service.name],
+                on_loop=self._on_loop,
+            )
+        except BusflowError as error:
+            self._log.warning(f"{token.node_name} in another process is not asked for {service.name}: {error}")
+
+    def _outlet(
+        self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]
+    ) -> ServiceOutlet:
+        return ServiceOutlet(
+            name,
+            service_type,
+            answer,
+            key=self._key(name, service_type),
+            supports=self._supports,
+            session=self._session,
+            sender=self._sender,
+            on_loop=self._on_loop,
+        )
+
+    def _key(self, service: str, service_type: type[ServiceType]) -> str:
+        support = self._supports(service_type)
+        return topic_key(service, support.name, support.type_hash)
+
+
+_QOS = "::,10:,:,:,,"
+"""As ROS 2 has it for services: reliable, volatile, ten requests deep."""

@@ -1,0 +1,304 @@
+"""Questions: what a run knows about itself, as plain data. Each answers one question of another process."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.bus.publisher import Publisher
+from busflow.bus.subscription import Subscription
+from busflow.errors import NoSuchTarget
+from busflow.interfaces.message import ServiceType, type_name
+from busflow.node.parameter_messages import type_of
+from busflow.runner.report import service_reports
+from busflow.text import did_you_mean
+from busflow.wire.queries.kept_messages import History
+from busflow.wire.queries.log_book import DEPTH, LogBook
+from busflow.wire.queries.logs import ParameterLog
+from busflow.wire.queries.meter import Meters
+from busflow.wire.queries.parameter_services import ParameterServices
+from busflow.wire.queries.server import Question, WithMessages
+from busflow.wire.zenoh.keys import Attachment
+
+if TYPE_CHECKING:
+    from busflow.bus.bus import Bus
+    from busflow.bus.endpoint import Endpoint
+    from busflow.bus.topic import Topic
+    from busflow.clock import Clock
+    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.log import Log
+    from busflow.node.parameter_store import LiveParameter
+    from busflow.runner.report import Report
+    from busflow.runner.rosout import Rosout
+    from busflow.runner.supervisor import Unit
+    from busflow.wire.zenoh.run_directory import RunCard
+
+_NO_GID = bytes(16)
+
+
+class Inspected(Protocol):
+    """What is needed of a graph."""
+
+    name: str
+    seed: int
+    clock: Clock
+    bus: Bus
+    log: Log
+    rosout: Rosout
+    units: list[Unit]
+
+    def report(self) -> Report:
+        """What the run has come to so far."""
+        ...
+
+
+class Supports(Protocol):
+    """How each message class travels."""
+
+    def __call__(self, cls: type[Any]) -> TypeSupport:
+        """How this one does."""
+        ...
+
+
+class Questions:
+    """The answers of one process; every method takes a question's arguments."""
+
+    def __init__(
+        self,
+        graph: Inspected,
+        card: RunCard,
+        process: str,
+        supports: Supports,
+        history: History,
+        elsewhere: Collection[str],
+        about: Callable[[], Mapping[str, Any]],
+    ) -> None:
+        """The answers about a graph.
+
+        Args:
+            graph: what runs.
+            card: what it says of itself.
+            process: this process's name.
+            supports: how each message class travels.
+            history: what is kept for `--last`.
+            elsewhere: the tokens of other processes.
+            about: what else `run` answers: `restarts`, or of the main process `members`, what it knows of the others.
+        """
+        self._graph, self._card, self._process = graph, card, process
+        self._supports, self._history = supports, history
+        self._elsewhere, self._about = elsewhere, about
+        self.parameter_log = ParameterLog(graph.clock)
+        self._log_book = LogBook()
+        graph.log.sinks.append(self._log_book.write)
+        self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
+
+    def close(self) -> None:
+        """Measure nothing more, and keep no lines of the log."""
+        self._meters.close()
+        self._graph.log.sinks.remove(self._log_book.write)
+
+    def all(self) -> Mapping[str, Question]:
+        """Each question's name, and who answers it."""
+        return {
+            "run": self.run,
+            "report": self.report,
+            "graph": self.graph,
+            "types": self.types,
+            "services": self.services,
+            "history": self.history,
+            "measure": self.measure,
+            "parameters": self.parameters,
+            "set_parameters": self.set_parameters,
+            "parameter_changes": self.parameter_changes,
+            "log": self.log,
+        }
+
+    def run(self, _arguments: Mapping[str, Any]) -> object:
+        """What runs: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states}`."""
+        graph = self._graph
+        return asdict(self._card) | {
+            "process": self._process,
+            "pid": os.getpid(),
+            "seed": graph.seed,
+            "clock": graph.clock.kind,
+            "elapsed_s": graph.clock.seconds(),
+            "nodes": len(graph.units),
+            "states": Counter(unit.state.value for unit in graph.units),
+            **self._about(),
+        }
+
+    def report(self, _arguments: Mapping[str, Any]) -> object:
+        """The report as `--report` writes it, as it stands now."""
+        return self._graph.report().as_json()
+
+    def graph(self, _arguments: Mapping[str, Any]) -> object:
+        """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
+        topics = self._graph.bus.topics.values()
+        timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
+        return {
+            "process": self._process,
+            "pid": os.getpid(),
+            "elapsed_s": self._graph.clock.seconds(),
+            "clock": self._graph.clock.kind,
+            "inbox": {"dropped": self._graph.bus.inbox.dropped, "refused": self._graph.bus.inbox.refused},
+            "nodes": [_node(unit) for unit in self._graph.units],
+            "topics": [self._topic(topic) for topic in topics],
+            "services": [asdict(each) for each in service_reports(self._graph.bus)],
+            "timers": timers,
+            "elsewhere": sorted(self._elsewhere),
+        }
+
+    def types(self, arguments: Mapping[str, Any]) -> object:
+        """By type name, what reads its messages: `{hash, encoding, description}`; `names` or a `hash` limit them."""
+        wanted, type_hash = arguments.get("names"), arguments.get("hash")
+        if not (wanted is None or isinstance(wanted, list)):
+            raise ValueError("names is a list of type names")
+        supports = [self._supports(topic.type) for topic in self._graph.bus.topics.values()]
+        chosen = (each for each in supports if type_hash is None or each.type_hash == type_hash)
+        return {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
+
+    def services(self, arguments: Mapping[str, Any]) -> object:
+        """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
+        wanted = arguments.get("names")
+        services = self._graph.bus.services
+        types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
+        for unit in self._graph.units:
+            types |= {name: service_type for name, service_type, _ in ParameterServices(unit.runtime.parameters).all()}
+        return {
+            name: {
+                "type": type_name(service_type),
+                "hash": self._supports(service_type).type_hash,
+                "request": _described(self._supports(service_type.Request)),
+                "response": _described(self._supports(service_type.Response)),
+                "servers": [asdict(each) for each in services[name].servers()] if name in services else [],
+                "clients": [asdict(each) for each in services[name].asking()] if name in services else [],
+            }
+            for name, service_type in types.items()
+            if wanted is None or name in wanted
+        }
+
+    def history(self, arguments: Mapping[str, Any]) -> object:
+        """The last `count` messages of `topic`, oldest first; the answer says how many are kept, and of which type."""
+        topic = self._named(arguments["topic"])
+        support = self._supports(topic.type)
+        messages = self._history.last(topic, int(arguments.get("count", 1)))
+        first = topic.published - len(messages) + 1
+        replies = [
+            (support.encode(message), Attachment(first + place, 0, _NO_GID).encode())
+            for place, message in enumerate(messages)
+        ]
+        told = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
+        return WithMessages(told | {"count": len(replies)} | _described(support), replies)
+
+    def measure(self, arguments: Mapping[str, Any]) -> object:
+        """What went over `topic` since this `reader` last asked, with `sizes` or without, and the ledger there."""
+        topic = self._named(arguments["topic"])
+        found = self._meters.read(str(arguments["reader"]), topic, sizes=bool(arguments.get("sizes")))
+        return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
+
+    def log(self, arguments: Mapping[str, Any]) -> object:
+        """The last `count` lines of the log, oldest first, of `node` or of all, from `level` (a number) on."""
+        level, node = int(arguments.get("level", 0)), arguments.get("node")
+        lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
+        told = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
+        return told | {"process": self._process}
+
+    def parameters(self, arguments: Mapping[str, Any]) -> object:
+        """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""
+        wanted = arguments.get("node")
+        return {
+            unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]
+            for unit in self._graph.units
+            if wanted is None or unit.name == wanted
+        }
+
+    def set_parameters(self, arguments: Mapping[str, Any]) -> object:
+        """Set `values` of a `node`, all or none: `{changed: [{name, old, new}], faults: [{path, message, fix}]}`."""
+        for unit in self._graph.units:
+            if unit.name == arguments["node"]:
+                return asdict(unit.runtime.parameters.set(arguments["values"]))
+        raise NoSuchTarget(f"there is no node {arguments['node']!r} in this process")
+
+    def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
+        """What was set `since` a change, whose number is given by process; only the last number without `since`."""
+        since = arguments.get("since")
+        number = None if since is None else int(since.get(self._process, 0))
+        return {"process": self._process} | self.parameter_log.since(number)
+
+    def _named(self, name: str) -> Topic[Any]:
+        topics = self._graph.bus.topics
+        found = topics.get(name)
+        if found is None:
+            raise NoSuchTarget(f"there is no topic {name!r}; {did_you_mean(name, topics)}")
+        return found
+
+    def _topic(self, topic: Topic[Any]) -> dict[str, Any]:
+        support = self._supports(topic.type)
+        return {
+            "name": topic.name,
+            "type": support.name,
+            "hash": support.type_hash,
+            "encoding": support.encoding,
+            "published": topic.published,
+            "kept": self._history.depth(topic.name),
+            "publishers": [_publisher(each) for each in topic.publishers],
+            "subscriptions": [_subscription(each) for each in topic.subscriptions],
+            "gone": [asdict(each) for each in topic.gone],
+            "losses": dict(topic.losses),
+        }
+
+
+def _described(support: TypeSupport) -> dict[str, Any]:
+    return {
+        "hash": support.type_hash,
+        "encoding": support.encoding,
+        "description": support.description,
+    }
+
+
+def _node(unit: Unit) -> dict[str, Any]:
+    return {
+        "name": unit.name,
+        "plugin": unit.plugin,
+        "state": unit.state.value,
+        "restarts": unit.restarts,
+        "failures": [unit.failure.summary] if unit.failure else [],
+        "publishers": _names(unit.runtime.ends.publishers),
+        "subscriptions": _names(unit.runtime.ends.subscriptions),
+    }
+
+
+def _names(ends: Sequence[Publisher[Any] | Subscription[Any]]) -> list[dict[str, str]]:
+    return [{"topic": end.topic, "type": type_name(end.type)} for end in ends]
+
+
+def _publisher(publisher: Publisher[Any]) -> dict[str, Any]:
+    return _endpoint(publisher.endpoint) | {"published": publisher.published}
+
+
+def _subscription(subscription: Subscription[Any]) -> dict[str, Any]:
+    return _endpoint(subscription.endpoint) | asdict(subscription.statistics())
+
+
+def _endpoint(endpoint: Endpoint) -> dict[str, Any]:
+    return {
+        "node": endpoint.node,
+        "qos": endpoint.qos.model_dump(mode="json"),
+        "origin": endpoint.origin,
+        "written": endpoint.written,
+    }
+
+
+def _parameter(parameter: LiveParameter) -> dict[str, Any]:
+    info, place = parameter.info, parameter.source.place
+    return asdict(info) | {
+        "bounds": info.bounds._asdict(),
+        "range": str(info.bounds),
+        "ros_type": type_of(info.default if parameter.value is None else parameter.value, info),
+        "value": parameter.value,
+        "source": parameter.source.text,
+        "at": None if place is None else str(place),
+    }

@@ -1,0 +1,107 @@
+"""Network: how the session of a machine reaches other machines, and what whoever reaches it may do.
+
+A machine's main process is a Zenoh router: what its other processes say goes through it to the machines that it is
+linked to, by TLS with a certificate on both sides. Zenoh's access control looks at each message of such a link, by the
+common name of the certificate; what comes through the run's unix sockets is this user's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from busflow.launchfile.check.credentials import Credentials, credentials_of
+from busflow.launchfile.model.network import TCP, TLS, Endpoint, NetworkSpec
+from busflow.launchfile.model.roles import Role
+from busflow.wire.queries.server import PREFIX, READING
+from busflow.wire.zenoh.keys import DOMAIN, GRAPH
+
+_RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
+"""How often a machine that is not there is looked for."""
+_TAKING = ("put", "delete", "reply", "liveliness_token", "declare_queryable")
+_DOING = (*_TAKING, "declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber")
+"""All that Zenoh knows of."""
+_DATA, _KEPT, _GRAPH, _QUESTIONS = f"{DOMAIN}/**", f"{DOMAIN}/**/@adv/**", f"{GRAPH}/**", f"{PREFIX}/**"
+_EVERYTHING = (_DATA, _KEPT, _GRAPH, _QUESTIONS)
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """What the session of one machine is told."""
+
+    dials: Sequence[Endpoint]
+    listens: Sequence[Endpoint] = ()
+    credentials: Credentials | None = None
+    machines: Collection[str] = ()
+    allow: Mapping[str, Role] | None = None
+    """Who else may do what; None where nobody can connect anyhow."""
+
+    @classmethod
+    def of(cls, spec: NetworkSpec, machine: str) -> Network:
+        """That of a machine of a launch file."""
+        listen = spec.machines[machine].listen
+        listens = () if listen is None else (listen,)
+        return cls(spec.dialled_by(machine), listens, credentials_of(spec, machine), tuple(spec.machines), spec.allow)
+
+    def settings(self) -> dict[str, Any]:
+        """What Zenoh is to be told beyond what a session within one machine is told."""
+        found: dict[str, Any] = {"connect/retry": _RETRY}
+        if self.credentials is not None:
+            found |= _tls(self.credentials)
+        if self.allow is not None:
+            found["access_control"] = self._access(self.allow)
+        return found
+
+    def _access(self, allow: Mapping[str, Role]) -> dict[str, Any]:
+        ways = ["unixsock-stream"]
+        if any(end.protocol == TCP for end in (*self.listens, *self.dials)):
+            ways.append(TCP)  # to this machine alone, as the launch file's check has seen to
+        everything = [*self.machines, *(name for name, role in allow.items() if role is Role.ALL)]
+        reading = [name for name, role in allow.items() if role is Role.READ]
+        subjects: list[dict[str, Any]] = [{"id": "here", "link_protocols": ways}]
+        subjects.append({"id": "all", "link_protocols": [TLS], "cert_common_names": everything})
+        policies = [{"rules": ["all"], "subjects": ["here", "all"]}]
+        rules = [_rule("all", _DOING, ("ingress", "egress"), _EVERYTHING)]
+        if reading:
+            subjects.append({"id": "read", "link_protocols": [TLS], "cert_common_names": reading})
+            reads = list(_reading())
+            rules += reads
+            policies.append({"rules": [rule["id"] for rule in reads], "subjects": ["read"]})
+        return {
+            "enabled": True,
+            "default_permission": "deny",
+            "rules": rules,
+            "subjects": subjects,
+            "policies": policies,
+        }
+
+
+def _reading() -> Iterator[dict[str, Any]]:
+    """Hear all, ask what changes nothing, and be seen as a node that receives: as no other, and no publisher."""
+    inwards, outwards = ("ingress",), ("egress",)
+    yield _rule("hear", _TAKING, outwards, _EVERYTHING)
+    yield _rule("want", ("declare_subscriber",), inwards, (_DATA,))
+    yield _rule("look", ("liveliness_query", "declare_liveliness_subscriber"), inwards, (_GRAPH, _KEPT, _QUESTIONS))
+    own = [f"{GRAPH}/*/*/*/*/{kind}/**" for kind in ("NN", "MS")]
+    yield _rule("be-seen", ("liveliness_token",), inwards, own)
+    yield _rule("ask", ("query",), inwards, (_KEPT, *(f"{PREFIX}/*/{question}" for question in READING)))
+
+
+def _rule(name: str, messages: Sequence[str], flows: Sequence[str], keys: Sequence[str]) -> dict[str, Any]:
+    what = {"messages": list(messages), "flows": list(flows), "key_exprs": list(keys)}
+    return {"id": name, "permission": "allow", **what}
+
+
+def _tls(credentials: Credentials) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "transport/link/tls/root_ca_certificate": str(credentials.ca),
+        "transport/link/tls/enable_mtls": True,
+        "transport/link/tls/verify_name_on_connect": True,
+        # A robot that works is not stopped by the calendar; its next start is.
+        "transport/link/tls/close_link_on_expiration": False,
+    }
+    for side in ("listen", "connect"):
+        found[f"transport/link/tls/{side}_certificate"] = str(credentials.cert)
+        found[f"transport/link/tls/{side}_private_key"] = str(credentials.key)
+    return found

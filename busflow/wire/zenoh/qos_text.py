@@ -1,0 +1,110 @@
+"""QoS in the short form that `rmw_zenoh` puts into liveliness tokens, where an empty field is its default.
+
+    reliability:durability:history,depth:deadline_s,deadline_ns:lifespan_s,lifespan_ns:liveliness,lease_s,lease_ns
+
+Source: ros2/rmw_zenoh, `liveliness_utils.cpp`; the numbers are those of `rmw/types.h`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from busflow.errors import MalformedMessage
+
+if TYPE_CHECKING:
+    from busflow.bus.qos import QoS
+
+_NS_PER_S = 1_000_000_000
+_RELIABILITIES = {0: "system_default", 1: "reliable", 2: "best_effort", 3: "unknown", 4: "best_available"}
+_DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "unknown", 4: "best_available"}
+_HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
+_LIVELINESSES = {0: "system_default", 1: "automatic", 3: "manual_by_topic", 4: "unknown", 5: "best_available"}
+_DEFAULT_DEPTH = 42
+
+
+@dataclass(frozen=True, slots=True)
+class WireQoS:
+    """What a token says of an endpoint's QoS, in ROS 2's words."""
+
+    reliability: str = "reliable"
+    durability: str = "volatile"
+    history: str = "keep_last"
+    depth: int = _DEFAULT_DEPTH
+    deadline_ns: int | None = None
+    """None is without limit, as in the two that follow."""
+    lifespan_ns: int | None = None
+    liveliness: str = "automatic"
+    lease_ns: int | None = None
+
+
+def to_text(qos: QoS) -> str:
+    """The short form of a profile.
+
+    >>> from busflow.bus.qos import QoS
+    >>> to_text(QoS(depth=7, durability="transient_local", deadline_s=0.5))
+    ':1:,7:0,500000000:,:,,'
+    """
+    reliability = _number(_RELIABILITIES, qos.reliability.value, "reliable")
+    durability = _number(_DURABILITIES, qos.durability.value, "volatile")
+    liveliness = _number(_LIVELINESSES, qos.liveliness.value, "automatic")
+    depth = "" if qos.depth == _DEFAULT_DEPTH else str(qos.depth)
+    limits = [_written(limit) for limit in (qos.deadline_s, qos.lifespan_s, qos.lease_s)]
+    return f"{reliability}:{durability}:,{depth}:{limits[0]}:{limits[1]}:{liveliness},{limits[2]}"
+
+
+def from_text(text: str) -> WireQoS:
+    """What the short form says.
+
+    >>> from_text(":1:,7:0,500000000:,:,,").deadline_ns
+    500000000
+
+    Raises:
+        MalformedMessage: it is none.
+    """
+    try:
+        reliability, durability, history, deadline, lifespan, liveliness = text.split(":")
+        policy, depth = history.split(",")
+        alive, lease = liveliness.split(",", 1)
+        return WireQoS(
+            reliability=_RELIABILITIES[int(reliability or 1)],
+            durability=_DURABILITIES[int(durability or 2)],
+            history=_HISTORIES[int(policy or 1)],
+            depth=int(depth or _DEFAULT_DEPTH),
+            deadline_ns=_read(deadline),
+            lifespan_ns=_read(lifespan),
+            liveliness=_LIVELINESSES[int(alive or 1)],
+            lease_ns=_read(lease),
+        )
+    except (ValueError, KeyError):
+        raise MalformedMessage(f"{text[:200]!r} is no QoS in the form of ROS 2's tokens") from None
+
+
+def as_qos(told: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
+    """What a token says, as a profile of at most that depth.
+
+    Raises:
+        ValueError, OverflowError: it cannot be one.
+    """
+    from busflow.bus.qos import QoS  # whoever only shows a token does not pay for pydantic
+
+    limits = {"deadline": told.deadline_ns, "lifespan": told.lifespan_ns, "lease": told.lease_ns}
+    words: dict[str, object] = {word: limit / _NS_PER_S for word, limit in limits.items() if limit}
+    words |= {"reliability": told.reliability, "durability": told.durability, "liveliness": told.liveliness}
+    return QoS.model_validate({"depth": min(max(1, told.depth), most_depth), **words})
+
+
+def _number(numbers: dict[int, str], word: str, default: str) -> str:
+    return "" if word == default else next(str(number) for number, each in numbers.items() if each == word)
+
+
+def _written(limit_s: float | None) -> str:
+    if limit_s is None:
+        return ","
+    seconds, nanoseconds = divmod(round(limit_s * _NS_PER_S), _NS_PER_S)
+    return f"{seconds},{nanoseconds}"
+
+
+def _read(text: str) -> int | None:
+    seconds, nanoseconds = text.split(",")
+    return None if not seconds and not nanoseconds else int(seconds or 0) * _NS_PER_S + int(nanoseconds or 0)

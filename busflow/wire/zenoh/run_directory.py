@@ -1,0 +1,354 @@
+"""The run directory: where on this machine a run can be found, and by whom.
+
+A run owns `$XDG_RUNTIME_DIR/busflow/<run>/`, or `/tmp/busflow-<uid>/<run>/` where there is no such place or its path is
+too long for a socket; `$BUSFLOW_RUNTIME_DIR/<run>/` where that is set. The folder is the guard: it is this user's and
+nobody else may open it. A lock that the run holds says that it lives, since the kernel drops it with the process,
+however that ends. A directory appears under its name with its lock held, so one whose lock is free is what a dead run
+left; whoever makes or removes one holds the lock of the folder meanwhile. Imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import re
+import shutil
+import stat
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from busflow.errors import InspectionUnavailable, NoSuchRun
+from busflow.runner.forks import call_in_children
+from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.session import SOCKET, open_session
+
+if TYPE_CHECKING:
+    import zenoh
+
+AT = "@"
+"""Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
+_LOCK = "run.lock"
+_CARD = "run.json"
+_FOLDER_LOCK = ".lock"
+_DRAFT = ".new"
+_CARD_BYTES = 65_536
+_PATH_BYTES = 100
+"""The longest path of a socket that every kernel takes, with room for the lock that Zenoh puts beside it."""
+_NAME_BYTES = 40
+_LEAST_NAME_BYTES = 8
+_ATTEMPTS = 100
+_UNFIT = re.compile(r"[^A-Za-z0-9_.-]|^\.")
+_LATEST_NS = 1 << 62
+
+
+@dataclass(frozen=True, slots=True)
+class RunCard:
+    """What a run says of itself to whoever finds its directory."""
+
+    name: str
+    pid: int
+    since_ns: int
+    """Wall time of its start, nanoseconds since 1970."""
+    file: str = ""
+    """The launch file, absolute; empty where there is none."""
+    version: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FoundRun:
+    """A run that lives on this machine."""
+
+    directory: Path
+    card: RunCard
+
+    @property
+    def name(self) -> str:
+        """What `--run` takes: the directory's name, which no other run has."""
+        return self.directory.name
+
+    def open(self, patience_s: float) -> zenoh.Session:
+        """Join it.
+
+        Raises:
+            InspectionUnavailable: it does not answer.
+        """
+        return open_session(self.directory, patience_s=patience_s)
+
+    def lives(self, _session: zenoh.Session) -> bool:
+        """Whether it is still there, for who has joined it by this session."""
+        return self in runs()
+
+    def require(self, _what: str) -> None:
+        """Whoever can open its directory may do all."""
+
+    def answered(self, _answers: Iterable[Mapping[str, object]]) -> Self:
+        """The run with what its processes answered to `run`; what it is was told in its directory."""
+        return self
+
+
+class RunDirectory:
+    """The directory of a run that is about to live here; `close` removes it."""
+
+    def __init__(self, path: Path, lock: int) -> None:
+        self.path = path
+        self._lock = lock
+        # A child that a node forks has our lock too, and would let a dead run pass for a living one.
+        call_in_children(self._let_go)
+
+    @classmethod
+    def claim(cls, name: str, environment: Mapping[str, str] = os.environ) -> Self:
+        """Take a directory of this name, `name-2` and so on where other runs have it; remains of dead ones go.
+
+        Raises:
+            InspectionUnavailable: there is no place that only this user can open.
+        """
+        folder = _writable_folder(environment)
+        fit = (_UNFIT.sub("_", name) or "run")[: _room(folder)]
+        with _alone(folder):
+            draft = folder / _DRAFT
+            _remove(draft)
+            draft.mkdir(mode=0o700)
+            lock = os.open(draft / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+            _locked(lock, exclusive=True, wait=True)  # for whoever looks whether it is held
+            for number in range(1, _ATTEMPTS):
+                path = folder / (fit if number == 1 else f"{fit}-{number}")
+                if _is_free(path):
+                    draft.rename(path)
+                    return cls(path, lock)
+            os.close(lock)
+            _remove(draft)
+        raise InspectionUnavailable(f"{_ATTEMPTS - 1} runs are called {printable(name)}; see busflow ps")
+
+    def write_card(self, card: RunCard) -> None:
+        """Let the run be found; whoever looked earlier saw nothing."""
+        draft = self.path / f"{_CARD}.new"
+        draft.write_text(json.dumps(asdict(card)), encoding="utf-8")
+        draft.replace(self.path / _CARD)
+
+    def close(self) -> None:
+        """Remove the directory; from one moment to the next nobody finds it."""
+        gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+        with suppress(OSError):  # somebody removed it while the run lasted, which is no fault of the run
+            self.path.rename(gone)
+        _remove(gone)
+        self._let_go()
+
+    def _let_go(self) -> None:
+        lock, self._lock = self._lock, -1
+        if lock >= 0:
+            os.close(lock)
+
+
+def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
+    """The runs of this user that live on this machine, the oldest first; remains of dead ones are removed.
+
+    Raises:
+        InspectionUnavailable: there is none, and a folder where one would be belongs to somebody else, or others can
+            open it.
+    """
+    found: list[FoundRun] = []
+    unsafe: list[InspectionUnavailable] = []
+    for folder in _folders(environment, search=True):
+        try:
+            if os.path.lexists(folder):
+                found += _living(_own(folder))
+        except InspectionUnavailable as error:  # whoever takes our name in /tmp must not hide what runs elsewhere
+            unsafe.append(error)
+    if unsafe and not found:
+        raise unsafe[0]
+    return sorted(found, key=lambda run: run.card.since_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class Folder:
+    """A place where runs of this user may be."""
+
+    path: Path
+    exists: bool
+    fault: str = ""
+    """Why it cannot be used; empty where it can."""
+    remains: tuple[str, ...] = ()
+    """Directories in it that dead runs have left, until somebody looks for runs."""
+
+
+def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
+    """Where runs are looked for, in that order; nothing is removed."""
+    found: list[Folder] = []
+    for path in _folders(environment, search=True):
+        if not os.path.lexists(path):
+            found.append(Folder(path, exists=False))
+            continue
+        try:
+            names = sorted(each.name for each in _own(path).iterdir() if each.is_dir() and not each.is_symlink())
+        except (InspectionUnavailable, OSError) as error:
+            found.append(Folder(path, exists=True, fault=str(error)))
+            continue
+        found.append(Folder(path, exists=True, remains=tuple(name for name in names if not _lives(path / name))))
+    return found
+
+
+def find_run(name: str | None = None, environment: Mapping[str, str] = os.environ) -> FoundRun:
+    """The run of a name, or the only one there is.
+
+    Raises:
+        NoSuchRun: there is none, none of that name, or several and no name.
+    """
+    found = runs(environment)
+    if not found:
+        raise NoSuchRun("nothing is running; start a graph in another terminal: busflow run FILE")
+    if name is None:
+        if len(found) == 1:
+            return found[0]
+        raise NoSuchRun(
+            f"{len(found)} graphs are running; say which: --run {' | '.join(printable(run.name) for run in found)}"
+        )
+    for run in found:
+        if run.name == name:
+            return run
+    raise NoSuchRun(f"there is no run {printable(name)!r}; {did_you_mean(name, [run.name for run in found])}")
+
+
+def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Path]:
+    """The folders of runs, the preferred one first; to search, also those of other sessions of this user."""
+    user = os.geteuid() if hasattr(os, "geteuid") else 0
+    stated = environment.get("BUSFLOW_RUNTIME_DIR")
+    if stated:
+        return [Path(stated).absolute()]
+    runtime = environment.get("XDG_RUNTIME_DIR", "")
+    sessions = [runtime] if runtime.startswith("/") else []
+    if search and f"/run/user/{user}" not in sessions:  # where a run from a desktop is, for cron and ssh
+        sessions.append(f"/run/user/{user}")
+    shared = Path(f"/tmp/busflow-{user}")  # noqa: S108  # who owns it and may open it is checked
+    return [*(folder for each in sessions if not _unfit(folder := Path(each, "busflow"))), shared]
+
+
+def _room(folder: Path) -> int:
+    """How long the name of a run may be there, for a path that a socket can have."""
+    return min(_NAME_BYTES, _PATH_BYTES - len(os.fsencode(f"{folder}/-{_ATTEMPTS}/{SOCKET}")))
+
+
+def _unfit(folder: Path) -> str | None:
+    """Why no socket can be in a folder; None where one can."""
+    # Zenoh reads what follows these signs as settings of the socket.
+    if set("?#") & set(str(folder)):
+        return "a socket's path cannot contain ? or #"
+    if _room(folder) < _LEAST_NAME_BYTES:
+        return f"the path of a socket there would be longer than {_PATH_BYTES} bytes"
+    return None
+
+
+def _writable_folder(environment: Mapping[str, str]) -> Path:
+    if importlib.util.find_spec("fcntl") is None:
+        raise InspectionUnavailable("this platform has no sockets that only one user can open")
+    reason = ""
+    for folder in _folders(environment):
+        unfit = _unfit(folder)
+        if unfit is not None:
+            raise InspectionUnavailable(f"{folder}: {unfit}; set BUSFLOW_RUNTIME_DIR to another one")
+        try:
+            folder.mkdir(mode=0o700, exist_ok=True)
+        except OSError as error:  # a runtime directory of somebody else's session, or none any more
+            if not folder.is_symlink():
+                reason = f"{folder}: {error.strerror}"
+                continue
+        if os.access(_own(folder), os.W_OK | os.X_OK):
+            return folder
+        reason = f"{folder}: it cannot be written to"
+    raise InspectionUnavailable(f"there is no folder for the run's socket; {reason}")
+
+
+def _own(folder: Path) -> Path:
+    """The folder, once it is certain that nobody else can put anything there."""
+    status = folder.lstat()
+    fault = None
+    if not stat.S_ISDIR(status.st_mode):
+        fault = "is a symbolic link" if stat.S_ISLNK(status.st_mode) else "is no directory"
+    elif status.st_uid != os.geteuid():
+        fault = "belongs to another user"
+    elif stat.S_IMODE(status.st_mode) & 0o077:
+        fault = f"can be opened by others (mode {stat.S_IMODE(status.st_mode):04o}); chmod 700 it"
+    if fault is not None:
+        raise InspectionUnavailable(f"{folder} {fault}: busflow uses it only where it is safe; remove it or mend it")
+    return folder
+
+
+@contextmanager
+def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
+    """Hold the lock of the folder, which is ever held for a moment only; yields whether that could be."""
+    lock = os.open(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        yield _locked(lock, exclusive=True, wait=wait)
+    finally:
+        os.close(lock)
+
+
+def _is_free(path: Path) -> bool:
+    """Whether no run has this directory; what a dead one left is removed. The folder's lock is held."""
+    if path.is_symlink() or (path.exists() and not path.is_dir()) or _lives(path):
+        return False
+    _remove(path)
+    return True
+
+
+def _remove(path: Path) -> None:
+    shutil.rmtree(path, ignore_errors=True)
+
+
+def _living(folder: Path) -> list[FoundRun]:
+    directories = sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
+    living = [path for path in directories if _lives(path)]
+    if len(living) < len(directories):
+        with suppress(OSError), _alone(folder, wait=False) as alone:  # what cannot be removed is not shown either
+            for path in directories:
+                if alone and not _lives(path):
+                    _remove(path)
+    return [FoundRun(path, card) for path, card in _told(living)]
+
+
+def _told(paths: list[Path]) -> Iterator[tuple[Path, RunCard]]:
+    for path in paths:
+        card = _card(path)
+        if card is not None and not path.name.startswith("."):
+            yield path, card
+
+
+def _lives(path: Path) -> bool:
+    """Whether a run holds the directory's lock."""
+    try:
+        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return False
+    try:
+        return not _locked(lock, exclusive=False)
+    finally:
+        os.close(lock)
+
+
+def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
+    """Lock an open file for this process, unless another one has it locked."""
+    import fcntl  # which Windows has not, nor the sockets that all this is for
+
+    kind = fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH
+    try:
+        fcntl.flock(lock, kind if wait else kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _card(path: Path) -> RunCard | None:
+    """What the run says of itself; None while it has not yet said anything, or where that is no card."""
+    try:
+        with (path / _CARD).open("rb") as file:
+            told: Any = json.loads(file.read(_CARD_BYTES))
+        words = {field: told.get(field, "") for field in ("name", "file", "version")}
+        numbers = {field: told[field] for field in ("pid", "since_ns")}
+    except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
+        return None
+    fits = all(type(word) is str for word in words.values())
+    fits = fits and all(type(number) is int and 0 <= number < _LATEST_NS for number in numbers.values())
+    return RunCard(**words, **numbers) if fits else None

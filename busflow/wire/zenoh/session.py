@@ -1,0 +1,164 @@
+"""The Zenoh session of a process: unix sockets in the run's directory, and what the launch file names beyond them.
+
+Zenoh's own defaults listen on every network interface and look for others by multicast; here all of that is off.
+Zenoh is imported when a session is opened, so a run without one works where Zenoh does not exist.
+"""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import InspectionUnavailable
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from busflow.wire.zenoh.network import Network
+
+SOCKET = "main.sock"
+"""That of a run's main process, in the run's directory."""
+LEASE_MS = 1600
+"""How soon a process that hangs, rather than ends, is taken for gone: it is to be told within two seconds. Zenoh
+says four times in it that a process lives, in threads that wait neither for the loop nor for the interpreter's lock."""
+_RX_BUFFER = 1 << 20
+"""Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
+_OCCUPIED = re.compile(r"new \S+ listener on \S+ (\S+: )*(?P<reason>[^:]+?) \(os error")
+"""How Zenoh says that it cannot listen."""
+_PATIENCE_US = 250_000
+"""How long a message of many pieces waits for room on a link before it is dropped; it does so in a thread of its own.
+The 50 ms that Zenoh grants are too few for a reader who shares two busy cores."""
+_ROOM = {
+    "transport/link/tx/queue/size/data": 16,
+    "transport/link/tx/queue/size/data_low": 16,
+    "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 50_000,
+}
+"""Links within a machine, whose reader is there or waits for a core: 16 batches of 64 KB, made when needed, and up to
+50 ms for the first piece of a message. With Zenoh's 2 batches and 1 ms, 2 to 24 % of a flood of 64 KB or 1 MB got lost
+where six programs shared a core; with these none, and two or three times as many went through. 20 ms: up to 1 % lost.
+
+Zenoh's BLOCK is no way to lose nothing: who waits then holds a lock that the end of the link needs. One reader that had
+stopped kept all that is large from the others for as long as was watched, and all that is small for 3 s. A link to
+another machine may always be slower than what is to go over it; what waits there gets old: Zenoh's own figures stand.
+"""
+
+
+def require_zenoh() -> None:
+    """Find out whether there can be a session here.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing, or broken.
+    """
+    try:
+        importlib.import_module("zenoh")
+    except ImportError as error:
+        raise InspectionUnavailable(f"Zenoh cannot be imported here ({error}); pip install eclipse-zenoh") from None
+
+
+def open_session(
+    directory: Path, *, listen: str | None = None, network: Network | None = None, patience_s: float = 5.0
+) -> zenoh.Session:
+    """A session among the processes of a run.
+
+    Args:
+        directory: the run's directory.
+        listen: the name of the socket on which others reach this process; None for one that only looks.
+        network: what links this machine to others, where this process does that.
+        patience_s: how long a process that is there may take to answer a newcomer.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing or refuses, or, for one that only looks, nobody answers.
+    """
+    require_zenoh()
+    names = [name for name in _names_in(directory) if name.endswith(".sock") and name != listen]
+    # The main process comes first: where there are several machines, it is linked to the others.
+    others = [f"unixsock-stream/{directory / name}" for name in sorted(names, key=lambda name: (name != SOCKET, name))]
+    if listen is None and not others:
+        raise InspectionUnavailable(f"the run in {directory} has no socket yet; try again")
+    own = [] if listen is None else [f"unixsock-stream/{directory / listen}"]
+    settings = _settings(own, others, patience_s)
+    settings |= _ROOM if network is None else _linked(own, network) | network.settings()
+    try:
+        return _opened(settings)
+    except InspectionUnavailable as error:
+        if network is not None and (found := _OCCUPIED.search(str(error))) is not None:
+            ends = ", ".join(map(str, network.listens))
+            text = f"this machine cannot listen at {ends}: {found['reason']}"
+            raise InspectionUnavailable(f"{text}; another run of it, or another program, may be there") from None
+        if listen is None and any(word in str(error) for word in ("deadline", "Unable to connect")):
+            raise InspectionUnavailable(f"{directory.name} does not answer: its process is stopped or hangs") from None
+        raise InspectionUnavailable(f"no Zenoh session in {directory}: {error}") from None
+
+
+def _names_in(directory: Path) -> list[str]:
+    """What a run's directory holds; a run may end, and remove it, at any moment.
+
+    Raises:
+        InspectionUnavailable: it is gone.
+    """
+    try:
+        return [path.name for path in directory.iterdir()]
+    except OSError as error:
+        raise InspectionUnavailable(f"the run in {directory} is gone: {error.strerror}") from None
+
+
+def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> dict[str, Any]:
+    return {
+        # A client's link is to the run alone, which passes on what other clients say; peers that do not listen would
+        # not meet.
+        "mode": "peer" if own else "client",
+        "listen/endpoints": own,
+        "connect/endpoints": others,
+        "connect/timeout_ms": 0,
+        "connect/exit_on_failure": not own,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": True,
+        "scouting/gossip/autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "greater-zid"}},
+        "transport/unicast/open_timeout": round(patience_s * 1000),
+        "transport/link/rx/buffer_size": _RX_BUFFER,
+        "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": _PATIENCE_US,
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/shared_memory/enabled": False,
+    }
+
+
+def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
+    """What is different for the process that links its machine to others: it passes on what they say to each other."""
+    return {
+        "mode": "router",
+        "listen/endpoints": [*own, *map(str, network.listens)],
+        "connect/endpoints": [str(end) for end in network.dials],
+        "connect/timeout_ms": -1,  # go on for ever: a machine may come at any time
+        "scouting/delay": 1,  # milliseconds; nobody is scouted for
+        "timestamping/enabled": False,
+        "adminspace/enabled": False,
+    }
+
+
+def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
+    """A session with a run on other machines, for one that only looks or acts.
+
+    Raises:
+        InspectionUnavailable: Zenoh is missing or refuses, or nobody there lets it in.
+    """
+    require_zenoh()
+    return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())
+
+
+def _opened(settings: Mapping[str, Any]) -> zenoh.Session:
+    import zenoh
+
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise InspectionUnavailable(str(error)) from None

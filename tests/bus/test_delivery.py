@@ -1,0 +1,206 @@
+"""From a queue to a handler: who is woken, how often, and that what is not counted is still accounted for."""
+
+import asyncio
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.bus.qos import Overflow
+from busflow.msgs.std_msgs import Int64
+from busflow.testing import virtual_time
+from busflow.testing.link_faults import Faults
+
+KINDS = ["plain", "async", "pulled"]
+
+
+def publish(publisher, *values):
+    for value in values:
+        publisher.publish(Int64(data=value))
+
+
+def queued(subscription):
+    return [message.data for message in subscription.queue.items]
+
+
+async def settle():
+    await asyncio.get_running_loop().settle()
+
+
+def receiving(bench, kind, values, **qos):
+    """A subscription of a kind that collects what it receives."""
+
+    def plain(message):
+        values.append(message.data)
+
+    async def wait(message):
+        plain(message)
+
+    async def pull(subscription):
+        async for message in subscription:
+            plain(message)
+
+    subscription = bench.subscription({"plain": plain, "async": wait, "pulled": None}[kind], **qos)
+    if kind == "pulled":
+        bench.pumps.append(asyncio.create_task(pull(subscription)))
+    return subscription
+
+
+@pytest.mark.parametrize("overflow", list(Overflow))
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_who_has_nothing_left_is_woken_by_the_next_message(make_bench, kind, overflow):
+    bench, values = make_bench(), []
+    publisher = bench.publisher()
+    receiving(bench, kind, values, overflow=overflow)
+    for value in range(0, 30, 3):
+        publish(publisher, value, value + 1, value + 2)
+        await settle()
+        assert values == list(range(value + 3))
+
+
+@virtual_time
+async def test_one_who_is_busy_keeps_nobody_else_of_the_topic_asleep(make_bench):
+    bench, values, free = make_bench(), {"plain": [], "async": [], "pulled": []}, asyncio.Event()
+    publisher = bench.publisher()
+
+    async def busy(_message):
+        await free.wait()
+
+    bench.subscription(busy)
+    for kind, collected in values.items():
+        receiving(bench, kind, collected)
+    for value in range(5):
+        publish(publisher, value)
+        await settle()
+    assert values == {kind: [0, 1, 2, 3, 4] for kind in KINDS}
+    free.set()
+
+
+@virtual_time
+async def test_those_who_are_woken_have_their_turns_in_the_order_in_which_they_came(make_bench):
+    bench, turns = make_bench(), []
+    publisher = bench.publisher()
+    for name in "abc":
+        bench.subscription(lambda _message, name=name: turns.append(name))
+    publish(publisher, 1)
+    await settle()
+    publish(publisher, 2)
+    await settle()
+    assert turns == list("abcabc")
+
+
+@virtual_time
+async def test_a_pull_that_was_given_up_is_not_woken_and_the_next_one_finds_the_message(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(1):
+            await anext(subscription)
+    publish(publisher, 1, 2)
+    await settle()
+    assert bench.failures == []
+    assert [(await anext(subscription)).data for _ in range(2)] == [1, 2]
+    waiting = asyncio.create_task(anext(subscription))
+    await settle()
+    publish(publisher, 3)
+    assert (await waiting).data == 3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_a_message_that_was_held_up_wakes_who_waits_for_it(make_bench, kind):
+    bench, values = make_bench(), []
+    publisher = bench.publisher()
+    faults = Faults(bench.bus)
+    receiving(bench, kind, values)
+    await settle()
+    faults.delay("/number", 1)
+    publish(publisher, 1)
+    await asyncio.sleep(0.5)
+    assert values == []
+    await asyncio.sleep(1)
+    assert values == [1]
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_who_a_message_did_not_reach_is_woken_by_the_next_that_does(make_bench, kind):
+    bench, values = make_bench(), []
+    publisher = bench.publisher()
+    faults = Faults(bench.bus)
+    receiving(bench, kind, values)
+    faults.drop("/number", every=2)
+    for value in range(1, 6):
+        publish(publisher, value)
+        await settle()
+    assert values == [1, 3, 5]
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("latched", [False, True])
+@virtual_time
+async def test_what_cannot_leave_the_process_has_arrived_here_all_the_same(make_bench, latched):
+    bench, values = make_bench(), []
+    publisher = bench.publisher(durability="transient_local" if latched else "volatile")
+    receiving(bench, "plain", values)
+
+    def refuse(_message):
+        raise OSError("no way out")
+
+    publisher.send_through(refuse)
+    with pytest.raises(OSError, match="no way out"):
+        publish(publisher, 1)
+    await settle()
+    assert values == [1]
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_handler_finds_the_ledger_in_balance_and_its_message_delivered(make_bench):
+    bench, seen = make_bench(), []
+    publisher = bench.publisher()
+
+    def look(_message):
+        (line,) = bench.bus.ledger()
+        seen.append((line.published, line.delivered, line.dropped, line.queued))
+
+    bench.subscription(look, depth=3)
+    publish(publisher, 1, 2, 3, 4)
+    await settle()
+    assert seen == [(4, 1, 1, 2), (4, 2, 1, 1), (4, 3, 1, 0)]
+
+
+STEPS = st.lists(st.one_of(st.integers(1, 6), st.sampled_from(["take", "latest", "hear", "rebuild"])), max_size=30)
+
+
+@given(depth=st.integers(1, 4), steps=STEPS)
+def test_what_overflows_uncounted_is_what_was_counted_one_by_one(make_bench, depth, steps):
+    @virtual_time
+    async def main():
+        bench, value = make_bench(), 0
+        publisher = bench.publisher()
+        forgetting = bench.subscription(depth=depth)
+        counted = {"overflow": 0, "superseded": 0}
+        for step in steps:
+            if step == "take" and forgetting.queued:
+                await anext(forgetting)
+            elif step == "latest":
+                counted["superseded"] += max(0, forgetting.queued - 1)
+                _ = forgetting.latest
+            elif step == "hear":
+                forgetting.hear_drops(lambda _reason: None)
+            elif step == "rebuild":
+                forgetting.queue.ignore_drops()
+                bench.bus.topics["/number"].rebuild()
+            elif isinstance(step, int):
+                for _ in range(step):
+                    counted["overflow"] += forgetting.queued == depth
+                    publish(publisher, value := value + 1)
+                assert queued(forgetting)[-1] == value
+            drops = forgetting.statistics().drops
+            assert {reason: drops.get(reason, 0) for reason in counted} == counted
+            assert bench.balanced()
+
+    main()

@@ -1,0 +1,256 @@
+"""Names: ROS 2's own cases, and the laws of expansion and remapping."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from busflow.bus import names
+from busflow.bus.names import ParameterRule, RemapRule, Target
+from busflow.errors import InvalidName
+
+CASES = json.loads((Path(__file__).parents[1] / "cases" / "b_names.json").read_text(encoding="utf-8"))["cases"]
+FAULTS = {
+    "topic_name": names.topic_name_fault,
+    "full_topic_name": names.full_topic_name_fault,
+    "namespace": names.namespace_fault,
+    "node_name": names.node_name_fault,
+    "enclave_name": names.enclave_fault,
+}
+# Case ids, or their part before the slash, that do not apply, each with its reason.
+SKIPPED = {
+    "loglevel": "a log level is not a name",
+}
+
+
+def skipped(case):
+    reason = SKIPPED.get(case["id"]) or SKIPPED.get(case["id"].split("/")[0])
+    if case.get("error") == "invalid_argument":
+        reason = "a null pointer; in Python the name cannot be left out"
+    return reason
+
+
+def cases(*kinds):
+    return [
+        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
+        for case in CASES
+        if case["kind"] in kinds or "*" in kinds
+        for reason in [skipped(case)]
+    ]
+
+
+def rules(case):
+    """Local rules come first: that is all that makes them local."""
+    texts = [*(case.get("local_rules") or []), *(case.get("global_rules") or [])]
+    return [RemapRule.parse(text) for text in texts]
+
+
+def test_every_case_is_run_or_skipped_for_a_reason():
+    others = {"is_hidden", "expand", "remap", "resolve", "fully_qualified_name"}
+    run = {*FAULTS, *others, "remap_rule_syntax", "param_rule_syntax"}
+    assert [case["id"] for case in CASES if case["kind"] not in run and not skipped(case)] == []
+
+
+@pytest.mark.parametrize("case", cases(*FAULTS))
+def test_a_wrong_name_is_told_with_its_kind_and_place(case):
+    fault = FAULTS[case["kind"]](case["input"])
+    assert (fault is None) == case["valid"]
+    if fault is not None:
+        assert fault.kind == case["error"]
+        if case["invalid_index"] is not None:
+            assert fault.index == case["invalid_index"]
+
+
+@pytest.mark.parametrize("case", cases("is_hidden"))
+def test_a_part_that_starts_with_an_underscore_hides_a_name(case):
+    assert names.is_hidden(case["input"]) == case["expect"]
+
+
+EXPAND_ERRORS = {
+    "topic_name_invalid": "^topic name ",
+    "node_name_invalid": "^node name ",
+    "namespace_invalid": "^namespace ",
+    "unknown_substitution": "nothing is known by the name between these braces",
+}
+
+
+@pytest.mark.parametrize("case", cases("expand"))
+def test_expansion(case):
+    def expand():
+        return names.expand(
+            case["topic"],
+            node=case["node"],
+            namespace=case["namespace"],
+            substitutions=case.get("substitutions"),
+        )
+
+    if case["error"]:
+        with pytest.raises(InvalidName, match=EXPAND_ERRORS[case["error"]]):
+            expand()
+    else:
+        assert expand() == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("remap"))
+def test_the_first_rule_that_matches_renames(case):
+    context = {"node": case["node"], "namespace": case["namespace"] or "/"}
+    rule = names.remap(Target(case["what"]), rules(case), name=case["name"] or "", **context)
+    new = rule and rule.replacement
+    if new and case["what"] in ("topic", "service"):
+        new = names.expand(new, **context)
+    assert new == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("resolve"))
+def test_resolving_expands_then_remaps_once(case):
+    remaps = [] if case["only_expand"] else rules(case)
+    resolved = names.resolve(case["name"], node=case.get("node") or "node", namespace=case["namespace"], remaps=remaps)
+    assert resolved.name == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("fully_qualified_name"))
+def test_a_node_has_one_full_name(case):
+    applied = rules(case if case["use_global"] else {**case, "global_rules": []})
+    node, namespace = case["node"], case["namespace"] or ""
+    if rule := names.remap(Target.NODE, applied, node=node):
+        node = rule.replacement
+    if rule := names.remap(Target.NAMESPACE, applied, node=node):
+        namespace = rule.replacement
+    assert names.fully_qualified(node, namespace) == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("remap_rule_syntax", "param_rule_syntax"))
+def test_rule_syntax(case):
+    parse = RemapRule.parse if case["kind"] == "remap_rule_syntax" else ParameterRule.parse
+    if case["valid"]:
+        assert parse(case["input"])
+    else:
+        with pytest.raises(InvalidName, match="write it as"):
+            parse(case["input"])
+
+
+def test_an_error_points_at_the_character_and_says_what_to_do():
+    with pytest.raises(InvalidName) as caught:
+        names.check_topic_name("imu/da ta")
+    allowed = "ASCII letters, digits, '_', '/', a leading '~' and {substitutions}"
+    assert str(caught.value).splitlines() == [
+        f"topic name 'imu/da ta': ' ' is not allowed; use {allowed}",
+        "  imu/da ta",
+        "        ^",
+    ]
+
+
+def test_an_unknown_substitution_is_compared_with_the_known_ones():
+    with pytest.raises(InvalidName, match="did you mean 'node'"):
+        names.expand("{nod}/x", node="n", namespace="/")
+
+
+@pytest.mark.parametrize("name", ["a\x1b[31m", "a\nb", "\u202egnp", "a\u0660", "é", "a" * 5000 + " "])
+def test_an_error_never_steers_the_terminal_nor_floods_it(name):
+    with pytest.raises(InvalidName) as caught:
+        names.check_topic_name(name)
+    text = str(caught.value)
+    assert len(text) < 1000
+    assert all(line.isprintable() for line in text.splitlines())
+    assert len(text.splitlines()) == 3
+
+
+@pytest.mark.parametrize("check", [names.check_node_name, names.check_namespace, names.check_full_topic_name])
+def test_a_trailing_newline_is_not_overlooked(check):
+    with pytest.raises(InvalidName):
+        check("/a\n")
+
+
+def test_a_tilde_needs_its_slash_even_in_a_short_name():
+    assert names.topic_name_fault("~f").kind == "tilde_not_followed_by_slash"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "index"),
+    [
+        ("/a/1b//c", "token_starts_with_number", 3),
+        ("/a//b/1c", "repeated_slash", 3),
+        ("/1", "token_starts_with_number", 1),
+        ("//1", "repeated_slash", 1),
+    ],
+)
+def test_of_two_faults_the_first_is_told(name, kind, index):
+    fault = names.full_topic_name_fault(name)
+    assert (fault.kind, fault.index) == (kind, index)
+
+
+def test_a_tilde_is_misplaced_even_between_braces():
+    assert names.topic_name_fault("{~}").kind == "misplaced_tilde"
+
+
+def test_what_braces_bring_in_is_checked_when_the_name_is_resolved():
+    assert names.expand("/foo/{ns}", node="n", namespace="/ns") == "/foo//ns"
+    with pytest.raises(InvalidName, match="two slashes"):
+        names.resolve("/foo/{ns}", node="n", namespace="/ns")
+
+
+def test_a_launch_file_can_rename_every_topic_name():
+    """ROS 2's rule syntax has no way to write two underscores; a mapping has."""
+    resolved = names.resolve("a__b", node="n", namespace="/", remaps={"{ns}": "c", "a__b": "~/c"})
+    assert resolved == names.Resolved("/n/c", "a__b")
+    with pytest.raises(InvalidName, match="topic name 'b c'"):
+        names.resolve("a", node="n", namespace="/", remaps={"a": "b c"})
+
+
+def test_a_service_rule_leaves_topics_alone():
+    only_services = [RemapRule.parse("rosservice://reset:=other")]
+    assert names.resolve("reset", node="n", namespace="/", remaps=only_services).name == "/reset"
+    assert names.resolve("reset", node="n", namespace="/", remaps=only_services, service=True).name == "/other"
+
+
+@pytest.mark.parametrize("text", ["a" * 50_000, "a_" * 25_000, "a/" * 25_000 + ":=", "a." * 25_000 + "!"])
+def test_refusing_a_long_rule_takes_no_time(text):
+    for parse in (RemapRule.parse, ParameterRule.parse):
+        with pytest.raises(InvalidName):
+            parse(text)
+
+
+part = st.from_regex("[A-Za-z_][A-Za-z0-9_]{0,8}", fullmatch=True)
+relative = st.lists(part, min_size=1, max_size=4).map("/".join)
+absolute = relative.map("/{}".format)
+namespaces = st.just("/") | absolute
+
+
+@given(absolute, part, namespaces)
+def test_an_absolute_name_expands_to_itself(name, node, namespace):
+    assert names.expand(name, node=node, namespace=namespace) == name
+
+
+@given(relative | relative.map("~/{}".format) | st.just("~"), part, namespaces)
+def test_expansion_is_absolute_valid_and_done_once(name, node, namespace):
+    full = names.expand(name, node=node, namespace=namespace)
+    assert names.full_topic_name_fault(full) is None
+    assert names.expand(full, node="other", namespace="/elsewhere") == full
+
+
+@given(relative, part, namespaces)
+def test_a_private_name_lies_beneath_its_node(name, node, namespace):
+    full = names.expand(f"~/{name}", node=node, namespace=namespace)
+    assert full == f"{names.fully_qualified(node, namespace)}/{name}"
+
+
+@given(relative, relative, relative, namespaces)
+def test_a_rule_is_applied_once(first, second, third, namespace):
+    remaps = {first: second, second: third}
+    resolved = names.resolve(first, node="n", namespace=namespace, remaps=remaps)
+    assert resolved.name == names.expand(remaps[first], node="n", namespace=namespace)
+
+
+@given(st.text(max_size=30))
+@example("/a" * 200)
+def test_every_check_agrees_with_the_grammar(text):
+    """What is a full name is a topic name too and can be used; a fault lies within the name."""
+    for fault in (find(text) for find in FAULTS.values()):
+        assert fault is None or 0 <= fault.index < max(1, len(text))
+    if names.full_topic_name_fault(text) is None:
+        assert names.topic_name_fault(text) is None
+        assert names.resolve(text, node="n", namespace="/").name == text
+    if names.namespace_fault(text) is None and text != "/":
+        assert names.full_topic_name_fault(text) is None

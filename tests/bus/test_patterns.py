@@ -1,0 +1,71 @@
+"""Patterns of names: which topics they mean, beside what ROS 2's recorder takes and leaves out."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.bus.patterns import Selection, check_pattern
+from busflow.errors import InvalidName
+
+CASES = json.loads((Path(__file__).parents[1] / "cases/l_replay_record.json").read_text(encoding="utf-8"))["cases"]
+FILTERS = [case for case in CASES if case["id"].startswith("filter/")]
+OTHERWISE = {
+    "filter/hidden-on": "a hidden topic is asked for by a pattern that is hidden itself",
+    "filter/ambiguous-types": "a topic of the bus has one type",
+    "filter/unknown-types": "a type of the bus is known",
+    "filter/all-exclude-types": "what is left out is left out by its name",
+}
+NAME = st.from_regex(r"/[a-z_]{1,3}(/[a-z]{1,3}){0,2}", fullmatch=True)
+
+
+@pytest.mark.parametrize("case", FILTERS, ids=lambda case: case["id"])
+def test_what_ros2_s_recorder_selects(case):
+    if case["id"] in OTHERWISE:
+        pytest.skip(OTHERWISE[case["id"]])
+    options = case["options"]
+    excluded = options.get("exclude_topics", [])
+    if regex := options.get("exclude_regex"):
+        excluded = [regex.replace(".*", "*")]  # of what the cases use, the same in a pattern's words
+    selection = Selection(options.get("topics", []), excluded)
+    there = [f"/{name.strip('/')}" for name in case["topics"]]
+    assert [name for name in there if selection.includes(name)] == [f"/{name.strip('/')}" for name in case["expect"]]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "meant", "not_meant"),
+    [
+        ("/imu/*", ["/imu/data", "/imu/raw"], ["/imu", "/imu/left/data", "/gps/imu/data"]),
+        ("/imu/**", ["/imu/data", "/imu/left/data"], ["/imu", "/imus/data"]),
+        ("/**", ["/a", "/a/b/c"], ["/_a", "/a/_b"]),
+        ("/**/image_*", ["/left/image_raw", "/a/b/image_rect"], ["/image_raw", "/left/image"]),
+        ("imu*", ["/imu", "/imu_2"], ["/imu/data"]),
+        ("/_*", ["/_a"], ["/a/_b"]),
+        ("/a/_b", ["/a/_b"], ["/a/_c"]),
+        ("/*_state", ["/balance_state"], ["/state_of"]),
+    ],
+)
+def test_what_a_pattern_means(pattern, meant, not_meant):
+    selection = Selection([pattern])
+    assert [name for name in [*meant, *not_meant] if selection.includes(name)] == meant
+
+
+@pytest.mark.parametrize("pattern", ["", "/", "//a", "/a/", "/a.b", "/a b", "/[ab]", "a?", "/***", "/1a", "/.*", "~/a"])
+def test_what_is_no_pattern_is_refused(pattern):
+    with pytest.raises(InvalidName, match="is no pattern of topics"):
+        check_pattern(pattern)
+
+
+def test_who_matched_nothing_is_known():
+    selection = Selection(["/a", "/b*", "/c"])
+    assert [selection.includes(name) for name in ("/a", "/d", "/bee")] == [True, False, True]
+    assert selection.unmatched == ("/c",)
+
+
+@given(NAME)
+def test_a_name_is_a_pattern_that_means_itself(name):
+    assert Selection([name]).includes(name)
+    assert not Selection([name]).includes(name + "x")
+    assert not Selection([name], exclude=[name]).includes(name)

@@ -1,0 +1,458 @@
+"""Publishing: to everybody or to nobody, in order, without waiting unless asked to."""
+
+import asyncio
+import threading
+
+import pytest
+
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS
+from busflow.errors import IncompatibleType, NotRunning, SendTimeout, WouldBlock
+from busflow.interfaces.message import Message
+from busflow.msgs.std_msgs import Int64, String
+from busflow.testing import virtual_time
+
+
+def number(value):
+    return Int64(data=value)
+
+
+def queued(subscription):
+    return [message.data for message in subscription.queue.items]
+
+
+async def settle():
+    await asyncio.get_running_loop().settle()
+
+
+@virtual_time
+async def test_publish_reaches_every_subscription_and_waits_for_none(make_bench):
+    bench, received = make_bench(), []
+    publisher = bench.publisher()
+    bench.subscription(lambda message: received.append(message.data))
+    pulled = bench.subscription()
+    publisher.publish(number(1))
+    publisher.publish(number(2))
+    assert received == []
+    assert queued(pulled) == [1, 2]
+    await settle()
+    assert received == [1, 2]
+    assert (publisher.published, publisher.subscription_count) == (2, 2)
+
+
+@virtual_time
+async def test_every_subscription_receives_the_same_object(make_bench):
+    bench = make_bench()
+    publisher, one, two = bench.publisher(), bench.subscription(), bench.subscription()
+    message = number(1)
+    publisher.publish(message)
+    assert one.latest is message
+    assert two.latest is message
+
+
+@virtual_time
+async def test_what_nobody_receives_is_counted_as_published(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    publisher.publish(number(1))
+    assert publisher.published == 1
+    late = bench.subscription()
+    assert late.statistics().published == 0
+
+
+class Wider(Int64, package="tests"):
+    pass
+
+
+# A publish may take the short path or the careful one; the rules are the same on both.
+PATHS = [
+    pytest.param({}, {}, id="short"),
+    pytest.param({}, {"overflow": "block"}, id="blocking"),
+    pytest.param({"durability": "transient_local"}, {}, id="latched"),
+    pytest.param({"lifespan_s": 1}, {}, id="perishable"),
+]
+
+
+@pytest.mark.parametrize(("offered", "requested"), PATHS)
+@pytest.mark.parametrize("wrong", [String(data="1"), Wider(data=1), 1, None, Int64], ids=repr)
+@virtual_time
+async def test_a_message_of_another_type_is_refused_and_reaches_nobody(make_bench, offered, requested, wrong):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
+    with pytest.raises(IncompatibleType, match="/source publishes std_msgs/msg/Int64 on /number"):
+        publisher.publish(wrong)
+    with pytest.raises(IncompatibleType):
+        await publisher.send(wrong)
+    assert publisher.published == 0
+    assert publisher.history == ()
+    assert queued(subscription) == []
+
+
+@virtual_time
+async def test_what_was_given_instead_of_a_message_cannot_steer_the_terminal(make_bench):
+    class Hostile:
+        def __repr__(self):
+            return "\x1b[2J" * 1000
+
+    with pytest.raises(IncompatibleType) as caught:
+        make_bench().publisher().publish(Hostile())
+    assert "\x1b" not in str(caught.value)
+    assert len(str(caught.value)) < 2000
+
+
+@virtual_time
+async def test_a_publisher_outside_of_a_running_graph_refuses(make_bench):
+    endpoint = Endpoint("/lonely", "/number", Int64, QoS(), "Lonely.numbers", "number")
+    lonely = Publisher(Int64, endpoint)
+    with pytest.raises(NotRunning, match="/number in /lonely is not part of a running graph"):
+        lonely.publish(number(1))
+    closed = make_bench().publisher()
+    closed.close()
+    closed.close()
+    with pytest.raises(NotRunning):
+        closed.publish(number(1))
+    with pytest.raises(NotRunning):
+        await closed.send(number(1))
+    assert (lonely.published, closed.published) == (0, 0)
+    assert (lonely.subscription_count, closed.subscription_count) == (0, 0)
+
+
+@virtual_time
+async def test_publish_never_waits_for_room_but_says_who_has_none_and_what_to_do(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    lossy = bench.subscription(depth=1)
+    bench.subscription(node="/roomy", overflow="block", depth=2)
+    slow = bench.subscription(node="/slow", overflow="block", depth=1)
+    publisher.publish(number(1))
+    with pytest.raises(WouldBlock) as caught:
+        publisher.publish(number(2))
+    for word in ("/slow", "/number", "depth 1", "await send()", "drop_oldest"):
+        assert word in str(caught.value)
+    assert "/roomy" not in str(caught.value)
+    assert publisher.published == 1
+    assert (queued(lossy), lossy.queue.dropped) == ([1], 0)
+    assert slow.latest == number(1)
+    publisher.publish(number(3))
+    assert queued(lossy) == [3]
+
+
+@virtual_time
+async def test_a_refused_publish_is_not_kept_for_late_joiners(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(durability="transient_local")
+    bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    with pytest.raises(WouldBlock):
+        publisher.publish(number(2))
+    assert queued(bench.subscription(durability="transient_local")) == [1]
+
+
+@virtual_time
+async def test_send_does_not_wait_where_there_is_room(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=2)
+    sending = publisher.send(number(1))
+    with pytest.raises(StopIteration):
+        sending.send(None)
+    assert queued(subscription) == [1]
+
+
+@virtual_time
+async def test_send_waits_until_every_blocking_subscription_has_room(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    slow, slower = (bench.subscription(overflow="block", depth=1) for _ in range(2))
+    await publisher.send(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    assert slow.latest == number(1)
+    await settle()
+    assert not sending.done()
+    assert queued(slow) == []
+    assert slower.latest == number(1)
+    await settle()
+    assert sending.done()
+    assert queued(slow) == queued(slower) == [2]
+
+
+@virtual_time
+async def test_sends_are_served_in_the_order_in_which_they_came(make_bench):
+    bench = make_bench()
+    publishers = [bench.publisher(node=f"/source_{index}") for index in range(3)]
+    received = []
+    subscription = bench.subscription(overflow="block", depth=1)
+    sends = [asyncio.create_task(publishers[index % 3].send(number(index))) for index in range(7)]
+    for _ in sends:
+        await settle()
+        received.append(subscription.latest.data)
+    assert received == list(range(7))
+    await asyncio.gather(*sends)
+
+
+@virtual_time
+async def test_a_send_does_not_overtake_one_that_has_room_but_not_had_its_turn(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=3)
+    for value in (1, 2, 3):
+        publisher.publish(number(value))
+    sending = asyncio.create_task(publisher.send(number(4)))
+    await settle()
+    assert [(await anext(slow)).data for _ in range(2)] == [1, 2]
+    await publisher.send(number(5))
+    assert queued(slow) == [3, 4, 5]
+    assert sending.done()
+
+
+@virtual_time
+async def test_room_for_many_serves_all_who_wait(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
+    publisher.publish(number(1))
+    publisher.publish(number(2))
+    sends = [asyncio.create_task(publisher.send(number(value))) for value in (3, 4)]
+    await settle()
+    assert slow.latest == number(2)
+    await asyncio.gather(*sends)
+    assert queued(slow) == [3, 4]
+
+
+@virtual_time
+async def test_publish_behind_a_waiting_send_raises_even_where_there_is_room_by_now(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    assert subscription.latest == number(1)
+    with pytest.raises(WouldBlock, match=r"a send\(\) on /number is waiting its turn"):
+        publisher.publish(number(3))
+    await sending
+    assert queued(subscription) == [2]
+
+
+@virtual_time
+async def test_publish_does_not_overtake_a_waiting_send_when_the_one_without_room_has_left(make_bench):
+    bench = make_bench()
+    publisher, lossy = bench.publisher(), bench.subscription()
+    slow = bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    bench.bus.detach_subscription(slow)
+    with pytest.raises(WouldBlock):
+        publisher.publish(number(3))
+    await sending
+    publisher.publish(number(4))
+    assert queued(lossy) == [1, 2, 4]
+
+
+@virtual_time
+async def test_a_cancelled_send_reaches_nobody_and_leaves_no_trace(make_bench):
+    bench = make_bench()
+    publisher, lossy = bench.publisher(), bench.subscription()
+    slow = bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    behind = asyncio.create_task(publisher.send(number(3)))
+    await settle()
+    sending.cancel()
+    await settle()
+    assert sending.cancelled()
+    assert slow.latest == number(1)
+    await behind
+    assert (queued(lossy), queued(slow), publisher.published) == ([1, 3], [3], 2)
+
+
+@virtual_time
+async def test_a_send_cancelled_in_the_middle_of_the_line_leaves_the_others_in_theirs(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    first, middle, last = (asyncio.create_task(publisher.send(number(value))) for value in (2, 3, 4))
+    await settle()
+    middle.cancel()
+    await settle()
+    assert [(await anext(slow)).data for _ in range(3)] == [1, 2, 4]
+    await asyncio.gather(first, last)
+
+
+@virtual_time
+async def test_a_send_cancelled_at_the_moment_it_is_granted_hands_its_turn_on(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    behind = asyncio.create_task(publisher.send(number(3)))
+    await settle()
+    assert slow.latest == number(1)
+    sending.cancel()
+    await behind
+    assert queued(slow) == [3]
+    assert publisher.published == 2
+
+
+@virtual_time
+async def test_a_send_gives_up_after_the_block_timeout_naming_who_had_no_room(make_bench):
+    bench = make_bench()
+    publisher, lossy = bench.publisher(), bench.subscription()
+    bench.subscription(node="/roomy", overflow="block", depth=2, block_timeout_s=60)
+    bench.subscription(node="/slow", overflow="block", depth=1, block_timeout_s=0.25)
+    publisher.publish(number(1))
+    loop = asyncio.get_running_loop()
+    began = loop.time()
+    with pytest.raises(SendTimeout) as caught:
+        await publisher.send(number(2))
+    assert loop.time() - began == 0.25
+    for word in ("/number", "0.25 s", "/slow", "depth", "drop_oldest"):
+        assert word in str(caught.value)
+    assert "/roomy" not in str(caught.value)
+    assert (publisher.published, queued(lossy)) == (1, [1])
+
+
+@virtual_time
+async def test_the_timeout_that_counts_is_that_of_the_subscription_without_room(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    bench.subscription(node="/roomy", overflow="block", depth=2, block_timeout_s=0.1)
+    slow = bench.subscription(node="/slow", overflow="block", depth=1, block_timeout_s=60)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await asyncio.sleep(30)
+    assert slow.latest == number(1)
+    await sending
+    assert queued(slow) == [2]
+
+
+@virtual_time
+async def test_a_timed_out_send_lets_the_next_one_have_its_turn(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1, block_timeout_s=1)
+    publisher.publish(number(1))
+    early = asyncio.create_task(publisher.send(number(2)))
+    await asyncio.sleep(0.5)
+    late = asyncio.create_task(publisher.send(number(3)))
+    await asyncio.sleep(0.6)
+    assert isinstance(early.exception(), SendTimeout)
+    assert slow.latest == number(1)
+    await late
+    assert queued(slow) == [3]
+
+
+@virtual_time
+async def test_a_waiting_send_goes_on_when_the_one_without_room_leaves(make_bench):
+    bench = make_bench()
+    publisher, lossy = bench.publisher(), bench.subscription()
+    slow = bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    bench.bus.detach_subscription(slow)
+    await sending
+    assert queued(lossy) == [1, 2]
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_waiting_send_waits_also_for_a_newcomer_that_is_full_of_what_was_kept(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(durability="transient_local")
+    slow = bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    assert slow.latest == number(1)
+    newcomer = bench.subscription(overflow="block", depth=1, durability="transient_local")
+    await settle()
+    assert not sending.done()
+    assert newcomer.latest == number(1)
+    await sending
+    assert queued(slow) == queued(newcomer) == [2]
+
+
+@virtual_time
+async def test_a_send_whose_publisher_leaves_while_it_waits_reaches_nobody(make_bench):
+    bench = make_bench()
+    publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
+    publisher.publish(number(1))
+    sending = asyncio.create_task(publisher.send(number(2)))
+    await settle()
+    publisher.close()
+    assert slow.latest == number(1)
+    with pytest.raises(NotRunning):
+        await sending
+    assert queued(slow) == []
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize(("offered", "requested"), PATHS)
+@virtual_time
+async def test_another_thread_touches_no_queue_itself(make_bench, offered, requested):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
+    thread = threading.Thread(target=publisher.publish, args=[number(1)])
+    thread.start()
+    thread.join(60)
+    assert (queued(subscription), publisher.published) == ([], 0)
+    assert (await anext(subscription)).data == 1
+
+
+@pytest.mark.parametrize("offered", [{}, {"durability": "transient_local"}], ids=["short", "latched"])
+@virtual_time
+async def test_publishing_from_another_thread_is_handed_to_the_loop_in_order(make_bench, offered):
+    bench, received, done = make_bench(), [], asyncio.Event()
+    publisher = bench.publisher(**offered)
+
+    def receive(message):
+        received.append((message.data, threading.current_thread()))
+        if message.data == 99:
+            done.set()
+
+    bench.subscription(receive, depth=100)
+    thread = threading.Thread(target=lambda: [publisher.publish(number(index)) for index in range(100)])
+    thread.start()
+    await asyncio.to_thread(thread.join, 10)
+    await done.wait()
+    assert received == [(index, threading.current_thread()) for index in range(100)]
+
+
+@virtual_time
+async def test_another_thread_hears_at_once_of_what_it_did_wrong(make_bench):
+    bench = make_bench()
+    publisher, closed = bench.publisher(), bench.publisher()
+    closed.close()
+    with pytest.raises(IncompatibleType):
+        await asyncio.to_thread(publisher.publish, String(data="1"))
+    with pytest.raises(NotRunning):
+        await asyncio.to_thread(closed.publish, number(1))
+
+
+@virtual_time
+async def test_send_belongs_to_the_loop_of_the_graph(make_bench):
+    publisher = make_bench().publisher()
+    with pytest.raises(NotRunning, match="must be awaited on the graph's own event loop; use publish"):
+        await asyncio.to_thread(lambda: asyncio.run(publisher.send(number(1))))
+
+
+@virtual_time
+async def test_a_publisher_that_leaves_stays_counted_and_takes_along_what_it_kept(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(durability="transient_local")
+    early = bench.subscription(durability="transient_local")
+    publisher.publish(number(1))
+    publisher.close()
+    bench.publisher(node="/other", durability="transient_local").publish(number(2))
+    assert bench.bus.topics["/number"].published == 2
+    assert queued(early) == [1, 2]
+    assert queued(bench.subscription(durability="transient_local")) == [2]
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_publisher_shows_its_topic_node_and_count(make_bench):
+    publisher = make_bench().publisher()
+    publisher.publish(number(1))
+    assert repr(publisher) == "<Publisher /number of /source: 1 published>"
+    assert publisher.topic == "/number"
+    assert issubclass(publisher.type, Message)

@@ -1,0 +1,191 @@
+"""QoS: ROS 2's profiles and words, which ends fit, and how layers decide a profile."""
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from busflow.bus import qos
+from busflow.bus.qos import PRESETS, Durability, History, Liveliness, Overflow, QoS, Reliability, qos_faults
+
+FOLDER = Path(__file__).parents[1] / "cases"
+PROFILES = json.loads((FOLDER / "a_qos_profiles.json").read_text(encoding="utf-8"))["cases"]
+POLICIES = {
+    "history": History, "reliability": Reliability, "durability": Durability, "liveliness": Liveliness,
+}  # fmt: skip
+SKIPPED = {
+    "preset/system_default": "design: a depth is at least 1, and the history always keep_last",
+    "construct/keep_last-without-depth": "design: the depth has a default, 10",
+}
+
+
+def skipped(case):
+    given = case.get("input")
+    if case["kind"] == "qos_override":
+        return "design: a launch file overrides QoS, under `topics` and `nodes`, not a node's parameters"
+    if isinstance(given, dict) and given.get("depth") == 0:
+        return "design: a depth is at least 1"
+    if isinstance(given, dict) and "history" in case["expect"] and given.get("history") == "keep_all":
+        return "design: no queue is unbounded, so there is no keep_all"
+    return SKIPPED.get(case["id"])
+
+
+def profile(fields):
+    """A case's profile. The history is left out where it decides nothing, for busflow has but one."""
+    names = {"lease_ns": "lease_s", "deadline_ns": "deadline_s", "lifespan_ns": "lifespan_s"}
+    known = {names.get(key, key): value for key, value in fields.items() if key not in ("history", "id")}
+    for name in set(names.values()) & {names.get(key) for key in fields if key.endswith("_ns")}:
+        known[name] = known[name] / 1e9 if known[name] is not None else None
+    return QoS.model_validate(known)
+
+
+def cases(*kinds):
+    return [
+        pytest.param(case, id=case["id"], marks=pytest.mark.skip(reason=reason) if reason else ())
+        for case in PROFILES
+        if case["kind"] in kinds
+        for reason in [skipped(case)]
+    ]
+
+
+@pytest.mark.parametrize("case", cases("preset"))
+def test_presets_are_those_of_ros_2(case):
+    preset = PRESETS[case["name"]]
+    assert {name: getattr(preset, name) for name in case["expect"]} == case["expect"]
+
+
+@pytest.mark.parametrize("case", cases("construct"))
+def test_construction(case):
+    fields = case["input"]
+    if "equal" in case["expect"]:
+        assert (profile(fields["a"]) == profile(fields["b"])) == case["expect"]["equal"]
+        return
+    made = profile(fields)
+    for name in case["expect"].keys() - {"ok", "roundtrip"}:
+        assert getattr(made, name) == case["expect"][name]
+    assert QoS.model_validate(made.model_dump()) == made
+    assert QoS.model_validate_json(made.model_dump_json()) == made
+
+
+@pytest.mark.parametrize("case", cases("policy_from_short_key", "string_roundtrip", "from_string", "to_string"))
+def test_words_of_policies(case):
+    policy = POLICIES[case["policy"]]
+    found = {
+        "policy_from_short_key": lambda: policy(case["input"]).name,
+        "string_roundtrip": lambda: policy.read(case["input"]).word,
+        "from_string": lambda: policy.read(case["input"]).value,
+        "to_string": lambda: policy(case["input"]).word,
+    }[case["kind"]]
+    assert found() == case["expect"]
+
+
+def test_every_case_is_run_or_skipped_for_a_reason():
+    run = {"preset", "construct", "policy_from_short_key", "string_roundtrip", "from_string", "to_string"}
+    assert {case["kind"] for case in PROFILES if not skipped(case)} <= run
+
+
+@pytest.mark.parametrize("depth", [0, -1, True, "5", 2.0, None])
+def test_a_depth_is_a_whole_number_above_zero(depth):
+    with pytest.raises(ValidationError):
+        QoS(depth=depth)
+    assert [fault.path for fault in qos_faults({"depth": depth})] == [("depth",)]
+
+
+def test_a_profile_cannot_change():
+    with pytest.raises(ValidationError):
+        QoS().depth = 5
+    assert len({QoS(), QoS(depth=10)}) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [("50ms", 0.05), ("1s", 1.0), (2, 2.0), (0.5, 0.5), (None, None), (math.inf, None), ("1ns", 1e-9)],
+)
+@pytest.mark.parametrize("word", ["deadline", "lifespan", "lease"])
+def test_time_limits_are_seconds_or_text_with_a_unit(word, text, seconds):
+    assert getattr(QoS.model_validate({word: text}), f"{word}_s") == seconds
+    assert getattr(QoS.model_validate({f"{word}_s": text}), f"{word}_s") == seconds
+    assert qos_faults({word: text}) == ()
+
+
+@pytest.mark.parametrize("text", ["soon", "5", "-1s", 0, -1, True, math.nan, [], "1e9999s", 1e300])
+def test_what_is_not_a_duration_is_a_fault_at_its_key(text):
+    (fault,) = qos_faults({"depth": 3, "deadline": text})
+    assert fault.path == ("deadline",)
+    assert "a duration is" in fault.message
+
+
+@pytest.mark.parametrize(
+    ("data", "message", "fix"),
+    [
+        ({"relaibility": "reliable"}, "unknown key relaibility", "did you mean 'reliability'?"),
+        ({"deadlin": 1}, "unknown key deadlin", "did you mean 'deadline'?"),
+        ({"history": "keep_all"}, "unknown key history", "overflow: block"),
+        ({"deadline": 1, "deadline_s": 1}, "unknown key deadline_s", "deadline says the same"),
+        ({"reliability": "relable"}, "reliability must be one of", "did you mean 'reliable'?"),
+        ({"durability": "unknown"}, "durability: unknown", "leave it out"),
+    ],
+)
+def test_a_wrong_key_or_word_is_told_with_what_was_meant(data, message, fix):
+    (fault,) = qos_faults(data)
+    assert fault.path == (next(reversed(data)),)
+    assert message in fault.message
+    assert fix in fault.fix
+
+
+def test_all_faults_are_told_at_once():
+    faults = qos_faults({"depth": 0, "lease": "x", "overflow": "explode", "foo": 1})
+    assert sorted(fault.path[0] for fault in faults) == ["depth", "foo", "lease", "overflow"]
+
+
+layers = st.lists(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "depth": st.integers(1, 99),
+            "overflow": st.sampled_from(Overflow),
+            "durability": st.sampled_from(["volatile", "transient_local"]),
+            "deadline": st.none() | st.sampled_from([1, 2.5, "10ms"]),
+        },
+    ),
+    max_size=4,
+)
+
+
+@given(layers)
+def test_the_last_layer_that_states_a_field_decides_it(stated):
+    merged = QoS.merge(*(QoS.model_validate(layer) for layer in stated))
+    assert merged == QoS.model_validate(dict(itertools.chain.from_iterable(layer.items() for layer in stated)))
+    assert merged.model_fields_set == {{"deadline": "deadline_s"}.get(key, key) for layer in stated for key in layer}
+
+
+@given(layers, st.integers(0, 4))
+def test_merging_in_two_steps_is_merging_at_once(stated, cut):
+    all_layers = [QoS.model_validate(layer) for layer in stated]
+    assert QoS.merge(QoS.merge(*all_layers[:cut]), *all_layers[cut:]) == QoS.merge(*all_layers)
+
+
+def test_a_layer_alone_is_the_profile_itself():
+    latched = QoS(durability=Durability.TRANSIENT_LOCAL)
+    assert QoS.merge(latched) is latched
+    assert QoS.merge() is QoS.merge()
+    assert QoS.merge(qos.SYSTEM_DEFAULT) is not qos.SYSTEM_DEFAULT
+
+
+def test_system_default_brings_busflows_default_back():
+    latched = QoS(durability=Durability.TRANSIENT_LOCAL)
+    assert QoS.merge(latched, qos.SYSTEM_DEFAULT).durability is Durability.VOLATILE
+    assert QoS.merge(latched, QoS.merge(qos.SYSTEM_DEFAULT)).durability is Durability.VOLATILE
+
+
+def test_the_schema_has_the_words_of_the_yaml_form():
+    schema = QoS.model_json_schema()
+    properties = schema["properties"]
+    assert {"deadline", "lifespan", "lease", "block_timeout", "depth", "overflow"} <= properties.keys()
+    assert all("description" in entry or "$ref" in entry for entry in properties.values())
+    assert all(entry["description"] for entry in schema["$defs"].values())

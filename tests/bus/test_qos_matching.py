@@ -1,0 +1,132 @@
+"""Which ends of a topic fit, and what mends those that do not."""
+
+import itertools
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.bus import qos
+from busflow.bus.qos import PRESETS, Durability, Liveliness, QoS, Reliability
+from busflow.bus.qos_matching import Verdict, best_available, compatibility
+
+FOLDER = Path(__file__).parents[1] / "cases"
+COMPAT = json.loads((FOLDER / "a_qos_compat.json").read_text(encoding="utf-8"))
+BEST = json.loads((FOLDER / "a_qos_best_available.json").read_text(encoding="utf-8"))["cases"]
+
+
+def profile(fields):
+    """A case's profile. The history is left out where it decides nothing, for busflow has but one."""
+    names = {"lease_ns": "lease_s", "deadline_ns": "deadline_s", "lifespan_ns": "lifespan_s"}
+    known = {names.get(key, key): value for key, value in fields.items() if key not in ("history", "id")}
+    for name in set(names.values()) & {names.get(key) for key in fields if key.endswith("_ns")}:
+        known[name] = known[name] / 1e9 if known[name] is not None else None
+    return QoS.model_validate(known)
+
+
+def check_pair(pub, sub, expect, policies):
+    found = compatibility(profile(pub), profile(sub))
+    assert (found.verdict.value, list(found.policies)) == (expect, policies)
+    assert len(found.reasons) == len(found.policies)
+    assert bool(found.fix) == (found.verdict is not Verdict.OK)
+
+
+@pytest.mark.parametrize("case", COMPAT["cases"], ids=lambda case: case["id"])
+def test_a_pair_fits_as_in_ros_2(case):
+    check_pair(case["pub"], case["sub"], case["expect"], case["policies"])
+
+
+def test_every_row_of_the_matrix():
+    """Two thousand pairs in one test: a test of its own for each would take longer than all of them."""
+    assert len(COMPAT["matrix"]) == COMPAT["count_matrix"]
+    for row in COMPAT["matrix"]:
+        values = dict(zip(COMPAT["matrix_columns"], row, strict=True))
+        ends = [{key[4:]: value for key, value in values.items() if key.startswith(end)} for end in ("pub.", "sub.")]
+        check_pair(*ends, values["expect"], values["policies"])
+
+
+@pytest.mark.parametrize("unclear", [Reliability.SYSTEM_DEFAULT, Reliability.UNKNOWN])
+def test_there_is_no_doubt_where_either_way_fits(unclear):
+    """A publisher fits whoever asks for little, and a reliable one fits whatever is asked."""
+    weak, strong, unclear = (QoS(reliability=each) for each in (Reliability.BEST_EFFORT, Reliability.RELIABLE, unclear))
+    assert compatibility(unclear, weak).verdict is Verdict.OK
+    assert compatibility(strong, unclear).verdict is Verdict.OK
+    assert compatibility(weak, unclear).verdict is Verdict.WARNING
+    assert compatibility(unclear, strong).verdict is Verdict.WARNING
+
+
+def test_the_fix_is_the_smallest_and_for_either_end():
+    found = compatibility(QoS(deadline_s=0.1), QoS(deadline_s=0.05, durability=Durability.TRANSIENT_LOCAL))
+    assert found.reasons == (
+        "durability: volatile is offered, transient_local is requested",
+        "deadline: 100ms is offered, 50ms is requested",
+    )
+    assert found.fix == (
+        "set durability: volatile and deadline: 100ms on the subscription, "
+        "or durability: transient_local and deadline: 50ms on the publisher"
+    )
+
+
+words = st.sampled_from
+profiles = st.builds(
+    QoS,
+    reliability=words(Reliability),
+    durability=words(Durability),
+    liveliness=words(Liveliness),
+    deadline_s=st.none() | words([0.5, 1.0, 2.0]),
+    lease_s=st.none() | words([0.5, 1.0, 2.0]),
+    depth=st.integers(1, 20),
+)
+
+
+@given(profiles, profiles)
+def test_doing_what_the_fix_says_mends_the_pair(offered, requested):
+    """The fix is read as a user would: each half of it, on its end alone, is enough."""
+    offered, requested = QoS.merge(offered), QoS.merge(requested)
+    found = compatibility(offered, requested)
+    if found.verdict is not Verdict.ERROR:
+        return
+    halves = found.fix.removeprefix("set ").split(", or ")
+    changes = []
+    for half, end in zip(halves, ("subscription", "publisher"), strict=True):
+        lines = half.removesuffix(f" on the {end}").split(" and ")
+        yaml = dict(line.split(": ") for line in lines)
+        changes.append(QoS.model_validate({key: None if text == "null" else text for key, text in yaml.items()}))
+    assert compatibility(offered, QoS.merge(requested, changes[0])).verdict is not Verdict.ERROR
+    assert compatibility(QoS.merge(offered, changes[1]), requested).verdict is not Verdict.ERROR
+
+
+@given(profiles)
+def test_what_busflow_itself_decides_fits_itself(one):
+    definite = best_available(QoS.merge(one), [], publisher=True)
+    if "unknown" not in (definite.reliability, definite.durability, definite.liveliness):
+        assert compatibility(definite, definite).verdict is Verdict.OK
+
+
+@pytest.mark.parametrize("case", BEST, ids=lambda case: case["id"])
+def test_best_available_is_decided_by_the_peers(case):
+    peers = [profile(peer) for peer in case["peers"]]
+    given = case.get("given") or case.get("profile") or {}
+    merged = QoS.merge(qos.BEST_AVAILABLE, profile(given))
+    found = best_available(merged, peers, publisher=case["role"] == "publisher")
+    assert {name: getattr(found, name) for name in ("reliability", "durability", "liveliness")} == {
+        name: case["expect"][name] for name in ("reliability", "durability", "liveliness")
+    }
+    for name in ("deadline", "lease"):
+        seconds = getattr(found, f"{name}_s")
+        assert (seconds and round(seconds * 1e9)) == case["expect"][f"{name}_ns"]
+
+
+def test_what_is_definite_stays_as_it_is():
+    stated = QoS.merge(qos.BEST_AVAILABLE, QoS(durability=Durability.VOLATILE, deadline_s=3))
+    found = best_available(stated, [QoS(deadline_s=1)], publisher=True)
+    assert (found.durability, found.deadline_s, found.reliability) == ("volatile", 3.0, "reliable")
+
+
+def test_a_pair_of_presets_gives_no_doubt_once_merged():
+    """ROS 2's own profiles leave the liveliness to the middleware; busflow decides it."""
+    for one, other in itertools.product(PRESETS.values(), repeat=2):
+        found = compatibility(QoS.merge(one), QoS.merge(other))
+        assert found.verdict is not Verdict.WARNING

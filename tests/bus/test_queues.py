@@ -1,0 +1,94 @@
+"""What a full queue does, and what it counts."""
+
+from collections import deque
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.bus.qos import Overflow
+from busflow.bus.queues import Queue, create_queue
+from busflow.errors import InvalidQoS
+
+LOSSY = [Overflow.DROP_OLDEST, Overflow.DROP_NEWEST]
+
+
+def filled(overflow: Overflow, depth: int, items: str) -> Queue[str]:
+    queue: Queue[str] = create_queue(overflow, depth)
+    for item in items:
+        queue.push(item)
+    return queue
+
+
+@pytest.mark.parametrize(("overflow", "kept"), [(Overflow.DROP_OLDEST, "cde"), (Overflow.DROP_NEWEST, "abc")])
+def test_a_full_queue_loses_the_end_its_policy_names(overflow, kept):
+    queue = filled(overflow, 3, "abcde")
+    assert "".join(queue.items) == kept
+    assert queue.drops == {"overflow": 2}
+
+
+def test_a_block_queue_says_when_it_is_full_and_loses_nothing():
+    queue = filled(Overflow.BLOCK, 2, "ab")
+    assert queue.full
+    assert (len(queue), queue.dropped) == (2, 0)
+
+
+@pytest.mark.parametrize("depth", [0, -1])
+def test_a_depth_below_one_is_refused_with_the_depth(depth):
+    with pytest.raises(InvalidQoS, match=f"got {depth}"):
+        create_queue(Overflow.DROP_OLDEST, depth)
+
+
+def test_a_queue_that_nobody_listens_to_may_forget_what_it_loses_and_only_then():
+    queue = create_queue(Overflow.DROP_OLDEST, 2)
+    for item in "abc":
+        queue.way_in(item)
+    assert (list(queue.items), queue.dropped, queue.forgets) == (["b", "c"], 0, True)
+    heard: list[str] = []
+    queue.hear_drops(heard.append)
+    queue.way_in("d")
+    assert (list(queue.items), queue.dropped, heard) == (["c", "d"], 1, ["overflow"])
+    queue.ignore_drops()
+    queue.way_in("e")
+    assert (list(queue.items), queue.dropped, heard) == (["d", "e"], 1, ["overflow"])
+
+
+@pytest.mark.parametrize("overflow", [Overflow.DROP_NEWEST, Overflow.BLOCK])
+def test_no_other_queue_forgets(overflow):
+    queue = create_queue(overflow, 2)
+    for item in "ab":
+        queue.way_in(item)
+    if overflow is Overflow.DROP_NEWEST:
+        queue.way_in("c")
+    assert not queue.forgets
+    assert (list(queue.items), queue.dropped) == (["a", "b"], int(overflow is Overflow.DROP_NEWEST))
+
+
+def test_discarding_counts_under_its_own_reason():
+    queue = filled(Overflow.DROP_OLDEST, 2, "abc")
+    queue.discard("superseded")
+    assert queue.drops == {"overflow": 1, "superseded": 1}
+    assert list(queue.items) == ["c"]
+
+
+@given(
+    overflow=st.sampled_from(LOSSY),
+    depth=st.integers(1, 5),
+    steps=st.lists(st.one_of(st.integers(), st.just("take")), max_size=60),
+)
+def test_every_message_is_delivered_dropped_or_queued_and_order_holds(overflow, depth, steps):
+    queue: Queue[int] = create_queue(overflow, depth)
+    model: deque[int] = deque(maxlen=depth)
+    published = delivered = 0
+    for step in steps:
+        if step == "take":
+            if queue.items:
+                assert queue.items.popleft() == model.popleft()
+                delivered += 1
+        else:
+            queue.push(step)
+            published += 1
+            if overflow is Overflow.DROP_OLDEST or len(model) < depth:
+                model.append(step)
+        assert list(queue.items) == list(model)
+        assert published == delivered + queue.dropped + len(queue)

@@ -1,0 +1,674 @@
+"""Receiving: one message at a time, in order, by a handler or by pulling, and every message accounted for."""
+
+import asyncio
+import random
+
+import pytest
+
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import DeadlineMissed, LivelinessChanged, SubscriptionMatched
+from busflow.bus.qos import Overflow, QoS
+from busflow.bus.subscription import Subscription
+from busflow.errors import Occupied
+from busflow.msgs.std_msgs import Int64
+from busflow.testing import virtual_time
+
+
+def number(value):
+    return Int64(data=value)
+
+
+def publish(publisher, *values):
+    for value in values:
+        publisher.publish(number(value))
+
+
+def queued(subscription):
+    return [message.data for message in subscription.queue.items]
+
+
+async def settle():
+    await asyncio.get_running_loop().settle()
+
+
+class Collecting:
+    """Handlers of both kinds that collect what they are handed."""
+
+    def __init__(self, *, fail_on=None, error=None):
+        self.values, self.fail_on, self.error = [], fail_on, error
+
+    def plain(self, message):
+        self.values.append(message.data)
+        if message.data == self.fail_on:
+            raise self.error
+
+    async def waiting(self, message):
+        await asyncio.sleep(0.01)
+        self.plain(message)
+
+    async def hasty(self, message):
+        self.plain(message)
+
+
+KINDS = ["plain", "waiting", "hasty"]
+
+
+# Being handed messages.
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_a_handler_gets_each_message_once_in_order(make_bench, kind):
+    bench, collected = make_bench(), Collecting()
+    publisher, subscription = bench.publisher(), bench.subscription(getattr(collected, kind), depth=100)
+    publish(publisher, *range(50))
+    await asyncio.sleep(1)
+    publish(publisher, *range(50, 100))
+    await asyncio.sleep(1)
+    assert collected.values == list(range(100))
+    assert (subscription.delivered, queued(subscription)) == (100, [])
+
+
+@virtual_time
+async def test_an_async_handler_has_one_message_at_a_time(make_bench):
+    bench, inside, most = make_bench(), 0, 0
+
+    async def handle(_message):
+        nonlocal inside, most
+        inside += 1
+        most = max(most, inside)
+        await asyncio.sleep(0.01)
+        inside -= 1
+
+    bench.subscription(handle)
+    publish(bench.publisher(), *range(5))
+    await asyncio.sleep(1)
+    assert most == 1
+
+
+@virtual_time
+async def test_subscriptions_of_one_topic_wait_for_each_other_no_more_than_strangers(make_bench):
+    bench, slow, quick = make_bench(), Collecting(), Collecting()
+    bench.subscription(slow.waiting)
+    bench.subscription(quick.plain)
+    publish(bench.publisher(), 1, 2, 3)
+    await settle()
+    assert (slow.values, quick.values) == ([], [1, 2, 3])
+
+
+@virtual_time
+async def test_the_queue_overflows_while_an_async_handler_is_busy(make_bench):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(collected.waiting, depth=2)
+    publisher = bench.publisher()
+    publish(publisher, 0)
+    await settle()
+    publish(publisher, 1, 2, 3, 4)
+    await asyncio.sleep(1)
+    assert collected.values == [0, 3, 4]
+    assert subscription.statistics().drops == {"overflow": 2}
+
+
+@virtual_time
+async def test_delivered_counts_the_hand_over_not_the_return(make_bench):
+    bench, seen = make_bench(), []
+    subscription = bench.subscription(lambda _message: seen.append((subscription.delivered, len(subscription.queue))))
+    publish(bench.publisher(), 1, 2)
+    await settle()
+    assert seen == [(1, 1), (2, 0)]
+
+
+@virtual_time
+async def test_what_a_handler_publishes_is_delivered_in_the_same_turn_of_the_loop(make_bench):
+    bench, collected = make_bench(), Collecting()
+    relay = bench.publisher("/relayed")
+    bench.subscription(relay.publish)
+    bench.subscription(collected.plain, "/relayed")
+    publish(bench.publisher(), 1, 2)
+    await asyncio.sleep(0)
+    assert collected.values == [1, 2]
+
+
+@pytest.mark.parametrize("kind", ["plain", "hasty"])
+@virtual_time
+async def test_a_handler_that_publishes_to_its_own_topic_for_ever_leaves_the_loop_its_turns(make_bench, kind):
+    bench, count = make_bench(), 0
+    publisher = bench.publisher()
+
+    def again(message):
+        nonlocal count
+        count += 1
+        publisher.publish(message)
+
+    async def again_and_again(message):
+        again(message)
+
+    bench.subscription(again if kind == "plain" else again_and_again)
+    publish(publisher, 1)
+    for _ in range(10):
+        await asyncio.sleep(0)
+    assert 0 < count < 10_000
+
+
+class Unforeseen(BaseException):
+    pass
+
+
+ERRORS = [
+    ValueError("no"),
+    SystemExit(3),
+    KeyboardInterrupt(),
+    asyncio.CancelledError(),
+    StopIteration(),
+    StopAsyncIteration(),
+    BaseExceptionGroup("two", [ValueError(), SystemExit()]),
+    Unforeseen(),
+]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_whatever_a_handler_raises_is_told_once_with_the_message_and_it_gets_no_more(make_bench, kind, error):
+    bench, collected = make_bench(), Collecting(fail_on=2, error=error)
+    subscription = bench.subscription(getattr(collected, kind))
+    publisher, other = bench.publisher(), Collecting()
+    bench.subscription(other.plain)
+    publish(publisher, 1, 2, 3)
+    await asyncio.sleep(1)
+    publish(publisher, 4)
+    await asyncio.sleep(1)
+    assert collected.values == [1, 2]
+    [(raised, message)] = bench.failures
+    # Python itself turns a StopIteration that leaves a coroutine into a RuntimeError.
+    assert error in (raised, raised.__cause__)
+    assert message == number(2)
+    assert (subscription.delivered, queued(subscription)) == (2, [3, 4])
+    assert other.values == [1, 2, 3, 4]
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_handler_that_awaits_something_cancelled_has_failed(make_bench):
+    bench = make_bench()
+
+    async def handle(_message):
+        foreign = asyncio.create_task(asyncio.sleep(60))
+        foreign.cancel()
+        await foreign
+
+    bench.subscription(handle)
+    publish(bench.publisher(), 1)
+    await settle()
+    [(raised, message)] = bench.failures
+    assert isinstance(raised, asyncio.CancelledError)
+    assert message == number(1)
+
+
+@virtual_time
+async def test_a_handler_that_is_cancelled_from_outside_has_not_failed(make_bench):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(collected.waiting)
+    publish(bench.publisher(), 1, 2)
+    await settle()
+    [pump] = bench.pumps
+    pump.cancel()
+    await asyncio.wait([pump])
+    assert pump.cancelled()
+    assert bench.failures == []
+    assert (subscription.delivered, queued(subscription)) == (1, [2])
+
+
+@virtual_time
+async def test_after_a_pause_nothing_is_handed_over_and_everything_waits(make_bench):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(collected.plain)
+    publisher = bench.publisher()
+    publish(publisher, 1)
+    subscription.pause()
+    publish(publisher, 2)
+    await settle()
+    assert collected.values == []
+    assert queued(subscription) == [1, 2]
+    assert subscription.open() is None
+    await settle()
+    assert collected.values == [1, 2]
+    subscription.pause()
+    publish(publisher, 3)
+    assert not bench.bus.dispatcher.ready
+
+
+@virtual_time
+async def test_a_handler_that_closes_its_own_subscription_gets_no_more(make_bench):
+    bench, values = make_bench(), []
+
+    def handle(message):
+        values.append(message.data)
+        bench.bus.detach_subscription(subscription)
+
+    subscription = bench.subscription(handle)
+    publisher = bench.publisher()
+    publish(publisher, 1, 2)
+    await settle()
+    publish(publisher, 3)
+    await settle()
+    assert values == [1]
+    [line] = bench.bus.ledger()
+    assert (line.published, line.delivered, line.queued) == (2, 1, 1)
+
+
+# Pulling.
+
+
+@virtual_time
+async def test_iterating_takes_one_by_one_and_waits_for_more(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    publish(publisher, 1, 2)
+    assert (await anext(subscription)).data == 1
+    assert (await anext(subscription)).data == 2
+    waiting = asyncio.create_task(anext(subscription))
+    await settle()
+    assert not waiting.done()
+    publish(publisher, 3, 4)
+    assert (await waiting).data == 3
+    assert queued(subscription) == [4]
+
+
+@virtual_time
+async def test_an_iteration_ends_when_the_subscription_does_after_what_still_waits(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    publish(publisher, 1, 2)
+    bench.bus.detach_subscription(subscription)
+    publish(publisher, 3)
+    assert [message.data async for message in subscription] == [1, 2]
+    assert [message async for message in subscription] == []
+
+
+@virtual_time
+async def test_an_iteration_that_waits_ends_when_the_subscription_does(make_bench):
+    bench = make_bench()
+    subscription = bench.subscription()
+
+    async def collect():
+        return [message async for message in subscription]
+
+    collecting = asyncio.create_task(collect())
+    await settle()
+    bench.bus.detach_subscription(subscription)
+    assert await collecting == []
+
+
+@virtual_time
+async def test_two_tasks_cannot_wait_for_one_subscription(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    first = asyncio.create_task(anext(subscription))
+    await settle()
+    with pytest.raises(Occupied, match="two tasks wait for /number in /sink; subscribe twice"):
+        await anext(subscription)
+    publish(publisher, 1)
+    assert (await first).data == 1
+
+
+@pytest.mark.parametrize("arrives", ["before", "at once", "after"])
+@virtual_time
+async def test_a_cancelled_wait_loses_nothing(make_bench, arrives):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    waiting = asyncio.create_task(anext(subscription))
+    await settle()
+    if arrives == "before":
+        publish(publisher, 1)
+    waiting.cancel()
+    if arrives == "at once":
+        publish(publisher, 1)
+    await asyncio.wait([waiting])
+    if arrives == "after":
+        publish(publisher, 1)
+    assert waiting.cancelled()
+    assert (subscription.delivered, queued(subscription)) == (0, [1])
+    assert (await anext(subscription)).data == 1
+
+
+@virtual_time
+async def test_timeouts_at_the_very_moment_of_arrival_lose_nothing(make_bench):
+    bench, received = make_bench(), []
+    publisher, subscription = bench.publisher(), bench.subscription(depth=1000)
+    loop, chance = asyncio.get_running_loop(), random.Random(1)
+    for index in range(1000):
+        loop.call_at(chance.randrange(500) / 1000, publish, publisher, index)
+    while loop.time() < 1:
+        try:
+            async with asyncio.timeout(chance.randrange(3) / 1000):
+                received.append((await anext(subscription)).data)
+        except TimeoutError:
+            pass
+    assert sorted(received) == list(range(1000))
+    assert subscription.delivered == 1000
+
+
+@virtual_time
+async def test_latest_is_nothing_before_the_first_message_and_then_stays(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    assert subscription.latest is None
+    publish(publisher, 1)
+    assert subscription.latest == number(1)
+    assert subscription.latest == number(1)
+    assert subscription.delivered == 1
+
+
+@virtual_time
+async def test_latest_drops_what_is_older_as_superseded(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(depth=3)
+    publish(publisher, 1, 2, 3, 4)
+    assert subscription.latest == number(4)
+    statistics = subscription.statistics()
+    assert statistics.drops == {"overflow": 1, "superseded": 2}
+    assert (statistics.published, statistics.delivered, statistics.dropped, statistics.queued) == (4, 1, 3, 0)
+
+
+@virtual_time
+async def test_latest_is_also_what_an_iteration_took(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    publish(publisher, 1)
+    assert (await anext(subscription)).data == 1
+    waiting = asyncio.create_task(anext(subscription))
+    await settle()
+    assert subscription.latest == number(1)
+    publish(publisher, 2)
+    assert await waiting == subscription.latest == number(2)
+
+
+# Coming and going.
+
+
+@virtual_time
+async def test_counting_starts_when_a_subscription_comes_and_ends_when_it_goes(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    publish(publisher, 1, 2)
+    subscription = bench.subscription()
+    publish(publisher, 3)
+    bench.bus.detach_subscription(subscription)
+    publish(publisher, 4)
+    assert subscription.published == 1
+    assert subscription.publisher_count == 0
+
+
+@virtual_time
+async def test_publishers_that_come_and_go_stay_in_the_count(make_bench):
+    bench = make_bench()
+    early, subscription = bench.publisher(), bench.subscription()
+    publish(early, 1)
+    later = bench.publisher()
+    assert subscription.publisher_count == 2
+    publish(later, 2, 3)
+    early.close()
+    publish(later, 4)
+    assert (subscription.publisher_count, subscription.published) == (1, 4)
+
+
+@virtual_time
+async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
+    bench, values = make_bench(), []
+    publisher = bench.publisher()
+    publish(publisher, 0)
+
+    def crash(message):
+        values.append(message.data)
+        raise ValueError
+
+    before = bench.subscription(crash)
+    publish(publisher, 1, 2)
+    await settle()
+    publish(publisher, 3)
+    after = Subscription(Int64, before.endpoint, lambda message: values.append(message.data))
+    bench.bus.replace_subscription(before, after, bench.failures.append)
+    after.open()
+    publish(publisher, 4)
+    await settle()
+    publish(publisher, 5)
+    await settle()
+    assert values == [1, 2, 3, 4, 5]
+    assert publisher.subscription_count == 1
+    [line] = bench.bus.ledger()
+    assert (line.published, line.delivered, line.queued) == (5, 5, 0)
+
+
+@virtual_time
+async def test_a_subscription_outside_of_a_graph_has_received_nothing():
+    endpoint = Endpoint(
+        "/sink", "/number", Int64, QoS(overflow=Overflow.DROP_NEWEST, depth=3), "Sink.numbers", "number"
+    )
+    subscription = Subscription(Int64, endpoint)
+    assert subscription.latest is None
+    assert (subscription.published, subscription.publisher_count) == (0, 0)
+    assert repr(subscription) == "<Subscription /number of /sink: 0 delivered, 0 dropped, 0 queued>"
+    assert (subscription.statistics().depth, subscription.statistics().overflow) == (3, Overflow.DROP_NEWEST)
+    subscription.close()
+    assert [message async for message in subscription] == []
+
+
+# Limits in time.
+
+
+@virtual_time
+async def test_a_message_that_has_expired_is_dropped_with_the_reason(make_bench):
+    bench, collected = make_bench(), Collecting()
+    publisher, pulled = bench.publisher(lifespan_s=1), bench.subscription()
+    busy = bench.subscription(collected.waiting)
+    publish(publisher, 1)
+    await asyncio.sleep(0.5)
+    publish(publisher, 2)
+    await asyncio.sleep(0.5)
+    assert (await anext(pulled)).data == 2
+    assert pulled.statistics().drops == {"expired": 1}
+    assert collected.values == [1, 2]
+    assert busy.queue.dropped == 0
+    await asyncio.sleep(5)
+    assert pulled.latest == number(2)
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@virtual_time
+async def test_a_handler_is_not_handed_what_expired_while_it_waited(make_bench, kind):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(getattr(collected, kind))
+    publisher = bench.publisher(lifespan_s=1)
+    subscription.pause()
+    for value in (1, 2, 3):
+        publish(publisher, value)
+        await asyncio.sleep(0.4)
+    publisher.close()
+    if (pump := subscription.open()) is not None:
+        bench.pumps.append(asyncio.create_task(pump))
+    await asyncio.sleep(0.1)
+    assert collected.values == [2, 3]
+    assert subscription.statistics().drops == {"expired": 1}
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_what_has_expired_is_not_kept_for_late_joiners(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(lifespan_s=1, durability="transient_local")
+    publish(publisher, 1)
+    await asyncio.sleep(0.6)
+    publish(publisher, 2)
+    await asyncio.sleep(0.6)
+    late = bench.subscription(durability="transient_local")
+    assert (late.latest, late.published) == (number(2), 1)
+
+
+@virtual_time
+async def test_a_deadline_runs_from_the_first_message_and_is_told_once_per_period_of_silence(make_bench):
+    bench, events = make_bench(), []
+    publisher = bench.publisher(deadline_s=1)
+    subscription = bench.subscription(deadline_s=1)
+    for end in (publisher, subscription):
+        end.on_event = events.append
+    await asyncio.sleep(10)
+    assert events == []
+    publish(publisher, 1)
+    await asyncio.sleep(0.9)
+    publish(publisher, 2)
+    await asyncio.sleep(2.5)
+    assert events == [DeadlineMissed("/number", 1)] * 2 + [DeadlineMissed("/number", 2)] * 2
+    assert (publisher.deadlines_missed, subscription.statistics().deadlines_missed) == (2, 2)
+    publish(publisher, 3)
+    publisher.close()
+    bench.bus.detach_subscription(subscription)
+    await asyncio.sleep(10)
+    assert sum(isinstance(event, DeadlineMissed) for event in events) == 4
+
+
+@virtual_time
+async def test_a_publisher_that_says_nothing_within_its_lease_is_not_alive_until_it_does(make_bench):
+    bench, events = make_bench(), []
+    limits = {"liveliness": "manual_by_topic", "lease_s": 1}
+    subscription = bench.subscription(**limits)
+    subscription.on_event = events.append
+    publisher = bench.publisher(**limits)
+    publisher.assert_liveliness()
+    bench.subscription(**limits)
+    await asyncio.sleep(0.9)
+    publish(publisher, 1)
+    await asyncio.sleep(0.9)
+    assert events == [SubscriptionMatched("/number", 1, 1, 1, 1), LivelinessChanged("/number", 1, 0)]
+    await asyncio.sleep(0.2)
+    publisher.assert_liveliness()
+    publisher.close()
+    changes = [(event.alive, event.not_alive) for event in events if isinstance(event, LivelinessChanged)]
+    assert changes == [(1, 0), (0, 1), (1, 0), (0, 0)]
+    assert publisher.liveliness_lost == 1
+
+
+# Misuse.
+
+
+@virtual_time
+async def test_a_plain_handler_that_returns_a_coroutine_has_failed_and_not_lost_the_message_in_silence(make_bench):
+    bench, collected = make_bench(), Collecting()
+
+    def handle(message):
+        return collected.hasty(message)
+
+    bench.subscription(handle)
+    publish(bench.publisher(), 1)
+    await settle()
+    [(raised, message)] = bench.failures
+    assert "async def" in str(raised)
+    assert message == number(1)
+
+
+@virtual_time
+async def test_nobody_takes_a_handler_its_messages_away(make_bench):
+    bench, collected = make_bench(), Collecting()
+    subscription = bench.subscription(collected.plain)
+    publish(bench.publisher(), 1, 2)
+    with pytest.raises(Occupied, match="/sink receives on /number goes to a handler; subscribe twice"):
+        await anext(subscription)
+    with pytest.raises(Occupied):
+        _ = subscription.latest
+    await settle()
+    assert collected.values == [1, 2]
+
+
+@virtual_time
+async def test_what_has_expired_while_it_waited_makes_room_and_is_not_what_a_newer_one_superseded(make_bench):
+    bench = make_bench()
+    short, lasting = bench.publisher(lifespan_s=1), bench.publisher()
+    lossy = bench.subscription(depth=2, overflow="drop_newest")
+    newest = bench.subscription(depth=2)
+    publish(short, 1, 2)
+    await asyncio.sleep(1)
+    publish(lasting, 3)
+    assert queued(lossy) == [3]
+    assert lossy.statistics().drops == {"expired": 2}
+    publish(short, 4)
+    await asyncio.sleep(1)
+    assert newest.latest == number(3)
+    assert newest.statistics().drops == {"expired": 3}
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_a_sender_gets_the_room_of_a_message_that_expires(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(lifespan_s=1)
+    slow = bench.subscription(depth=1, overflow="block")
+    publish(publisher, 1)
+    senders = [asyncio.create_task(publisher.send(number(value))) for value in (2, 3)]
+    await asyncio.sleep(0.9)
+    assert not any(sender.done() for sender in senders)
+    await asyncio.sleep(0.2)
+    assert [sender.done() for sender in senders] == [True, False]
+    await asyncio.sleep(1)
+    assert all(sender.done() for sender in senders)
+    assert (slow.statistics().queued, slow.statistics().drops) == (1, {"expired": 2})
+
+
+@virtual_time
+async def test_a_message_that_can_expire_is_unpacked_also_when_its_publisher_came_within_the_turn(make_bench):
+    bench, values = make_bench(), []
+    first = bench.publisher()
+
+    def hear(message):
+        values.append(message.data)
+        if message.data == 1:
+            publish(bench.publisher(lifespan_s=1), 2)
+
+    bench.subscription(hear)
+    publish(first, 1)
+    await settle()
+    assert values == [1, 2]
+    assert bench.failures == []
+
+
+@virtual_time
+async def test_every_observer_of_a_subscription_that_is_pulled_from_hears(make_bench):
+    bench, heard = make_bench(), []
+    publisher, pulled = bench.publisher(), bench.subscription()
+    pulled.observe(lambda message: heard.append(("first", message.data)))
+    pulled.observe(lambda message: heard.append(("second", message.data)))
+    publish(publisher, 1)
+    assert pulled.latest == number(1)
+    assert sorted(heard) == [("first", 1), ("second", 1)]
+
+
+@virtual_time
+async def test_who_has_left_waits_for_no_deadline(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(deadline_s=1)
+    subscription = bench.subscription(lambda _message: None, deadline_s=1)
+    publish(publisher, 1)
+    await asyncio.sleep(1.5)
+    subscription.close()
+    publisher.close()
+    await asyncio.sleep(10)
+    assert (publisher.deadlines_missed, subscription.statistics().deadlines_missed) == (1, 1)
+
+
+@virtual_time
+async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_of_drops(make_bench):
+    bench, events, told = make_bench(), [], []
+    publisher = bench.publisher(deadline_s=1)
+    before = bench.subscription(lambda _message: None, deadline_s=1, depth=1)
+    bench.bus.on_detach.append(lambda end: told.append(("left", end)))
+    bench.bus.on_attach.append(lambda end: told.append(("came", end)))
+    publish(publisher, 1)
+    await asyncio.sleep(0.6)
+    after = Subscription(Int64, before.endpoint, lambda _message: None)
+    after.on_event = events.append
+    bench.bus.replace_subscription(before, after, bench.failures.append)
+    assert told == [("left", before), ("came", after)]
+    await asyncio.sleep(0.6)
+    assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]
+    assert len(list(bench.bus.ledger())) == 1
+    assert bench.balanced()

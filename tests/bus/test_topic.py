@@ -1,0 +1,272 @@
+"""What late joiners receive, and what a queue of some depth keeps of a history."""
+
+import asyncio
+import json
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.bus.publisher import Publisher
+from busflow.errors import NotRunning
+from busflow.msgs.std_msgs import Int64
+from busflow.testing import virtual_time
+
+CASES = json.loads((Path(__file__).parents[1] / "cases" / "c_history.json").read_text(encoding="utf-8"))["cases"]
+# What does not apply, by the beginning of a case's id, each with its reason.
+SKIPPED = {
+    "ring/snapshot-copies": "messages are immutable and shared: there is nothing to copy",
+    "zenoh/query-ring": "services: later",
+    "zenoh/recovery": "a link between processes: later",
+    "zenoh/miss-reported": "a link between processes: later",
+    "zenoh/late-joiner-across-router": "a link between processes: later",
+    "zenoh/callback-dropped-on-undeclare": "a link between processes: later",
+    "zenoh/qos-carried": "a link between processes: later",
+    "zenoh/congestion": "a link between processes: later",
+    "rmw_zenoh/keep_all-unbounded": "design: every queue is bounded",
+    "rmw_zenoh/depth-0-becomes-42": "design: a depth is at least 1, anything else is refused",
+    "incompatible-event": "design: a mismatch is an error before start",
+    "rmw/ignore-local": "design: a node receives what it publishes",
+    "rmw/wait-all-acked": "a link between processes: later",
+    "executor/": "test_runner.py",
+}
+NOT_HERE = {
+    "zenoh/subscriber-closes-with-session": "test_an_iteration_ends_when_the_subscription_does",
+    "rmw/take-empty": "test_subscriptions.py: latest is nothing before the first message",
+}
+
+
+def cases(*beginnings):
+    return [pytest.param(case, id=case["id"]) for case in CASES if case["id"].startswith(beginnings)]
+
+
+def number(value):
+    return Int64(data=value)
+
+
+def publish(publisher, *values):
+    for value in values:
+        publisher.publish(number(value))
+
+
+def taken(subscription):
+    """Everything that waits, taken one by one."""
+    values = []
+    while subscription.queue.items:
+        with pytest.raises(StopIteration) as ended:
+            anext(subscription).send(None)
+        values.append(ended.value.value.data)
+    return values
+
+
+def numbers(text):
+    """The numbers of `publish 1..5 without reading`, or of `publish 6`."""
+    first, last = re.match(r"publish (\d+)(?:\.\.(\d+))?", text).groups()
+    return range(int(first), int(last or first) + 1)
+
+
+def test_every_case_is_run_or_skipped_with_a_reason():
+    run = (
+        "ring/",
+        "model/",
+        "zenoh/ring-3",
+        "zenoh/history-cache",
+        "rmw_zenoh/transient_local",
+        "lifespan",
+        "deadline",
+        "matched-event",
+    )
+    left = [case["id"] for case in CASES if not case["id"].startswith((*run, *SKIPPED, *NOT_HERE))]
+    assert left == []
+
+
+@pytest.mark.parametrize("case", cases("ring/new", "ring/overwrite"))
+@virtual_time
+async def test_a_ring(make_bench, case):
+    bench = make_bench()
+    publisher = bench.publisher()
+    subscription = bench.subscription(depth=case["given"]["capacity"])
+    for step in case["steps"]:
+        if step != "create":
+            publish(publisher, ord(step[1]))
+    expect = case["expect"]
+    assert subscription.queue.full == expect["is_full"]
+    snapshot = [chr(message.data) for message in subscription.queue.items]
+    assert snapshot == expect.get("snapshot", [])
+    assert [chr(value) for value in taken(subscription)] == expect.get("then get", [])
+    assert len(subscription.queue) == 0
+
+
+@pytest.mark.parametrize("case", cases("model/keep_last", "zenoh/ring-3-of-10"))
+@virtual_time
+async def test_keep_last(make_bench, case):
+    bench = make_bench()
+    publisher = bench.publisher()
+    subscription = bench.subscription(depth=case["given"]["depth"])
+    values = range(10) if case["id"].startswith("zenoh") else numbers(case["steps"][0])
+    publish(publisher, *values)
+    expected = [int(str(text).removeprefix("put")) for text in case["expect"]["received"]]
+    assert taken(subscription) == expected
+    assert subscription.statistics().dropped == case["expect"].get("dropped", len(values) - len(expected))
+
+
+@pytest.mark.parametrize("case", cases("model/transient_local", "model/volatile"))
+@virtual_time
+async def test_a_late_joiner(make_bench, case):
+    bench, given = make_bench(), case["given"]
+    before, _, after = case["steps"]
+    publisher = bench.publisher(depth=given["depth"], durability=given["durability"])
+    publish(publisher, *numbers(before))
+    late = bench.subscription(depth=given["depth"] + 1, durability=given["durability"])
+    publish(publisher, *numbers(after))
+    assert taken(late) == case["expect"]["received"]
+    assert late.queue.dropped == 0
+
+
+@pytest.mark.parametrize("case", cases("zenoh/history-cache-3", "rmw_zenoh/transient_local-cache-is-depth"))
+@virtual_time
+async def test_a_late_joiner_receives_what_the_publisher_keeps_and_then_what_comes(make_bench, case):
+    bench, given = make_bench(), case["given"]
+    publisher = bench.publisher(depth=given.get("publisher_cache", given.get("depth")), durability="transient_local")
+    first = [int(value) for value in case["steps"][0][1:]] if "zenoh/h" in case["id"] else range(1, 10)
+    publish(publisher, *first)
+    late = bench.subscription(durability="transient_local")
+    if len(case["steps"]) > 2:
+        publish(publisher, *map(int, case["steps"][2][1:]))
+    assert taken(late) == [int(value) for value in case["expect"]["received"]]
+
+
+@pytest.mark.parametrize("case", cases("lifespan/"))
+@virtual_time
+async def test_expired_messages_are_not_delivered(make_bench, case):
+    bench, given, received = make_bench(), case["given"], []
+    limits = {"durability": given["durability"], "depth": given["depth"]}
+    publisher = bench.publisher(**limits, lifespan_s=given["lifespan_s"])
+    for tick in range(80):  # the subscription is there for two seconds, and away for two
+        if tick % 32 == 0:
+            subscription = bench.subscription(lambda message: received.append(message.data), **limits)
+        if tick % 32 == 16:
+            bench.bus.detach_subscription(subscription)
+        publish(publisher, tick)
+        await asyncio.sleep(given["publish_period_s"])
+    assert publisher.published * 2 / 5 < len(received) < publisher.published
+    assert received == sorted(set(received))
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("case", cases("deadline/"))
+@virtual_time
+async def test_a_missed_deadline_is_told_on_both_sides(make_bench, case):
+    bench, told = make_bench(), {}
+    ends = {"publisher": bench.publisher(deadline_s=1), "subscriber": bench.subscription(deadline_s=1)}
+    for side, end in ends.items():
+        end.on_event = lambda event, side=side: told.setdefault(side, []).append(event.count)
+    for toggle in range(5):
+        for _ in range(8):
+            if toggle % 2 == 0:
+                publish(ends["publisher"], 1)
+            await asyncio.sleep(0.25)
+    assert told == {"publisher": [1, 2, 3, 4], "subscriber": [1, 2, 3, 4]}
+    assert case["expect"]["last total_count == 4"]
+
+
+# Beyond the cases.
+
+
+@virtual_time
+async def test_a_volatile_late_joiner_receives_nothing_of_what_is_kept(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher(durability="transient_local")
+    publish(publisher, 1)
+    late = bench.subscription()
+    publish(publisher, 2)
+    assert taken(late) == [2]
+
+
+@given(
+    kept=st.lists(st.integers(1, 6), min_size=1, max_size=3),
+    depth=st.integers(1, 8),
+    by=st.lists(st.integers(0, 2), max_size=20),
+)
+def test_a_late_joiner_receives_the_newest_that_both_sides_keep_in_order(make_bench, kept, depth, by):
+    @virtual_time
+    async def main():
+        bench = make_bench()
+        publishers = [bench.publisher(depth=each, durability="transient_local") for each in kept]
+        for value, which in enumerate(by):
+            publish(publishers[which % len(publishers)], value)
+        late = bench.subscription(depth=depth, durability="transient_local")
+        history = [
+            value
+            for index, each in enumerate(kept)
+            for value in [value for value, which in enumerate(by) if which % len(kept) == index][-each:]
+        ]
+        expected = sorted(history)[-depth:]
+        assert taken(late) == expected
+        assert late.published == len(expected)
+        if len(kept) == 1:
+            assert len(expected) == min(kept[0], depth, len(by))
+
+    main()
+
+
+@virtual_time
+async def test_what_a_tap_raises_keeps_the_message_from_nobody_and_is_told_once(make_bench):
+    bench, told, heard = make_bench(), [], []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
+    publisher, subscription = bench.publisher(), bench.subscription()
+    topic = bench.bus.topics["/number"]
+
+    def broken(message):
+        raise ValueError(message.data)
+
+    bench.bus.tap(topic, broken)
+    bench.bus.tap(topic, lambda message: heard.append(message.data))
+    for value in (1, 2):
+        publisher.publish(Int64(data=value))
+    assert heard == [1, 2]
+    assert [message.data for message in subscription.queue.items] == [1, 2]
+    assert bench.balanced()
+    [context] = told
+    assert context["message"] == "a tap of /number raised, and hears no more of it"
+    assert str(context["exception"]) == "1"
+
+
+@virtual_time
+async def test_what_a_publisher_keeps_for_newcomers_is_kept_by_its_successor(make_bench):
+    bench = make_bench()
+    latched = {"durability": "transient_local", "depth": 2}
+    before = bench.publisher(**latched)
+    for value in (1, 2, 3):
+        before.publish(Int64(data=value))
+    after = Publisher(Int64, before.endpoint)
+    bench.bus.replace_publisher(before, after)
+    with pytest.raises(NotRunning):
+        before.publish(Int64(data=4))
+    after.publish(Int64(data=4))
+    newcomer = bench.subscription(**latched)
+    assert [message.data for message in newcomer.queue.items] == [3, 4]
+    assert (bench.bus.topics["/number"].published, newcomer.publisher_count) == (4, 1)
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("case", cases("matched-event"))
+@virtual_time
+async def test_matched(make_bench, case):
+    bench, events = make_bench(), []
+    publisher = bench.publisher()
+    publisher.on_event = events.append
+    subscription = bench.subscription()
+    subscription.close()
+    told = [
+        {
+            "total": event.total,
+            "total_change": event.total_change,
+            "current": event.current,
+            "current_change": event.current_change,
+        }
+        for event in events
+    ]
+    assert told == case["expect"]["events"]

@@ -1,0 +1,82 @@
+"""The collector looks at nothing while a command imports what it needs, and goes on as before."""
+
+import gc
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from busflow.cli.options.importing import importing
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(autouse=True)
+def collector() -> Iterator[None]:
+    gc.unfreeze()
+    gc.enable()
+    yield
+    gc.unfreeze()
+    gc.enable()
+
+
+def collections() -> int:
+    return sum(each["collections"] for each in gc.get_stats())
+
+
+def test_nothing_is_collected_meanwhile():
+    with importing():
+        before = collections()
+        kept = [[] for _ in range(10_000)]
+        assert collections() == before
+    assert gc.isenabled()
+    assert len(kept) == 10_000
+
+
+def test_what_was_imported_is_not_looked_at_by_the_next_step():
+    with importing():
+        kept = [[] for _ in range(10_000)]
+    old = {*map(id, gc.get_objects(generation=2))}
+    assert all(id(each) in old for each in kept)
+    assert gc.get_freeze_count() == 0
+
+
+def test_the_collector_goes_on_after_an_import_that_fails():
+    with pytest.raises(ImportError), importing():
+        raise ImportError
+    assert gc.isenabled()
+
+
+def test_a_collector_that_was_turned_off_stays_so():
+    gc.disable()
+    with importing():
+        pass
+    assert not gc.isenabled()
+
+
+def test_what_was_frozen_stays_so():
+    gc.freeze()
+    with importing():
+        assert gc.isenabled()
+    assert gc.get_freeze_count() > 0
+
+
+@pytest.mark.parametrize("command", ["run configs/lab1.yaml --sim --for 1ms", "check configs/lab1.yaml"])
+def test_a_command_imports_the_run_s_code_without_looking_for_garbage(command: str):
+    """Asked when the module that all of it ends with is imported: some steps are of Python's own start."""
+    code = (
+        "import gc, sys, busflow.cli\n"
+        "seen = []\n"
+        "class Watch:\n"
+        "    def find_spec(self, name, *rest):\n"
+        "        if name == 'numpy': seen.append(gc.isenabled())\n"
+        "sys.meta_path.insert(0, Watch())\n"
+        "code = busflow.cli.main(sys.argv[1:])\n"
+        "print(seen, gc.isenabled(), file=sys.stderr)\n"
+        "sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *command.split()], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0
+    assert done.stderr.splitlines()[-1] == "[False] True"

@@ -1,0 +1,78 @@
+"""Paths into messages: read, held against a type, followed."""
+
+from contextlib import suppress
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.cli.terminal.field_paths import Absent, parse_path, value_at
+from busflow.cli.terminal.shape import Shape
+from busflow.errors import InvalidInput
+from busflow.interfaces.encoding.description import Count
+
+POINT = Shape("g/msg/Point", {"x": Shape("float64")})
+CLOUD = Shape(
+    "g/msg/Cloud",
+    {
+        "points": Shape("g/msg/Point", POINT.fields, Count.UNBOUNDED),
+        "name": Shape("string"),
+        "spread": Shape("float64", None, Count.FIXED, 9),
+        "few": Shape("float64", None, Count.BOUNDED, 3),
+    },
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("name", ("name",)),
+        ("points[0].x", ("points", 0, "x")),
+        ("points[-1]", ("points", -1)),
+        ("points[99]", ("points", 99)),
+        ("spread[-9]", ("spread", -9)),
+        ("few[2]", ("few", 2)),
+    ],
+)
+def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
+    assert parse_path(text, "--field", CLOUD) == path
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "told"),
+    [
+        ("nme", 1, "has no field nme"),
+        ("points.x", 8, "followed by an index"),
+        ("points[0].y", 11, "g/msg/Point has no field y"),
+        ("name.x", 6, "a string has no fields"),
+        ("name[0]", 5, "a string is no sequence"),
+        ("", 1, "a field is missing"),
+        ("name.", 6, "a path is"),
+        ("[0]", 1, "a path is"),
+        ("points..x", 8, "a path is"),
+        ("points[0]x", 10, "a path is"),
+        ("points[99999999999]", 7, "a path is"),
+        ("spread[9]", 7, "there is no item 9, there are 9\n  spread[9]\n        ^^^\n  fix: the last one is [8]"),
+        ("spread[-10]", 7, "there is no item -10, there are 9"),
+        ("few[3]", 4, "there is no item 3, there are at most 3"),
+    ],
+)
+def test_what_is_none_is_shown(text: str, column: int, told: str):
+    with pytest.raises(InvalidInput) as caught:
+        parse_path(text, "--field", CLOUD)
+    place = caught.value.problem.place
+    assert place is not None
+    assert (place.file, place.column) == ("--field", column)
+    assert told in str(caught.value)
+
+
+@given(st.text())
+def test_whatever_is_typed_is_a_path_or_told(text: str):
+    with suppress(InvalidInput):
+        parse_path(text, "--field")
+
+
+@pytest.mark.parametrize("path", [("a", 2), ("a", -3), ("b",), ("a", 0, "x"), ("t", 0)])
+def test_what_a_message_lacks_is_absent(path: tuple[str | int, ...]):
+    with pytest.raises(Absent):
+        value_at(path, {"a": (1, 2), "t": "text"})

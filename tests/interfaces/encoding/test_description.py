@@ -1,0 +1,228 @@
+"""A description says of a type what ROS 2 says of it, hashes as ROS 2 hashes it, and is checked when a peer sent it."""
+
+import contextlib
+import copy
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_typestore
+
+from busflow.errors import MalformedMessage, UnknownType
+from busflow.interfaces.encoding.description import (
+    DEPTH,
+    Count,
+    Field,
+    assemble,
+    check,
+    fields_of,
+    individual,
+    is_rihs01,
+    rihs01,
+    service_types,
+    types_in,
+)
+from busflow.interfaces.encoding.msg_text import parse
+from busflow.interfaces.encoding.typesupport import describe
+from busflow.interfaces.message import find_type
+from busflow.msgs.geometry_msgs import PoseStamped
+from busflow.msgs.rcl_interfaces import GetParameters
+from busflow.msgs.service_msgs import ServiceEventInfo
+from busflow.msgs.std_msgs import Empty
+
+FOLDER = Path(__file__).parents[2] / "cases"
+HASHES = json.loads((FOLDER / "g_rihs01.json").read_text("utf-8"))
+SERVICES = {case["id"]: case for case in json.loads((FOLDER / "ros2_services.json").read_text("utf-8"))["cases"]}
+ROS = get_typestore(Stores.LATEST)
+
+
+def of_ros(name):
+    """The description of a type of ROS 2: from busflow's class, from rosbags' definition, or from a service's file."""
+    service = name
+    for part in ("_Request", "_Response", "_Event"):
+        service = service.removesuffix(part) if "/srv/" in name else service
+    try:
+        types = types_in(describe(find_type(service)))
+    except UnknownType:
+        types = types_of_a_file(service) if service in SERVICES else types_in(of_rosbags(name))
+    return assemble(name, types)
+
+
+def of_rosbags(name):
+    return parse(name, ROS.generate_msgdef(name, ros_version=2)[0])
+
+
+def types_of_a_file(service):
+    types = types_in(describe(ServiceEventInfo))
+    for part in ("request", "response"):
+        text = SERVICES[service][part]
+        package = service.partition("/")[0]
+        words = {line.split()[0].partition("[")[0] for line in text.splitlines()}
+        nested = [word if "/" in word else f"{package}/{word}" for word in words if not word.islower() or "/" in word]
+        needed = {}
+        for word in nested:
+            needed |= types_in(of_rosbags(word.replace("/", "/msg/")))
+        whole = [f"{'=' * 80}\nMSG: {each}\n{ROS.generate_msgdef(each, ros_version=2)[0]}" for each in needed]
+        types |= types_in(parse(f"{service}_{part.title()}", "\n".join([text, *whole])))
+    return types | {each["type_name"]: each for each in service_types(service)}
+
+
+@pytest.mark.parametrize("case", HASHES["cases"], ids=lambda case: case["id"])
+def test_a_type_has_the_hash_that_ros_gives_it(case):
+    assert rihs01(of_ros(case["type"])) == case["rihs01"]
+
+
+@pytest.mark.parametrize("text", HASHES["string_form_cases"]["valid"])
+def test_a_hash_is_recognised(text):
+    assert is_rihs01(text)
+
+
+@pytest.mark.parametrize("text", [*HASHES["string_form_cases"]["invalid"], "", "RIHS01_" + "A" * 64])
+def test_what_is_no_hash_is_not(text):
+    assert not is_rihs01(text)
+
+
+def test_a_hash_ignores_defaults_constants_and_the_order_of_keys():
+    described = describe(PoseStamped)
+    other = json.loads(json.dumps(described, sort_keys=True))
+    other["type_description"]["constants"] = [{"name": "A", "type": "int8", "value": "1"}]
+    for field in other["type_description"]["fields"]:
+        field["default_value"] = "7"
+    assert rihs01(check(other)) == rihs01(described)
+
+
+def test_a_type_without_fields_has_the_dummy_that_ros_gives_it():
+    assert [field.name for field in fields_of(describe(Empty)["type_description"])] == [
+        "structure_needs_at_least_one_member"
+    ]
+
+
+def test_the_types_inside_are_sorted_and_complete():
+    inner = [each["type_name"] for each in describe(PoseStamped)["referenced_type_descriptions"]]
+    assert (
+        inner
+        == sorted(inner)
+        == [
+            "builtin_interfaces/msg/Time",
+            "geometry_msgs/msg/Point",
+            "geometry_msgs/msg/Pose",
+            "geometry_msgs/msg/Quaternion",
+            "std_msgs/msg/Header",
+        ]
+    )
+
+
+def test_a_service_is_described_with_its_parts_and_its_event():
+    name = "rcl_interfaces/srv/GetParameters"
+    assert set(types_in(describe(GetParameters))) == {
+        name,
+        f"{name}_Request",
+        f"{name}_Response",
+        f"{name}_Event",
+        "builtin_interfaces/msg/Time",
+        "rcl_interfaces/msg/ParameterValue",
+        "service_msgs/msg/ServiceEventInfo",
+    }
+
+
+def test_a_description_that_was_json_is_the_same():
+    for name in ("geometry_msgs/PoseStamped", "diagnostic_msgs/DiagnosticArray", "rcl_interfaces/srv/GetParameters"):
+        described = describe(find_type(name))
+        assert check(json.loads(json.dumps(described))) == described
+
+
+def nested(depth):
+    """Types a/msg/T0 … that lie within each other so deep."""
+    types = [individual("a/msg/T0", [Field("x", "int8").describe()])]
+    types += [
+        individual(f"a/msg/T{i}", [Field("inner", f"a/msg/T{i - 1}", nested=True).describe()]) for i in range(1, depth)
+    ]
+    return {each["type_name"]: each for each in types}
+
+
+def test_types_may_lie_within_each_other_up_to_a_limit():
+    assemble(f"a/msg/T{DEPTH - 1}", nested(DEPTH))
+    with pytest.raises(MalformedMessage, match="16 deep"):
+        assemble(f"a/msg/T{DEPTH}", nested(DEPTH + 1))
+
+
+def test_many_ways_to_one_type_are_found_quickly():
+    """Each type holds the one below twice: 2^15 ways to the innermost."""
+    types = nested(DEPTH)
+    for each in types.values():
+        each["fields"].append({**each["fields"][0], "name": "again"})
+    assert len(types_in(assemble(f"a/msg/T{DEPTH - 1}", types))) == DEPTH
+
+
+def test_a_type_that_holds_itself_is_refused():
+    types = nested(3)
+    types["a/msg/T0"]["fields"].append(Field("outer", "a/msg/T2", nested=True, count=Count.UNBOUNDED).describe())
+    with pytest.raises(MalformedMessage, match="a/msg/T2 holds itself"):
+        assemble("a/msg/T2", types)
+
+
+def changed(path, value):
+    described = copy.deepcopy(describe(PoseStamped))
+    target = described
+    for key in path[:-1]:
+        target = target[key]
+    target[path[-1]] = value
+    return described
+
+
+FIELD = ("type_description", "fields", 0)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        (("type_description",), None, "no mapping"),
+        (("type_description", "type_name"), "Pose Stamped", "no name"),
+        (("type_description", "fields"), {}, "no list"),
+        (("type_description", "fields"), [], "one field"),
+        (("type_description", "fields", 1), describe(PoseStamped)["type_description"]["fields"][0], "one name"),
+        (("type_description", "constants"), [{"name": "A", "type": ["int8"], "value": "1"}], "constant"),
+        ((*FIELD, "name"), "a; import os", "no name"),
+        ((*FIELD, "name"), 3, "no name"),
+        ((*FIELD, "default_value"), 3, "text"),
+        ((*FIELD, "type", "type_id"), 0, "cannot be read"),
+        ((*FIELD, "type", "type_id"), 12, "cannot be read"),
+        ((*FIELD, "type", "type_id"), 3, "holds no"),
+        ((*FIELD, "type", "type_id"), 193, "cannot be read"),
+        ((*FIELD, "type", "type_id"), True, "32 bits"),
+        ((*FIELD, "type", "type_id"), -1, "32 bits"),
+        ((*FIELD, "type", "type_id"), 49, "one item at least"),
+        ((*FIELD, "type", "capacity"), 1 << 32, "32 bits"),
+        ((*FIELD, "type", "nested_type_name"), "std_msgs/msg/Headr", "is not described"),
+        (("referenced_type_descriptions",), None, "no list"),
+        (("referenced_type_descriptions", 0), describe(PoseStamped)["type_description"], "twice"),
+    ],
+)
+def test_a_description_that_cannot_be_relied_on_is_refused(path, value, reason):
+    with pytest.raises(MalformedMessage, match=reason):
+        check(changed(path, value))
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@settings(deadline=None)
+@given(data=st.data())
+def test_whatever_stands_in_a_description_it_is_checked_without_a_crash(data):
+    described = json.loads(json.dumps(describe(PoseStamped)))
+    target, key = described, "type_description"
+    while True:
+        inner = target[key]
+        keys = list(inner) if isinstance(inner, dict) else list(range(len(inner))) if isinstance(inner, list) else []
+        if not keys or data.draw(st.integers(0, 3)) == 0:
+            break
+        target, key = inner, data.draw(st.sampled_from(keys))
+    target[key] = data.draw(json_values)
+    with contextlib.suppress(MalformedMessage):
+        check(described)

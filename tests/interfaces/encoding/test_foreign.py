@@ -1,0 +1,71 @@
+"""A type that only a peer knows is read and written, once what the peer says of it fits the hash."""
+
+import copy
+import json
+
+import pytest
+
+from busflow.errors import MalformedMessage
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import Message
+from busflow.msgs.std_msgs import Header
+
+
+class Maybe(Message, package="test"):
+    value: int | None = None
+
+
+def foreign(support):
+    return ForeignType(support.name, support.type_hash, json.loads(json.dumps(support.description)))
+
+
+def test_messages_of_ros_are_read_and_written():
+    support = TypeSupport(Header)
+    peer = foreign(support)
+    data = support.encode(Header(frame_id="map"))
+    assert peer.decode(data) == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+    assert peer.encode({"frame_id": "map"}) == data
+    assert peer.definition == support.definition
+
+
+def test_messages_in_json_are_read_and_written():
+    support = TypeSupport(Maybe)
+    peer = foreign(support)
+    assert peer.decode(support.encode(Maybe(value=3))) == {"value": 3}
+    assert support.decode(peer.encode({"value": 4})) == Maybe(value=4)
+    assert json.loads(peer.definition) == support.description
+
+
+def test_a_description_that_is_not_the_one_of_the_hash_is_refused():
+    for support in (TypeSupport(Header), TypeSupport(Maybe)):
+        description = copy.deepcopy(support.description)
+        if support.is_ros:
+            description["type_description"]["fields"][1]["name"] = "frame"
+        else:
+            description["properties"]["values"] = description["properties"].pop("value")
+        with pytest.raises(MalformedMessage, match=f"the description's hash is .*, not {support.type_hash}"):
+            ForeignType(support.name, support.type_hash, description)
+
+
+def test_a_description_of_another_name_is_refused():
+    support = TypeSupport(Header)
+    with pytest.raises(MalformedMessage, match="of another type"):
+        ForeignType("std_msgs/msg/String", support.type_hash, support.description)
+
+
+@pytest.mark.parametrize("description", [None, 3, [], {"$ref": 3}, {"properties": 3}, {"$defs": 3, "$ref": "#/a"}])
+@pytest.mark.parametrize("prefix", ["RIHS01_", "JSON01_"])
+def test_what_is_no_description_is_refused(prefix, description):
+    with pytest.raises(MalformedMessage):
+        ForeignType("a/msg/B", prefix + "0" * 64, description)
+
+
+def test_a_schema_that_goes_deeper_than_python_is_refused():
+    description = {}
+    for _ in range(100_000):
+        description = {"items": description}
+    with pytest.raises(MalformedMessage, match="no JSON Schema"):
+        ForeignType("a/msg/B", "JSON01_" + "0" * 64, description)
+    while description:  # taken apart by hand: Python itself would end the process over so deep a value
+        description = description.pop("items")

@@ -1,0 +1,158 @@
+"""Messages that ROS cannot describe travel as JSON, under a hash of what their schema demands."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+from busflow.errors import InvalidDeclaration, MalformedMessage
+from busflow.interfaces.encoding import json_form
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.message import Float64Array, Message, ServiceType, float64
+from busflow.msgs.geometry_msgs import Point
+
+
+class Detection(Message, package="test"):
+    """Fields that ROS has no words for."""
+
+    where: Point | None = None
+    scores: dict[str, float64] = Field(default_factory=dict)
+    label: int | str = "unknown"
+    weights: Float64Array = ()
+    others: tuple[Point | None, ...] = ()
+
+
+FULL = Detection(
+    where=Point(x=1.0), scores={"cat": 0.5, "title": 1.0}, label=3, weights=[1.0, np.nan], others=(None, Point(y=2.0))
+)
+
+
+def test_a_message_survives():
+    support = TypeSupport(Detection)
+    assert support.encoding == "json"
+    decoded = support.decode(support.encode(FULL))
+    assert decoded == FULL
+    assert not decoded.weights.flags.writeable
+    assert support.decode(memoryview(support.encode(Detection()))) == Detection()
+
+
+def test_a_peer_without_the_class_reads_it():
+    found = json_form.decode(TypeSupport(Detection).encode(FULL), "test/msg/Detection")
+    assert found["where"] == {"x": 1.0, "y": 0.0, "z": 0.0}
+    assert list(found) == ["where", "scores", "label", "weights", "others"]
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", "Invalid JSON"),
+        (b"\xff", "Invalid JSON"),
+        (b"[" * 100_000, "Invalid JSON"),
+        (b'{"where": {"x": "1"}}', "where.x"),
+        (b'{"scores": {"cat": "high"}}', "scores.cat"),
+        (b'{"wher": null}', "wher"),
+    ],
+)
+def test_hostile_bytes_are_refused_with_the_field(data, said):
+    with pytest.raises(MalformedMessage, match=said) as caught:
+        TypeSupport(Detection).decode(data)
+    assert caught.value.type_name == "test/msg/Detection"
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 100_000, b"1" * 10_000, b"{'a': 1}"])
+def test_hostile_bytes_are_refused_without_the_class_too(data):
+    with pytest.raises(MalformedMessage, match="no JSON"):
+        json_form.decode(data, "test/msg/Detection")
+
+
+def test_the_hash_is_of_what_a_message_may_be_and_of_nothing_else():
+    class Detection2(Message, package="test"):
+        """Another text."""
+
+        where: Point | None = Point()
+        scores: dict[str, float64] = Field(default_factory=lambda: {"a": 1.0})
+        label: int | str = 0
+        weights: Float64Array = (1.0,)
+        others: tuple[Point | None, ...] = ()
+
+    class Detection3(Detection2, package="test"):
+        label: int | str | None = 0
+
+    same, other = TypeSupport(Detection2), TypeSupport(Detection3)
+    assert TypeSupport(Detection).type_hash == same.type_hash
+    assert TypeSupport(Detection).type_hash != other.type_hash
+    assert len(same.type_hash) == len("JSON01_") + 64
+
+
+def test_the_hash_does_not_depend_on_the_names_of_definitions():
+    """Two plugins' classes of one name get longer names in the schema, with the name of their module in them."""
+    schema = json_form.schema_of(Detection)
+    renamed = json.loads(json.dumps(schema).replace("Point", "plugin_7__Point"))
+    assert renamed != schema
+    assert json_form.type_hash(renamed) == json_form.type_hash(schema)
+
+
+def test_a_field_may_have_the_name_of_a_word_of_the_schema():
+    class Book(Message, package="test"):
+        title: str | None = None
+        description: str | None = None
+
+    class Paper(Message, package="test"):
+        title: str | None = None
+
+    assert TypeSupport(Book).type_hash != TypeSupport(Paper).type_hash
+
+
+def test_a_type_that_holds_itself_has_a_hash_and_travels():
+    class Tree(Message, package="test"):
+        label: str = ""
+        left: "Tree | None" = None
+
+    support = TypeSupport(Tree)
+    tree = Tree(label="a", left=Tree(label="b"))
+    assert support.decode(support.encode(tree)) == tree
+    assert support.type_hash.startswith("JSON01_")
+
+
+class Find(ServiceType, package="test"):
+    """A service whose answer may be missing."""
+
+    class Request(Message):
+        label: str = ""
+
+    class Response(Message):
+        where: Point | None = None
+
+
+def test_a_service_with_such_a_part_has_a_hash_of_both():
+    class Seek(ServiceType, package="test"):
+        class Request(Message):
+            label: str = ""
+            again: bool = False
+
+        class Response(Message):
+            where: Point | None = None
+
+    assert TypeSupport(Find).type_hash.startswith("JSON01_")
+    assert TypeSupport(Find).type_hash != TypeSupport(Seek).type_hash
+    with pytest.raises(InvalidDeclaration, match="its Request and its Response"):
+        TypeSupport(Find).encode(Find.Request())
+
+
+def test_the_hash_stays_the_same():
+    """It names the type on the wire: a change of how it is computed breaks those who run another version."""
+    schema = {
+        "$defs": {
+            "Point": {"properties": {"x": {"default": 0.0, "type": "number"}}, "title": "Point", "type": "object"}
+        },
+        "properties": {"where": {"anyOf": [{"$ref": "#/$defs/Point"}, {"type": "null"}], "default": None}},
+        "title": "Response",
+        "type": "object",
+    }
+    counted = (
+        '{"$defs":{"0":{"properties":{"x":{"type":"number"}},"type":"object"}},'
+        '"properties":{"where":{"anyOf":[{"$ref":"0"},{"type":"null"}]}},"type":"object"}'
+    )
+    assert json_form.type_hash(schema) == "JSON01_" + hashlib.sha256(counted.encode()).hexdigest()

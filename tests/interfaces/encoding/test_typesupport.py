@@ -1,0 +1,44 @@
+"""What a class is on the wire, made when it is asked for."""
+
+import json
+
+import pytest
+
+from busflow.interfaces.encoding.description import fields_of, rihs01
+from busflow.interfaces.encoding.typesupport import TypeSupport, describe
+from busflow.interfaces.message import ServiceType
+from busflow.msgs.rcl_interfaces import Log
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import Header
+from busflow.msgs.std_srvs import SetBool
+
+
+def test_a_message_class_says_all_that_a_topic_and_a_recording_need():
+    support = TypeSupport(Header)
+    assert (support.name, support.encoding, support.definition_encoding) == ("std_msgs/msg/Header", "cdr", "ros2msg")
+    assert support.type_hash == "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01"
+    assert support.definition.splitlines()[0] == "builtin_interfaces/Time stamp"
+    assert support.description == describe(Header)
+    json.dumps(support.description)
+    assert support.decode(support.encode(Header(frame_id="map"))) == Header(frame_id="map")
+
+
+def test_a_service_has_a_hash_and_its_parts_have_codecs():
+    assert issubclass(SetBool, ServiceType)
+    assert TypeSupport(SetBool).name == "std_srvs/srv/SetBool"
+    assert TypeSupport(SetBool).type_hash == rihs01(describe(SetBool))
+    request = TypeSupport(SetBool.Request)
+    assert request.name == "std_srvs/srv/SetBool_Request"
+    assert request.encode(SetBool.Request(data=True)) == b"\0\1\0\0\1"
+
+
+def test_constants_and_defaults_are_described():
+    constants = describe(Log)["type_description"]["constants"]
+    assert constants[0] == {"name": "DEBUG", "type": "uint8", "value": "10"}
+    assert [field.default for field in fields_of(describe(Imu)["type_description"])] == [""] * 7
+
+
+@pytest.mark.parametrize("asked", ["description", "type_hash", "definition", "encode", "decode"])
+def test_what_was_made_is_kept(asked):
+    support = TypeSupport(JointState)
+    assert getattr(support, asked) is getattr(support, asked)

@@ -1,0 +1,287 @@
+"""Arrays of a message: what is taken for one, that it is copied at most once, and that nobody can write to it."""
+
+import math
+import re
+from array import array as machine_array
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+from pydantic_core import PydanticCustomError
+
+from busflow.interfaces.arrays import array, checker, frozen, is_frozen, same, take, zeros
+
+INTEGERS = ["int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64"]
+FLOATS = ["float32", "float64"]
+
+
+def shown(value):
+    """A parameter's name that is the same in every process: no addresses, no positions in memory."""
+    return re.sub(r" at 0x[0-9a-f]+|_iterator object", "", repr(value))
+
+
+def check(dtype, value, **limits):
+    bounds = np.iinfo(dtype) if dtype in INTEGERS else None
+    low, high = (bounds.min, bounds.max) if bounds else (0, 0)
+    return checker(dtype, low=int(low), high=int(high), **limits)(value)
+
+
+def refuse(dtype, value, **limits):
+    with pytest.raises(PydanticCustomError) as caught:
+        check(dtype, value, **limits)
+    return str(caught.value)
+
+
+def assert_nobody_can_write(value):
+    with pytest.raises(ValueError, match="read-only"):
+        value[...] = 1
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        value.setflags(write=True)
+    with pytest.raises(ValueError, match="read-only"):
+        value.view()[...] = 1
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        value[:].flags.writeable = True
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        [1, 2, 3],
+        (1, 2, 3),
+        machine_array("i", [1, 2, 3]),
+        np.array([1, 2, 3], np.int16),
+        np.array([1, 2, 3], np.uint64),
+        np.array([1, 2, 3], ">i4"),
+        np.array([1, 2, 3], object),
+        np.array([9, 1, 9, 2, 9, 3])[1::2],
+        [np.int8(1), 2, np.uint64(3)],
+    ],
+    ids=shown,
+)
+@pytest.mark.parametrize("dtype", [*INTEGERS, *FLOATS])
+def test_integers_of_any_kind_become_an_array_of_the_field_s_type(dtype, value):
+    made = check(dtype, value)
+    assert type(made) is np.ndarray
+    assert made.dtype == np.dtype(dtype)
+    assert made.tolist() == [1, 2, 3]
+    assert_nobody_can_write(made)
+
+
+@pytest.mark.parametrize("dtype", FLOATS)
+@pytest.mark.parametrize(
+    "value",
+    [
+        [0.5, 1, np.float32(2)],
+        np.array([0.5, 1, 2], np.float16),
+        np.array([0.5, 1, 2], np.longdouble),
+        [0.5, np.int8(1), np.float64(2)],
+    ],
+    ids=shown,
+)
+def test_numbers_of_any_kind_become_an_array_of_floats(dtype, value):
+    assert check(dtype, value).tolist() == [0.5, 1, 2]
+
+
+@pytest.mark.parametrize("dtype", FLOATS)
+def test_nan_and_infinity_are_values(dtype):
+    for value in ([math.nan, math.inf, -math.inf], np.array([math.nan, math.inf, -math.inf])):
+        assert str(check(dtype, value).tolist()) == "[nan, inf, -inf]"
+
+
+@pytest.mark.parametrize(
+    ("dtype", "value"),
+    [
+        ("float64", [True, 1.0]),
+        ("float64", [np.True_]),
+        ("float64", ["1.0"]),
+        ("float64", [None]),
+        ("float64", [1j]),
+        ("float64", [[1.0], [2.0]]),
+        ("float64", np.array([True])),
+        ("float64", np.array(["1"])),
+        ("float64", np.array([1j])),
+        ("float64", np.array([True, 1.0], object)),
+        ("float64", np.array(1.0)),
+        ("float64", np.ma.masked_array([1.0], [True])),
+        ("float64", {1.0}),
+        ("float64", 1.0),
+        ("float64", "12"),
+        ("float64", iter([1.0])),
+        ("float64", b"12345678"),
+        ("float64", [10**400]),
+        ("float32", [1e39]),
+        ("float32", np.array([1e39])),
+        ("float32", [10**39]),
+        ("int32", [1.0]),
+        ("int32", [True]),
+        ("int32", np.array([1.0])),
+        ("int32", np.array([True])),
+        ("int32", machine_array("d", [1.0])),
+        ("int8", b"12"),
+        ("uint16", b"12"),
+        ("uint8", memoryview(machine_array("d", [1.0]))),
+        ("bool", [1]),
+        ("bool", [0.0]),
+        ("bool", np.array([1, 0])),
+    ],
+    ids=shown,
+)
+def test_what_is_not_a_number_of_the_field_s_kind_is_refused(dtype, value):
+    assert refuse(dtype, value).startswith("The array ")
+
+
+@pytest.mark.parametrize("dtype", INTEGERS)
+def test_an_integer_out_of_range_is_refused_never_wrapped(dtype):
+    low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
+    assert check(dtype, [low, high]).tolist() == [low, high]
+    for wrong in (low - 1, high + 1):
+        assert f"from {low} to {high}" in refuse(dtype, [0, wrong])
+        if -(2**63) <= wrong < 2**64:
+            assert f"from {low} to {high}" in refuse(dtype, np.array([wrong]))
+
+
+def test_an_error_names_the_item_that_does_not_fit():
+    assert refuse("int32", [1, 2, 2.5]) == "The array takes integers; item 2 is 2.5"
+
+
+def test_bytes_are_taken_for_uint8_and_for_nothing_else():
+    for value in (b"\x00\xff", bytearray(b"\x00\xff"), memoryview(b"\x00\xff")):
+        made = check("uint8", value)
+        assert made.tolist() == [0, 255]
+        assert_nobody_can_write(made)
+    assert check("uint8", b"").tolist() == []
+
+
+def test_a_byte_array_that_changes_later_does_not_change_the_message():
+    given = bytearray(b"ab")
+    made = check("uint8", given)
+    given[0] = 0
+    assert made.tolist() == [97, 98]
+
+
+@pytest.mark.parametrize("empty", [[], (), np.array([]), np.zeros((0, 3)), b""], ids=shown)
+def test_an_empty_array_has_no_type_that_could_be_wrong(empty):
+    assert check("uint8", empty).dtype == np.uint8
+    assert check("uint8", empty).shape == (0,)
+    assert is_frozen(check("uint8", empty))
+
+
+def test_an_array_of_more_dimensions_is_flattened_row_by_row():
+    assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]])).tolist() == [1, 2, 3, 4]
+    assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]]).T).tolist() == [1, 3, 2, 4]
+
+
+def test_lengths_are_exact_or_bounded():
+    assert len(check("float64", [0.0] * 9, exactly=9)) == 9
+    assert len(check("float64", np.eye(3), exactly=9)) == 9
+    assert len(check("float64", [0.0], at_most=2)) == 1
+    assert refuse("float64", [0.0] * 8, exactly=9) == "The array takes exactly 9 values, not 8"
+    assert refuse("float64", np.zeros(10), exactly=9) == "The array takes exactly 9 values, not 10"
+    assert refuse("float64", [0.0] * 3, at_most=2) == "The array takes at most 2 values, not 3"
+
+
+def test_a_writeable_array_is_copied_once_and_stays_the_caller_s():
+    mine = np.zeros(3)
+    made = check("float64", mine)
+    mine[0] = 1
+    assert made.tolist() == [0, 0, 0]
+    assert mine.flags.writeable
+    assert_nobody_can_write(made)
+
+
+def test_a_read_only_view_of_writeable_memory_is_copied():
+    mine = np.zeros(3)
+    view = mine.view()
+    view.flags.writeable = False
+    made = check("float64", view)
+    mine[0] = 1
+    assert made.tolist() == [0, 0, 0]
+
+
+def test_a_frozen_array_is_shared():
+    first = check("float64", [1.0, 2.0])
+    assert check("float64", first) is first
+    part = first[1:]
+    assert check("float64", part) is part
+
+
+def test_a_read_only_array_that_could_be_opened_again_is_handed_on_as_one_that_cannot():
+    mine = np.zeros(3)
+    mine.flags.writeable = False
+    made = check("float64", mine)
+    assert np.shares_memory(mine, made)
+    assert_nobody_can_write(made)
+
+
+def test_take_shares_memory_and_freezes_whatever_it_is_a_view_of():
+    frame = np.zeros((4, 5, 3), np.uint8)
+    given = take(frame.reshape(20, 3))
+    assert np.shares_memory(frame, given)
+    assert not frame.flags.writeable
+    assert_nobody_can_write(given)
+    assert np.shares_memory(check("uint8", given), frame)
+    assert is_frozen(check("uint8", given))
+
+
+@pytest.mark.parametrize("foreign", [bytearray(b"abcd"), memoryview(bytearray(b"abcd")), machine_array("b", b"abcd")])
+def test_take_copies_memory_that_numpy_does_not_own(foreign):
+    """A driver may write into its buffer whatever numpy's flags say."""
+    given = take(np.frombuffer(foreign, np.uint8))
+    memoryview(foreign).cast("B")[0] = 0
+    assert bytes(given) == b"abcd"
+    assert_nobody_can_write(given)
+
+
+def test_take_of_a_subclass_gives_a_plain_array():
+    class Special(np.ndarray):
+        pass
+
+    given = take(np.zeros(3).view(Special))
+    assert type(given) is np.ndarray
+    assert is_frozen(given)
+
+
+def test_defaults_are_frozen():
+    assert_nobody_can_write(zeros(3))
+    assert_nobody_can_write(array([1.0, 2.0]))
+    assert zeros().tolist() == []
+    assert array([1.0, 2.5]).tolist() == [1.0, 2.5]
+
+
+def test_nan_equals_nan_and_zero_its_negative():
+    assert same(np.array([math.nan, 0.0]), np.array([math.nan, -0.0]))
+    assert not same(np.array([math.nan]), np.array([1.0]))
+    assert not same(np.array([1.0]), np.array([1.0, 1.0]))
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(npst.arrays(st.sampled_from([*INTEGERS, *FLOATS, "bool"]), npst.array_shapes(max_dims=3, max_side=3)))
+def test_freezing_keeps_the_values_and_the_type(value):
+    made = frozen(value)
+    assert is_frozen(made)
+    assert made.dtype == value.dtype
+    assert np.array_equal(made, value, equal_nan=value.dtype.kind == "f")
+    assert frozen(made) is made
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.sampled_from(INTEGERS), st.lists(st.integers(-(2**64), 2**64), max_size=4))
+def test_a_list_of_integers_is_taken_exactly_when_numpy_s_range_allows(dtype, values):
+    bounds = np.iinfo(dtype)
+    if all(bounds.min <= each <= bounds.max for each in values):
+        assert check(dtype, values).tolist() == values
+    else:
+        refuse(dtype, values)
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.lists(st.floats(), max_size=4))
+def test_a_list_and_an_array_of_floats_are_rounded_alike_or_both_refused(values):
+    narrow = [value for value in values if not math.isfinite(value) or abs(value) < 3.4028235677973366e38]
+    if len(narrow) == len(values):
+        assert str(check("float32", values).tolist()) == str(check("float32", np.array(values)).tolist())
+    else:
+        refuse("float32", values)
+        refuse("float32", np.array(values))

@@ -1,0 +1,560 @@
+"""Messages as values: they cannot change, compare by value, travel whole; and how their types are named and found."""
+
+import copy
+import json
+import math
+import pickle
+import subprocess
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Annotated, ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import Field, ValidationError, field_validator
+
+from busflow.clock import Duration as ClockDuration
+from busflow.clock import Time as ClockTime
+from busflow.errors import InvalidDeclaration, InvalidMessage, UnknownType
+from busflow.interfaces.message import (
+    Constant,
+    Float64Array,
+    Length,
+    Message,
+    ServiceType,
+    UInt8Array,
+    constants_of,
+    fields_of,
+    find_type,
+    float64,
+    int8,
+    is_ros_type,
+    string,
+    take,
+    type_name,
+    uint8,
+    zeros,
+)
+from busflow.msgs.builtin_interfaces import Duration, Time
+from busflow.msgs.geometry_msgs import Vector3
+from busflow.msgs.sensor_msgs import Image, Imu, JointState
+from busflow.msgs.std_msgs import Empty, Header
+from busflow.msgs.std_srvs import Trigger
+from busflow.msgs.trajectory_msgs import JointTrajectoryPoint
+
+
+class Sample(Message, package="tests"):
+    """One field of each kind."""
+
+    number: float64 = 0.0
+    gains: Annotated[Float64Array, Length(3)] = zeros(3)
+    data: UInt8Array = zeros()
+    names: Sequence[str] = ()
+    points: Sequence[Vector3] = ()
+    stamp: Time = Time()
+
+
+class Tree(Message, package="tests"):
+    """What ROS cannot describe: it may hold itself."""
+
+    arrays: dict[str, Float64Array] = Field(default_factory=dict)
+    left: "Tree | None" = None
+
+
+# Values
+
+
+def test_a_misspelt_field_is_an_error():
+    with pytest.raises(InvalidMessage, match="valeu"):
+        Vector3(valeu=1.0)
+
+
+def test_a_message_cannot_change():
+    message = Sample(gains=[1, 2, 3])
+    with pytest.raises(InvalidMessage, match="frozen"):
+        message.number = 1.0
+    with pytest.raises(InvalidMessage, match="frozen"):
+        del message.number
+    with pytest.raises(InvalidMessage, match="frozen"):
+        message.other = 1
+    with pytest.raises(ValueError, match="read-only"):
+        message.gains[0] = 1
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        message.gains.setflags(write=True)
+
+
+def test_replace_makes_a_checked_message():
+    first = Sample(number=1, names=["a"])
+    second = first.replace(number=2)
+    assert (first.number, second.number, second.names) == (1.0, 2.0, ("a",))
+    for wrong in ({"number": "2"}, {"numbre": 2}, {"gains": [1]}):
+        with pytest.raises(InvalidMessage):
+            first.replace(**wrong)
+
+
+def test_pydantic_s_own_copying_checks_too():
+    first = Sample(number=1)
+    assert first.model_copy() == first
+    assert first.model_copy(update={"number": 2}) == Sample(number=2)
+    assert first.number == 1.0
+    with pytest.raises(InvalidMessage):
+        first.model_copy(update={"number": "2"})
+    if sys.version_info >= (3, 13):
+        with pytest.raises(InvalidMessage):
+            copy.replace(first, number="2")
+
+
+def test_equality_compares_values():
+    assert Sample(gains=[1, 2, 3], data=b"ab") == Sample(gains=np.array([1, 2, 3]), data=[97, 98])
+    assert Sample(gains=[1, 2, 3]) != Sample(gains=[1, 2, 4])
+    assert Sample(data=b"a") != Sample(data=b"ab")
+    assert Sample(points=[Vector3(x=1)]) != Sample(points=[Vector3(x=2)])
+    assert Sample(names=["a"]) != Sample(names=["a", "b"])
+    assert Sample() != Vector3()
+    assert Sample() != 1
+
+
+def test_nan_equals_nan_and_zero_its_negative():
+    assert Sample(number=math.nan) == Sample(number=float("nan"))
+    assert Sample(gains=[math.nan, 0.0, 1]) == Sample(gains=[math.nan, -0.0, 1])
+    assert Sample(points=[Vector3(x=math.nan)]) == Sample(points=[Vector3(x=math.nan)])
+    assert Sample(number=0.0) == Sample(number=-0.0)
+    assert Sample(number=math.nan) != Sample(number=1.0)
+
+
+def test_two_types_with_the_same_fields_are_not_equal():
+    class Other(Message, package="tests"):
+        x: float64 = 0.0
+        y: float64 = 0.0
+        z: float64 = 0.0
+
+    assert Other() != Vector3()
+
+
+def test_a_message_has_no_hash_and_the_error_says_what_to_do():
+    for use in (hash, lambda message: {message}, lambda message: {message: 1}):
+        with pytest.raises(TypeError, match=r"Vector3.*use a tuple of the fields"):
+            use(Vector3())
+
+
+@pytest.mark.parametrize(
+    "duplicate",
+    [copy.copy, copy.deepcopy, lambda message: pickle.loads(pickle.dumps(message))],  # noqa: S301 - made here
+    ids=["copy", "deepcopy", "pickle"],
+)
+@pytest.mark.parametrize(
+    "message",
+    [
+        Sample(gains=[1, 2, 3], data=b"abc", points=[Vector3(x=1)]),
+        Image(data=take(np.arange(12, dtype=np.uint8).reshape(2, 6))),
+        Tree(arrays={"a": [1, 2]}, left=Tree(arrays={"b": [3]})),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_copies_are_equal_and_as_unchangeable(message, duplicate):
+    made = duplicate(message)
+    assert made == message
+    assert type(made) is type(message)
+    arrays = [each for each in made.__dict__.values() if isinstance(each, np.ndarray)]
+    arrays += list(made.arrays.values()) if isinstance(made, Tree) else []
+    assert arrays
+    for each in arrays:
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            each.setflags(write=True)
+
+
+def test_a_deep_copy_shares_nothing_that_can_change():
+    tree = Tree(arrays={"a": [1, 2]})
+    copied = copy.deepcopy(tree)
+    copied.arrays["b"] = tree.arrays["a"]
+    assert "b" not in tree.arrays
+
+
+def test_what_comes_out_of_a_pickle_is_checked():
+    restore, (cls, values) = Vector3(x=1.0).__reduce__()
+    with pytest.raises(InvalidMessage):
+        restore(cls, values | {"x": "one"})
+
+
+def test_a_message_is_printed_with_the_name_of_its_class():
+    assert str(Vector3(x=1.0)) == repr(Vector3(x=1.0)) == "Vector3(x=1.0, y=0.0, z=0.0)"
+    assert f"{Time(sec=1)}" == "Time(sec=1, nanosec=0)"
+
+
+def test_a_large_array_is_printed_short():
+    text = repr(Image(data=np.zeros(921600, np.uint8)))
+    assert "data=[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, … 921600 × uint8]" in text
+    assert repr(Sample(gains=[1, 2, 3])).startswith("Sample(number=0.0, gains=[1.0, 2.0, 3.0], data=[], names=()")
+    many = repr(JointState(name=[f"joint{i}" for i in range(1000)]))
+    assert "name=('joint0', 'joint1', 'joint2', … 1000 items)" in many
+
+
+def test_json_holds_nan_and_infinity():
+    message = Sample(number=math.nan, gains=[math.inf, -math.inf, math.nan])
+    text = message.model_dump_json()
+    assert json.loads(text)["gains"][0] == math.inf
+    assert Sample.model_validate_json(text) == message
+
+
+def test_json_is_as_strict_as_python():
+    for wrong in ('{"number": "1"}', '{"number": true}', '{"gains": [1, 2]}', '{"names": "ab"}', '{"data": [256]}'):
+        with pytest.raises(ValidationError):
+            Sample.model_validate_json(wrong)
+
+
+def test_a_dump_keeps_arrays_as_arrays():
+    dumped = Sample(gains=[1, 2, 3]).model_dump()
+    assert isinstance(dumped["gains"], np.ndarray)
+    assert dumped["stamp"] == {"sec": 0, "nanosec": 0}
+
+
+@pytest.mark.parametrize("message", [Vector3(x=1.0), Vector3.model_validate({"x": 1.0, "y": 0.0, "z": 0.0})])
+def test_pydantic_is_told_what_it_asks_of_a_message(message):
+    assert message.model_fields_set == {"x", "y", "z"}
+    assert message.model_extra is None
+    assert message.model_dump(exclude_unset=True) == dict(message) == {"x": 1.0, "y": 0.0, "z": 0.0}
+
+
+def test_a_field_that_there_is_not_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="'Vector3' object has no attribute 'w'"):
+        _ = Vector3().w
+
+
+floats = st.floats() | st.integers(-(2**53), 2**53) | st.booleans() | st.text(max_size=2) | st.none()
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.dictionaries(st.sampled_from(["x", "y", "z", "w", "covariance"]), floats))
+def test_the_constructor_and_validation_accept_the_same(values):
+    def outcome(make):
+        try:
+            return make()
+        except ValueError:
+            return "refused"
+
+    assert outcome(lambda: Vector3(**values)) == outcome(lambda: Vector3.model_validate(values))
+
+
+# Time stamps
+
+
+def test_a_clock_s_time_is_taken_for_a_time_stamp():
+    header = Header(stamp=ClockTime(1_500_000_001), frame_id="imu_link")
+    assert header.stamp == Time(sec=1, nanosec=500_000_001)
+    assert type(header.stamp) is Time
+    assert JointTrajectoryPoint(time_from_start=ClockDuration(-1)).time_from_start == Duration(
+        sec=-1, nanosec=999_999_999
+    )
+
+
+def test_a_mapping_is_taken_for_a_time_stamp():
+    assert Header(stamp={"sec": 1}).stamp == Time(sec=1)
+
+
+@pytest.mark.parametrize("wrong", [ClockDuration(1), Duration(sec=1), 1.5, 1, None, "now", {"sec": 2**31}], ids=repr)
+def test_what_is_not_a_time_is_refused(wrong):
+    with pytest.raises(InvalidMessage, match=r"builtin_interfaces/msg/Time or a clock's Time"):
+        Header(stamp=wrong)
+
+
+# Declarations
+
+
+@pytest.mark.parametrize("name", ["Rate", "rate_Hz", "rate__hz", "rate_", "räte"])
+def test_a_field_name_that_breaks_ros_s_grammar_is_refused(name):
+    with pytest.raises(InvalidDeclaration, match=name):
+        type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
+
+
+@pytest.mark.parametrize("name", ["copy", "json", "dict", "replace", "model_fields", "model_dump"])
+def test_a_field_that_hides_a_method_of_messages_is_refused(name):
+    with pytest.raises(InvalidDeclaration, match="name the field otherwise"):
+        type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
+
+
+@pytest.mark.parametrize("name", ["balance", "_Balance", "My_Balance", "Größe"])
+def test_a_type_name_that_breaks_ros_s_grammar_is_refused(name):
+    with pytest.raises(InvalidDeclaration, match="a capital first"):
+        type(name, (Message,), {"__module__": __name__})
+
+
+def test_a_name_that_is_not_known_yet_is_refused():
+    with pytest.raises(InvalidDeclaration, match="'Missing' in an annotation is not known"):
+
+        class Sample(Message, package="tests"):
+            value: "Missing"  # noqa: F821 - that is the point
+
+
+def test_a_constructor_of_one_s_own_is_refused():
+    with pytest.raises(InvalidDeclaration, match="class method"):
+
+        class Sample(Message, package="tests"):
+            def __init__(self, **data):
+                super().__init__(**data)
+
+
+@pytest.mark.parametrize("config", [{"frozen": False}, {"extra": "allow"}, {"extra": "ignore"}])
+def test_the_promises_of_messages_cannot_be_configured_away(config):
+    with pytest.raises(InvalidDeclaration, match="frozen, without unknown fields"):
+        type("Sample", (Message,), {"model_config": config, "__module__": __name__})
+
+
+def test_validators_of_pydantic_work():
+    class Positive(Message, package="tests"):
+        value: float64 = 0.0
+
+        @field_validator("value")
+        @classmethod
+        def not_negative(cls, value):
+            if value < 0:
+                raise ValueError("negative")
+            return value
+
+    assert Positive(value=np.float32(1)).value == 1.0
+    with pytest.raises(InvalidMessage, match="negative"):
+        Positive(value=-1)
+    with pytest.raises(InvalidMessage, match="float64"):
+        Positive(value="1")
+
+
+def test_a_subclass_has_the_fields_of_its_parent_and_a_name_of_its_own():
+    class Labelled(Imu, package="tests"):
+        label: str = ""
+
+    message = Labelled(label="a", orientation_covariance=np.eye(3))
+    assert type_name(Labelled) == "tests/msg/Labelled"
+    assert [field.name for field in fields_of(Labelled)] == [*(field.name for field in fields_of(Imu)), "label"]
+    assert message.replace(label="b").label == "b"
+    with pytest.raises(InvalidMessage):
+        Imu(label="a")
+
+
+# Names
+
+
+@pytest.mark.parametrize("wrong", [Message, ServiceType, int])
+def test_what_is_no_message_type_has_no_name(wrong):
+    with pytest.raises(InvalidDeclaration, match="no message type"):
+        type_name(wrong)
+
+
+def test_a_type_is_named_for_its_package():
+    assert type_name(Imu) == "sensor_msgs/msg/Imu"
+    assert type_name(Trigger) == "std_srvs/srv/Trigger"
+    assert type_name(Trigger.Request) == "std_srvs/srv/Trigger_Request"
+
+
+@pytest.mark.parametrize("package", ["My_robot", "my-robot", "my__robot", "robot_", "1robot", "", "röbot"])
+def test_a_package_that_breaks_ros_s_grammar_is_refused(package):
+    with pytest.raises(InvalidDeclaration, match='package="my_robot"'):
+
+        class Sample(Message, package=package):
+            pass
+
+
+def run_file(tmp_path, path, text, *arguments, folder="."):
+    """What a Python file prints that is run as a script."""
+    file = tmp_path / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, *(arguments or [str(file)])], capture_output=True, text=True, cwd=tmp_path / folder
+    )
+    return done.stdout.strip() or done.stderr.strip().splitlines()[-1]
+
+
+PRINTS_ITS_TYPE = """
+from busflow.interfaces.message import Message, type_name
+class Sample(Message):
+    pass
+print(type_name(Sample))
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "arguments", "package"),
+    [
+        ("my_robot.py", (), "my_robot"),
+        ("My-Robot.2.py", (), "my_robot_2"),
+        ("robot/__main__.py", (), "robot"),
+        ("robot/__main__.py", ("robot",), "robot"),
+        ("robot/__main__.py", ("-m", "robot"), "robot"),
+        ("robot/nodes/talker.py", ("-m", "robot.nodes.talker"), "robot"),
+        ("unused.py", ("-c", PRINTS_ITS_TYPE), "main"),
+    ],
+)
+def test_a_script_s_types_belong_to_the_script(tmp_path, path, arguments, package):
+    assert run_file(tmp_path, path, PRINTS_ITS_TYPE, *arguments) == f"{package}/msg/Sample"
+
+
+def test_a_script_whose_name_cannot_be_a_package_says_what_to_write(tmp_path):
+    assert 'package="my_robot"' in run_file(tmp_path, "2024.py", PRINTS_ITS_TYPE)
+
+
+def test_an_installed_type_belongs_to_the_top_package(tmp_path, monkeypatch):
+    (tmp_path / "my_robot/nodes").mkdir(parents=True)
+    (tmp_path / "my_robot/nodes/types.py").write_text(PRINTS_ITS_TYPE, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert type_name(import_module("my_robot.nodes.types").Sample) == "my_robot/msg/Sample"
+
+
+def test_a_plugin_s_type_belongs_to_the_folder_around_the_plugin_folder(tmp_path):
+    """A plugin folder stands in sys.modules under a unique name whose path it is."""
+    code = (
+        "import sys, types, importlib; package = types.ModuleType('plugins_1f2e'); package.__path__ = [sys.argv[1]];"
+        "sys.modules['plugins_1f2e'] = package; importlib.import_module('plugins_1f2e.talker')"
+    )
+    folder = tmp_path / "Walking Robot/plugins"
+    folder.mkdir(parents=True)
+    (folder / "talker.py").write_text(PRINTS_ITS_TYPE, encoding="utf-8")
+    done = subprocess.run([sys.executable, "-c", code, str(folder)], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "walking_robot/msg/Sample"
+
+
+# Services, constants, finding
+
+
+def test_a_service_needs_both_messages():
+    with pytest.raises(InvalidDeclaration, match="class Response"):
+
+        class Reset(ServiceType, package="tests"):
+            class Request(Message):
+                pass
+
+    with pytest.raises(InvalidDeclaration, match="class Request"):
+
+        class Again(ServiceType, package="tests"):
+            Request = int
+
+
+def test_a_service_names_its_messages_even_where_the_module_s_package_is_no_package(tmp_path):
+    text = (
+        "from busflow.interfaces.message import Message, ServiceType, type_name\n"
+        "class Reset(ServiceType, package='my_robot'):\n"
+        "    class Request(Message): pass\n"
+        "    class Response(Message): pass\n"
+        "print(type_name(Reset.Response))\n"
+    )
+    assert run_file(tmp_path, "2024.py", text) == "my_robot/srv/Reset_Response"
+
+
+def test_constants_are_class_variables_of_a_ros_type():
+    class Level(Message, package="tests"):
+        OK: ClassVar[uint8] = 0
+        WORST: ClassVar[int8] = -128
+        UNIT: ClassVar[string] = "m"
+        helper: ClassVar[int] = 3
+        COUNT: ClassVar[int] = 3
+        level: uint8 = 0
+
+    assert constants_of(Level) == (
+        Constant("OK", "uint8", 0),
+        Constant("WORST", "int8", -128),
+        Constant("UNIT", "string", "m"),
+    )
+    assert Level.WORST == -128
+    assert [field.name for field in fields_of(Level)] == ["level"]
+
+
+def test_a_constant_out_of_range_is_refused():
+    with pytest.raises(InvalidDeclaration, match=r"Level\.BAD"):
+
+        class Level(Message, package="tests"):
+            BAD: ClassVar[uint8] = 256
+
+
+def test_a_constant_without_a_value_is_refused():
+    with pytest.raises(InvalidDeclaration, match=r"Level\.BAD"):
+
+        class Level(Message, package="tests"):
+            BAD: ClassVar[uint8]
+
+
+def test_a_constant_is_named_in_upper_case():
+    with pytest.raises(InvalidDeclaration, match="upper case"):
+
+        class Level(Message, package="tests"):
+            ok: ClassVar[uint8] = 0
+
+
+def test_a_constant_of_a_type_that_is_not_known_is_refused():
+    with pytest.raises(InvalidDeclaration, match=r"Level\.OK.*uint9"):
+
+        class Level(Message, package="tests"):
+            OK: "ClassVar[uint9]" = 0  # noqa: F821 - that is the point
+
+
+def test_a_type_that_holds_itself_travels_as_json():
+    class Branch(Message, package="tests"):
+        children: "Sequence[Branch]" = ()
+
+    assert not is_ros_type(Branch)
+    assert Branch(children=[Branch()]) == Branch.model_validate({"children": [{}]})
+
+
+def test_ros_describes_a_type_when_it_describes_all_inside():
+    class Outer(Message, package="tests"):
+        tree: Tree = Tree()
+
+    assert is_ros_type(Sample)
+    assert is_ros_type(Empty)
+    assert not is_ros_type(Tree)
+    assert not is_ros_type(Outer)
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("sensor_msgs/msg/Imuu", "did you mean 'Imu'?"),
+        ("sensor_msgs/Joint_State", "did you mean 'JointState'?"),
+        ("sensor_msg/msg/Imu", "did you mean 'sensor_msgs'?"),
+        ("std_srvs/msg/Trigger", "did you mean 'Trigger'?"),
+        ("Imu", "no package 'Imu'"),
+        ("", "no package ''"),
+        ("sensor_msgs", "no type 'sensor_msgs'"),
+        ("sensor_msgs/msg/Imu/", "no type"),
+        ("sensor_msgs/msg/__all__", "no type"),
+        ("../msg/Imu", "no package"),
+    ],
+)
+def test_an_unknown_type_is_an_error_with_the_nearest_one(name, advice):
+    with pytest.raises(UnknownType) as caught:
+        find_type(name)
+    assert advice in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (0.0, "write x: float = 0.0, or x: ClassVar[float] = 0.0 where it is no field"),
+        (True, "write x: bool = True, or"),
+        (None, "write x: … = …, or"),
+        (Field(default=1.0), "write x: … = …, or"),
+    ],
+)
+def test_a_value_without_an_annotation_is_told_how_it_is_written(value, written):
+    with pytest.raises(InvalidDeclaration) as told:
+        type("Sample", (Message,), {"x": value, "__module__": __name__}, package="tests")
+    assert str(told.value).startswith(f"Sample.x has no annotation: {written}")
+
+
+def test_what_is_no_field_needs_no_annotation():
+    class Known(Message, package="tests"):
+        LIMIT: ClassVar[float] = 1.0
+        value: float = 0.0
+
+        @property
+        def double(self) -> float:
+            return 2 * self.value
+
+        @staticmethod
+        def of(value: float) -> "Known":
+            return Known(value=value)
+
+    class Narrow(Known, package="tests"):
+        LIMIT = 0.5
+
+    assert (Narrow.LIMIT, Known.of(2.0).double) == (0.5, 4.0)

@@ -1,0 +1,158 @@
+"""Where a running node is no longer what its launch file says, and saving what it is."""
+
+import math
+
+import pytest
+
+from busflow.errors import InvalidParameter, LaunchError
+from busflow.launchfile.check.drift import drifts, written_back
+from busflow.launchfile.load.load import load
+from busflow.node.node import runtime_of
+from busflow.testing import harness, virtual_time
+
+PLUGIN = """
+from busflow import Node, Parameters
+
+
+class Noise(Parameters):
+    imu: float = 0.1
+    joints: float = 0.0
+
+
+class Settings(Parameters):
+    rate_hz: float = 10.0
+    name: str = "left"
+    noise: Noise = Noise()
+    limits: tuple[float, ...] = (0.0, 1.0)
+
+
+class Sensor(Node):
+    parameters: Settings
+"""
+FILE = """\
+# The sensors.
+plugins: [.]
+args:
+  rate:
+    type: float
+    default: 5.0
+
+nodes:
+  left:
+    plugin: sensor
+    parameters:
+      rate_hz: ${args.rate}  # from outside
+      noise:
+        imu: 0.2  # measured
+  right:  # the other one
+    plugin: sensor
+    namespace: arm
+    parameters_from: right.yaml
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    (tmp_path / "sensor.py").write_text(PLUGIN)
+    (tmp_path / "right.yaml").write_text("rate_hz: 7\n")
+    path = tmp_path / "lab.yaml"
+    path.write_text(FILE)
+    return path
+
+
+def nodes(file):
+    return {spec.full_name: spec for spec in load(file).nodes}
+
+
+def test_the_values_of_the_file_and_the_defaults_are_no_drift(file):
+    left = nodes(file)["/left"]
+    same = {"rate_hz": 5.0, "name": "left", "noise.imu": 0.2, "noise.joints": 0.0, "limits": [0.0, 1.0]}
+    assert drifts(left, same) == ()
+    assert drifts(left, {}) == ()
+
+
+def test_a_drift_says_what_the_file_states_and_where(file):
+    left = nodes(file)["/left"]
+    rate, joints, limits = drifts(left, {"rate_hz": 20.0, "noise.joints": math.nan, "limits": [0.0, 2.0]})
+    assert (rate.name, rate.stated, rate.value) == ("rate_hz", 5.0, 20.0)
+    assert (rate.origin.place.line, rate.origin.through.place.line) == (12, 6)
+    assert (joints.stated, str(joints.origin)) == (0.0, "default")
+    assert (limits.stated, limits.value) == ([0.0, 1.0], [0.0, 2.0])
+
+
+def test_a_name_that_is_no_parameter_is_refused(file):
+    with pytest.raises(InvalidParameter, match=r"unknown parameter noise\.imo"):
+        drifts(nodes(file)["/left"], {"noise.imo": 1.0})
+
+
+def test_what_is_written_back_is_what_the_file_then_says(file):
+    specs = nodes(file)
+    left = {"rate_hz": 20.0, "noise.imu": 0.5, "noise.joints": 0.1, "limits": [1.0, 2.0], "name": "${x} # y"}
+    right = {"rate_hz": 8.0, "noise.imu": 0.3}
+    text = written_back(FILE, file, [*drifts(specs["/left"], left), *drifts(specs["/arm/right"], right)])
+    file.write_text(text)
+    specs = nodes(file)
+    assert drifts(specs["/left"], left) == drifts(specs["/arm/right"], right) == ()
+    assert text == FILE.replace("rate_hz: ${args.rate}", "rate_hz: 20.0").replace(
+        "imu: 0.2  # measured\n",
+        'imu: 0.5  # measured\n        joints: 0.1\n      name: "$${x} # y"\n      limits: [1.0, 2.0]\n',
+    ) + ("    parameters:\n      rate_hz: 8.0\n      noise:\n        imu: 0.3\n")
+
+
+def test_a_node_of_another_file_is_not_written_into_this_one(file):
+    (file.parent / "outer.yaml").write_text("include: lab.yaml\n")
+    (drift,) = drifts(nodes(file.parent / "outer.yaml")["/left"], {"rate_hz": 20.0})
+    with pytest.raises(LaunchError, match=r"(?s)/left is not stated in .*outer\.yaml.*save into .*lab\.yaml"):
+        written_back("include: lab.yaml\n", file.parent / "outer.yaml", [drift])
+
+
+def test_a_node_of_that_place_in_another_file_is_another_node(file):
+    (drift,) = drifts(nodes(file)["/left"], {"rate_hz": 20.0})
+    other = FILE.replace("left:", "lift:")
+    with pytest.raises(LaunchError, match="is not stated in"):
+        written_back(other, file.parent / "other.yaml", [drift])
+
+
+def test_nodes_on_one_line_are_told_apart(file):
+    text = "plugins: [.]\nnodes: {left: {plugin: sensor}, right: {plugin: sensor}}\n"
+    file.write_text(text)
+    (drift,) = drifts(nodes(file)["/right"], {"rate_hz": 20.0})
+    expected = text.replace("right: {plugin: sensor}", "right: {plugin: sensor, parameters: {rate_hz: 20.0}}")
+    assert written_back(text, file, [drift]) == expected
+
+
+@pytest.mark.parametrize("namespace", ["", "namespace: robot\n"])
+def test_one_of_several_nodes_of_a_for_each_gets_an_entry_of_its_own(file, namespace):
+    text = namespace + (
+        "plugins: [.]\nnodes:\n  sensor:\n    for_each: {side: [left, right]}\n"
+        "    namespace: ${each.side}\n    plugin: sensor\n    parameters: {rate_hz: 5}\n"
+    )
+    file.write_text(text)
+    name = "/robot/left/sensor" if namespace else "/left/sensor"
+    for rate_hz in (20.0, 30.0):
+        found = drifts(nodes(file)[name], {"rate_hz": rate_hz})
+        file.write_text(written_back(file.read_text(), file, found))
+        assert drifts(nodes(file)[name], {"rate_hz": rate_hz}) == ()
+    assert drifts(nodes(file)[name.replace("left", "right")], {"rate_hz": 5.0}) == ()
+    assert file.read_text() == text + "  left/sensor:\n    parameters:\n      rate_hz: 30.0\n"
+
+
+def test_where_a_for_each_is_in_a_namespace_that_is_computed_nothing_is_written(file):
+    text = (
+        "plugins: [.]\nargs: {name: {type: str, default: robot}}\nnamespace: ${args.name}\nnodes:\n"
+        "  sensor_${each.side}:\n    for_each: {side: [left, right]}\n    plugin: sensor\n"
+    )
+    file.write_text(text)
+    found = drifts(nodes(file)["/robot/sensor_left"], {"rate_hz": 20.0})
+    with pytest.raises(LaunchError, match=r"(?s)is not stated in .*write the values by hand"):
+        written_back(text, file, found)
+
+
+@virtual_time
+async def test_what_was_set_while_it_ran_is_saved(file):
+    async with harness(file) as lab:
+        lab.set_parameters("left", {"noise.imu": 0.7})
+        rows = runtime_of(lab.node("left")).parameters.describe()
+        found = drifts(nodes(file)["/left"], {row.name: row.value for row in rows})
+    assert [(each.name, each.stated, each.value) for each in found] == [("noise.imu", 0.2, 0.7)]
+    assert written_back(FILE, file, found) == FILE.replace("imu: 0.2", "imu: 0.7")

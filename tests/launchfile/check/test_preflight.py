@@ -1,0 +1,266 @@
+"""Pre-flight: everything that would go wrong with the nodes of a graph is found before any of them starts."""
+# ruff: noqa: E501  # a report is compared as it is printed, however long its lines
+
+import pytest
+
+from busflow import DEFAULT, Node, QoS, Reliability, publisher, subscription
+from busflow.clock import SystemClock
+from busflow.errors import Severity
+from busflow.launchfile.check.preflight import Plan, Preflight
+from busflow.launchfile.load.load import load
+from busflow.log import Log
+from busflow.msgs.std_msgs import Float64, String
+from busflow.node.supervision import Supervision
+
+PLUGINS = {
+    "talker": """
+        from pydantic import Field
+        from busflow import Node, Parameters, publisher
+        from busflow.msgs.std_msgs import Float64
+
+        class TalkerParameters(Parameters):
+            rate_hz: float = Field(default=10.0, gt=0, le=100)
+            broken: bool = False
+
+        class Talker(Node):
+            parameters: TalkerParameters
+            numbers = publisher(Float64, "numbers")
+
+            def declare(self) -> None:
+                if self.parameters.broken:
+                    self.nothing.happens()
+        """,
+    "listener": """
+        from busflow import Node, subscription
+        from busflow.msgs.std_msgs import Float64
+
+        class Listener(Node):
+            @subscription("numbers")
+            def hear(self, number: Float64) -> None: ...
+        """,
+    "reader": """
+        from busflow import Node, subscription
+        from busflow.msgs.std_msgs import String
+
+        class Reader(Node):
+            @subscription("numbers")
+            def read(self, text: String) -> None: ...
+        """,
+    "initial": """
+from busflow import Node
+
+
+class Initial(Node):
+    def __init__(self):
+        super().__init__("initial")
+""",
+    "hinting": """
+        from typing import TYPE_CHECKING
+        from busflow import Node, subscription
+        if TYPE_CHECKING:
+            from busflow.msgs.std_msgs import Float64
+
+        class Hinting(Node):
+            @subscription("numbers")
+            def hear(self, number: "Float64") -> None: ...
+        """,
+    "named": """
+        from busflow import Node, publisher
+        from busflow.msgs.std_msgs import Float64
+
+        class Named(Node):
+            numbers = publisher(Float64, "not//a name")
+        """,
+}
+
+
+@pytest.fixture
+def check(folder):
+    """Writes a launch file beside the plugins above and returns its plan."""
+    for name, text in PLUGINS.items():
+        folder.write(text, f"plugins/{name}.py")
+
+    def plan(text: str, *, strict: bool = False) -> Plan:
+        folder.write(text)
+        clock = SystemClock()
+        return Preflight(clock, Log(clock), strict=strict).plan([load("lab1.yaml", environment={})])
+
+    return plan
+
+
+def told(plan: Plan) -> str:
+    """All problems but those told on request, as a person reads them, without the excerpts."""
+    lines = "\n".join(each.render() for each in plan.problems if each.severity is not Severity.INFO).splitlines()
+    return "\n".join(
+        line for line in lines if not line.startswith("  ") or line.startswith(("  fix", "  known", "  included"))
+    )
+
+
+BASE = "plugins: [plugins]\nnodes:\n  talker: {plugin: talker}\n  listener: {plugin: listener}\n"
+
+
+def test_a_graph_that_fits_has_no_problem(check):
+    plan = check(BASE)
+    assert told(plan) == ""
+    assert [member.runtime.full_name for member in plan.members] == ["/talker", "/listener"]
+
+
+@pytest.mark.parametrize(
+    ("text", "report"),
+    [
+        (
+            "  reader: {plugin: reader}\n",
+            (
+                "lab1.yaml:5:3: error: Reader.read uses /numbers as std_msgs/msg/String, but Talker.numbers uses it as "
+                "std_msgs/msg/Float64\n"
+                "  fix: use one type on both ends, or remap one of them: remap: {numbers: another_name}"
+            ),
+        ),
+        (
+            "  other: {plugin: listener, subscriptions: {numbers: {durability: transient_local}}}\n",
+            (
+                "lab1.yaml:5:3: error: Listener.hear of /other cannot receive /numbers from /talker: durability: volatile "
+                "is offered, transient_local is requested\n"
+                "  fix: set durability: volatile on the subscription, or durability: transient_local on the publisher"
+            ),
+        ),
+        (
+            "  other: {plugin: listener, subscriptions: {nmbers: {depth: 3}}}\n",
+            "lab1.yaml:5:45: error: /other does not subscribe to nmbers\n  fix: did you mean 'numbers'?",
+        ),
+        (
+            "  other: {plugin: talker, publishers: {imu: {depth: 3}}}\n",
+            "lab1.yaml:5:40: error: /other does not publish imu\n  known: /numbers, numbers",
+        ),
+        (
+            "  other: {plugin: listener, remap: {numbrs: /numbers}}\n",
+            "lab1.yaml:5:37: error: the remap of numbrs matches no topic or service of /other\n  fix: did you mean 'numbers'?",
+        ),
+        (
+            "  other: {plugin: listener, remap: {numbers: words}}\n",
+            (
+                "lab1.yaml:5:3: warning: Listener.hear of /other receives /words, which nobody publishes\n"
+                "  known: /numbers"
+            ),
+        ),
+        (
+            "  other: {plugin: talker, parameters: {rate_hz: 1000}}\n",
+            (
+                "lab1.yaml:5:49: error: /other: rate_hz must be at most 100, got 1000\n"
+                "  fix: allowed: greater than 0, at most 100"
+            ),
+        ),
+        (
+            "  other: {plugin: talker, parameters: {broken: true}}\n",
+            (
+                "plugins/talker.py:16:13: error: other cannot declare its endpoints: AttributeError: 'Talker' object has "
+                "no attribute 'nothing'\n  fix: mend AttributeError there"
+            ),
+        ),
+        (
+            "  other: {plugin: initial}\n",
+            (
+                "lab1.yaml:5:19: error: /other cannot be built: TypeError: Initial.__init__() got an unexpected keyword "
+                "argument 'name'\n  fix: write no __init__: its ends are declared in the class, or in declare(), and "
+                "start() sets up the rest"
+            ),
+        ),
+        (
+            "  other: {plugin: hinting}\n",
+            (
+                "plugins/hinting.py:8:5: error: other cannot declare its endpoints: Hinting.hear is annotated with "
+                "'Float64', but 'Float64' is not defined when the program runs; import it outside `if TYPE_CHECKING:`\n"
+                "  included from lab1.yaml:5:3"
+            ),
+        ),
+        (
+            "  other: {plugin: listener, depends_on: {tlker: ready}}\n",
+            (
+                "lab1.yaml:5:42: error: /other depends on /tlker, which is no node of this graph\n"
+                "  fix: did you mean '/talker'?"
+            ),
+        ),
+        (
+            "topics: {/numbrs: {qos: sensor_data}}\n",
+            "lab1.yaml:5:10: error: no node publishes or receives the topic /numbrs\n  fix: did you mean '/numbers'?",
+        ),
+        (
+            "topics: {/numbers: {type: std_msgs/msg/String}}\n",
+            (
+                "lab1.yaml:5:10: error: the topic /numbers carries std_msgs/msg/Float64, not std_msgs/msg/String\n"
+                "  fix: write type: std_msgs/msg/Float64"
+            ),
+        ),
+    ],
+    ids=lambda value: value.partition(":")[0].strip(),
+)
+def test_each_mistake_is_told_where_it_is_with_a_remedy(check, text, report):
+    lines = told(check(BASE + text))
+    assert lines == report
+
+
+def test_a_node_whose_plugin_is_missing_does_not_hide_what_is_wrong_with_the_others(check):
+    plan = check(BASE + "  lost: {plugin: taker}\n  other: {plugin: listener, remap: {x: y}}\n")
+    assert [problem.code for problem in plan.errors] == ["unknown-plugin", "unused-remap"]
+    assert plan.errors[0].place is not None
+    assert (plan.errors[0].place.line, plan.errors[0].place.column) == (5, 18)
+
+
+def test_a_topic_name_that_breaks_the_grammar_is_told_with_the_declaration(check):
+    problem = check(BASE + "  other: {plugin: named}\n").errors[0]
+    assert "not//a name" in problem.message
+
+
+def test_strict_makes_a_subscription_nobody_publishes_an_error(check):
+    text = BASE.replace("  talker: {plugin: talker}\n", "")
+    assert check(text).errors == []
+    assert [problem.code for problem in check(text, strict=True).errors] == ["nobody-publishes"]
+
+
+def test_a_publisher_nobody_hears_is_told_on_request_alone(check):
+    plan = check(BASE.replace("  listener: {plugin: listener}\n", ""))
+    assert [(problem.code, problem.severity) for problem in plan.problems] == [("nobody-receives", Severity.INFO)]
+
+
+def test_layers_of_qos_are_merged_field_by_field(check):
+    plan = check(
+        BASE.replace(
+            "listener: {plugin: listener}",
+            "listener: {plugin: listener, subscriptions: {numbers: {overflow: drop_newest}}}",
+        )
+        + "topics: {/numbers: {qos: {depth: 3, reliability: best_effort, overflow: block}}}\n"
+    )
+    numbers = plan.members[1].subscriptions[0].qos
+    assert (numbers.depth, numbers.overflow.value, numbers.reliability.value) == (3, "drop_newest", "best_effort")
+    assert plan.members[0].publishers[0].qos.depth == 3
+
+
+def test_the_same_topic_in_two_namespaces_is_two_topics(check):
+    plan = check("plugins: [plugins]\nnodes:\n  left/talker: {plugin: talker}\n  right/listener: {plugin: listener}\n")
+    assert plan.members[0].publishers[0].topic == "/left/numbers"
+    assert "receives /right/numbers" in told(plan)
+
+
+class Loud(Node):
+    numbers = publisher(Float64, "numbers", qos=QoS(reliability=Reliability.BEST_EFFORT))
+
+
+class Picky(Node):
+    @subscription("numbers", qos=DEFAULT)
+    def hear(self, number: Float64) -> None: ...
+
+
+class Wordy(Node):
+    words = publisher(String, "numbers")
+
+
+def test_a_graph_of_classes_and_instances_is_checked_as_one_from_a_file():
+    clock = SystemClock()
+    plan = Preflight(clock, Log(clock)).plan((), [(each(), Supervision()) for each in (Loud, Picky, Wordy, Picky)])
+    assert sorted(problem.code for problem in plan.errors) == [
+        "duplicate-node",
+        "qos-mismatch",
+        "qos-mismatch",
+        "type-mismatch",
+    ]
+    assert all(problem.place is None for problem in plan.errors)

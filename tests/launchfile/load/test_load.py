@@ -1,0 +1,339 @@
+"""Loading: files, includes and command line become one description, in a fixed order of precedence."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from busflow.errors import LaunchError
+from busflow.launchfile.load.load import MAX_FILES, MAX_INCLUDE_DEPTH, examine, load
+from busflow.launchfile.model.description import ClockMode, ClockSpec, NodeSpec
+from busflow.node.supervision import Restart
+from busflow.text import printable
+
+TALKER = "nodes:\n  talker:\n    plugin: talker\n"
+
+
+def node(folder, text: str, **how: object) -> NodeSpec:
+    (found,) = folder.load(text, **how).nodes
+    return found
+
+
+def test_a_whole_file_becomes_a_description(folder):
+    folder.write("", "plugins/talker.py")
+    found = folder.load("""
+        name: lab1
+        plugins: [plugins]
+        seed: 7
+        clock: {mode: sim, start: 100, rate: 2}
+        shutdown: {grace: 500ms}
+        qos:
+          sensor: {depth: 5, reliability: best_effort, deadline: 50ms}
+        topics:
+          imu/data: {qos: sensor, type: sensor_msgs/msg/Imu}
+          /joints: {qos: {depth: 3}}
+        nodes:
+          talker:
+            plugin: talker
+            namespace: left
+            parameters: {rate: 10, noise: {imu: 0.1}}
+            remap: {imu: /imu/data}
+            publishers: {imu: sensor_data}
+            subscriptions: {joints: {overflow: block, block_timeout: 2}}
+            restart: on-failure
+        x-note: anything
+    """)
+    assert (found.name, found.seed, found.shutdown_grace_s) == ("lab1", 7, 0.5)
+    assert found.clock == ClockSpec(ClockMode.SIM, 100.0, 2.0)
+    assert [folder.path for folder in found.folders] == [Path("plugins")]
+    assert found.profiles["sensor"].model_dump(exclude_unset=True) == {
+        "depth": 5,
+        "reliability": "best_effort",
+        "deadline_s": 0.05,
+    }
+    topics = {each.topic: each for each in found.topics}
+    assert topics["/imu/data"].qos is found.profiles["sensor"]
+    assert topics["/imu/data"].type == "sensor_msgs/msg/Imu"
+    assert topics["/joints"].qos.model_fields_set == {"depth"}
+    (talker,) = found.nodes
+    assert (talker.full_name, talker.plugin, talker.supervision.restart.when) == (
+        "/left/talker",
+        "talker",
+        Restart.ON_FAILURE,
+    )
+    assert talker.parameters.data == {"rate": 10, "noise": {"imu": 0.1}}
+    assert [(rule.match, rule.replacement) for rule in talker.remap] == [("imu", "/imu/data")]
+    assert talker.publishers[0].qos.reliability == "best_effort"
+    assert talker.subscriptions[0].qos.model_fields_set == {"overflow", "block_timeout_s"}
+    assert talker.folders == (Path("plugins"),)
+
+
+def test_a_file_without_a_name_is_called_like_the_file(folder):
+    assert folder.load(TALKER).name == "lab1"
+
+
+def test_keys_without_a_value_count_as_not_stated(folder):
+    found = folder.load("plugins:\nargs:\nqos:\ntopics:\nseed:\n" + TALKER + "    parameters:\n    remap:\n")
+    assert found.nodes[0].parameters.data == {}
+    assert found.seed is None
+
+
+def test_x_keys_are_the_users_own_at_every_level(folder):
+    found = folder.load("x-a: [1]\n" + TALKER + "    x-b: {c: [1]}\nclock: {x-d: 1}\n")
+    assert found.nodes[0].full_name == "/talker"
+
+
+def test_the_command_line_beats_the_file_which_beats_its_includes(folder):
+    folder.write(
+        """
+        args: {rate: {type: float, default: 1}}
+        nodes:
+          talker:
+            plugin: talker
+            restart: always
+            parameters: {rate: "${args.rate}", name: base, noise: {imu: 1, joints: 1}}
+        topics:
+          /imu: {qos: {depth: 1, overflow: block}}
+        seed: 1
+        """,
+        "base.yaml",
+    )
+    text = """
+        include: [{file: base.yaml, args: {rate: 2}}]
+        nodes:
+          talker:
+            parameters: {name: file, noise: {imu: 2}}
+        topics:
+          /imu: {qos: {depth: 2}}
+        """
+    found = folder.load(text, sets=["nodes.talker.parameters.noise.imu=3", "topics.imu.qos.depth=3"])
+    (talker,) = found.nodes
+    assert talker.parameters.data == {"rate": 2.0, "name": "file", "noise": {"imu": 3, "joints": 1}}
+    assert (talker.plugin, talker.supervision.restart.when, found.seed) == ("talker", Restart.ALWAYS, 1)
+    assert found.topics[0].qos.model_dump(exclude_unset=True) == {"depth": 3, "overflow": "block"}
+    origins = {path: str(value.origin) for path, value in talker.parameters.leaves()}
+    assert origins == {
+        ("rate",): "base.yaml:7:24, from lab1.yaml:2:42",
+        ("name",): "lab1.yaml:5:24",
+        ("noise", "imu"): "command line",
+        ("noise", "joints"): "base.yaml:7:76",
+    }
+
+
+def test_a_later_override_and_one_from_python_win_in_their_order(folder):
+    how = {"overrides": {"nodes.talker.restart": "always", "seed": 1}, "sets": ["seed=2", "seed=3"]}
+    found = folder.load(TALKER, **how)
+    assert (found.seed, found.nodes[0].supervision.restart.when) == (3, Restart.ALWAYS)
+
+
+def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):
+    folder.write("joints: [a, b]\nnoise: {imu: 1, joints: 1}\n", "config/one.yaml")
+    folder.write("noise: {imu: 2}\nrate: ${args.rate}\n", "config/two.yaml")
+    found = node(
+        folder,
+        "args: {rate: {type: int, default: 5}}\n"
+        + TALKER
+        + "    parameters_from: [config/one.yaml, config/two.yaml]\n    parameters: {joints: [c]}\n",
+    )
+    assert found.parameters.data == {"joints": ["c"], "noise": {"imu": 2, "joints": 1}, "rate": 5}
+    value = found.parameters.find(("noise", "imu"))
+    assert value is not None
+    assert str(value.origin) == "config/two.yaml:1:14"
+    assert [str(place) for place in value.origin.included_from] == ["lab1.yaml:5:40"]
+
+
+def test_a_wrong_expression_in_a_parameter_file_is_told_there_and_its_parameter_left_out(folder):
+    folder.write("a: ${args.nope}\nb: 1\n", "joints.yaml")
+    folder.write(TALKER + "    parameters_from: joints.yaml\n")
+    found, problems = examine("lab1.yaml", environment={})
+    assert [each.render().splitlines()[0] for each in problems] == ["joints.yaml:1:6: error: unknown argument nope"]
+    assert found is not None
+    assert found.nodes[0].parameters.data == {"b": 1}
+
+
+def test_namespaces_of_file_include_node_and_key_are_composed(folder):
+    folder.write(
+        "namespace: arm\nnodes:\n  a: {plugin: p, namespace: c}\n  d/b: {plugin: p}\ntopics: {t: {qos: sensor_data}}\n",
+        "part.yaml",
+    )
+    found = folder.load("""
+        namespace: robot
+        include:
+          - {file: part.yaml, namespace: left}
+          - {file: part.yaml, namespace: /right}
+        nodes:
+          x: {plugin: p}
+          y: {plugin: p, namespace: /abs}
+    """)
+    assert [each.full_name for each in found.nodes] == [
+        "/robot/left/arm/c/a",
+        "/robot/left/arm/d/b",
+        "/right/arm/c/a",
+        "/right/arm/d/b",
+        "/robot/x",
+        "/abs/y",
+    ]
+    assert [each.topic for each in found.topics] == ["/robot/left/arm/t", "/right/arm/t"]
+
+
+def test_an_included_file_is_found_beside_the_one_that_names_it(folder):
+    folder.write("", "b/plugins/p.py")
+    folder.write("include: [../c/inner.yaml]\n", "b/outer.yaml")
+    folder.write("plugins: [../b/plugins]\nnodes: {n: {plugin: p}}\n", "c/inner.yaml")
+    found = folder.load("include: b/outer.yaml\n")
+    assert [str(path) for path in found.files] == ["lab1.yaml", "b/outer.yaml", "c/inner.yaml"]
+    assert [str(each.path) for each in found.folders] == ["b/plugins"]
+    assert [str(place) for place in found.nodes[0].origin.included_from] == ["b/outer.yaml:1:11", "lab1.yaml:1:10"]
+
+
+def test_a_node_looks_for_its_plugin_in_the_folders_of_its_own_file_first(folder):
+    for name in ("one", "two"):
+        folder.write("", f"{name}/p.py")
+    folder.write("plugins: [two]\nnodes: {b: {plugin: p}}\n", "b.yaml")
+    found = folder.load("plugins: [one]\ninclude: [b.yaml]\nnodes: {a: {plugin: p}}\n")
+    assert {each.name: [str(path) for path in each.folders] for each in found.nodes} == {
+        "b": ["two", "one"],
+        "a": ["one", "two"],
+    }
+    assert [str(each.path) for each in found.folders] == ["one", "two"]
+
+
+def test_the_resolved_file_is_one_launch_file_without_expressions(folder):
+    folder.write("", "plugins/talker.py")
+    folder.write("x: 1\n", "p.yaml")
+    folder.write("args: {n: {type: int}}\nnodes: {in: {plugin: talker, parameters: {n: '${args.n}'}}}\n", "in.yaml")
+    found = folder.load("""
+        plugins: [plugins]
+        namespace: ns
+        include: [{file: in.yaml, args: {n: 4}, namespace: inner}]
+        topics: {t: {qos: {depth: 2}}}
+        nodes: {talker: {plugin: talker, parameters_from: p.yaml}}
+    """)
+    assert found.resolved is not None
+    assert found.resolved.data == {
+        "plugins": [str(folder.path / "plugins")],
+        "topics": {"/ns/t": {"qos": {"depth": 2}}},
+        "nodes": {
+            "ns/inner/in": {"plugin": "talker", "parameters": {"n": 4}},
+            "ns/talker": {"plugin": "talker", "parameters": {"x": 1}},
+        },
+    }
+    again = folder.load(json.dumps(found.resolved.data))
+    assert again.resolved is not None
+    assert again.resolved.data == found.resolved.data
+
+
+def test_problems_of_every_stage_are_in_one_report_by_line(folder):
+    report = folder.report(
+        """
+        args: {rate: {type: float, default: fast}}
+        node: {}
+        include: [nowhere.yaml]
+        topics:
+          /imu: {qos: nothing}
+        nodes:
+          talker: {plugin: talker, restart: allways, parameters: {a: "${args.rat}"}}
+          2nd: {plugin: talker}
+          third: {}
+        """,
+        sets=["nodes.fourth.restart=never"],
+        assignments=["speed:=1"],
+    )
+    starts = [line.partition(" error: ")[0] for line in report.splitlines() if " error: " in line]
+    assert starts == [
+        "command line:1:1:",
+        "command line:1:1:",
+        "lab1.yaml:2:37:",
+        "lab1.yaml:3:1:",
+        "lab1.yaml:4:11:",
+        "lab1.yaml:6:15:",
+        "lab1.yaml:8:37:",
+        "lab1.yaml:8:65:",
+        "lab1.yaml:9:3:",
+        "lab1.yaml:10:3:",
+    ]
+
+
+def test_a_description_of_what_is_right_comes_beside_the_problems(folder):
+    folder.write(TALKER + "  second: {plugin: 5}\nseed: x\n")
+    found, problems = examine("lab1.yaml", environment={})
+    assert found is not None
+    assert ([each.name for each in found.nodes], len(problems)) == (["talker"], 2)
+    with pytest.raises(LaunchError) as caught:
+        load("lab1.yaml", environment={})
+    assert caught.value.problems == problems
+
+
+def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
+    folder.write(TALKER)
+    _, problems = examine("lab2.yaml", environment={})
+    assert [each.render() for each in problems] == [
+        "error: cannot read lab2.yaml: No such file or directory\n  fix: did you mean 'lab1.yaml'?"
+    ]
+
+
+def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
+    folder.write(TALKER, "configs/lab1.yaml")
+    folder.write("include: lab.yaml\n", "configs/all.yaml")
+    folder.write("include: configs/lab.yaml\n", "above.yaml")
+    fixes = {
+        path: examine(path, environment={})[1][0].fix for path in ("configs/lab1.yml", "configs/all.yaml", "above.yaml")
+    }
+    assert fixes == {
+        "configs/lab1.yml": "did you mean 'configs/lab1.yaml'?",
+        "configs/all.yaml": "did you mean 'lab1.yaml'?",
+        "above.yaml": "did you mean 'configs/lab1.yaml'?",
+    }
+
+
+@pytest.mark.parametrize(
+    ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
+)
+def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there: str):
+    folder.write(TALKER, there)
+    _, problems = examine(asked, environment={})
+    assert [each.fix for each in problems] == [f"did you mean {there!r}?"]
+
+
+@pytest.mark.parametrize(
+    ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
+)
+def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):
+    folder.write(TALKER, "lab/lab1.yaml")
+    _, problems = examine(path, environment={})
+    assert [each.fix for each in problems] == [fix]
+
+
+def test_includes_without_end_are_refused(folder):
+    for number in range(MAX_INCLUDE_DEPTH + 5):
+        folder.write(f"include: [{number + 1}.yaml, {number + 1}.yaml]\n", f"{number}.yaml")
+    report = folder.report("include: [0.yaml]\n")
+    assert f"includes nest deeper than {MAX_INCLUDE_DEPTH} files" in report
+    assert report.count(f"more than {MAX_FILES} files are read") == 1
+    assert len(report) < 100_000
+
+
+@pytest.mark.parametrize("name", ["$(touch x)", "`touch x`", "a; touch x", "../x", "\\e]0;x\\a", "\\0", "名前", ""])
+def test_a_hostile_node_name_is_refused_and_shown_harmlessly(folder, name: str):
+    report = folder.report(f'nodes:\n  "{name}": {{plugin: talker}}\n')
+    assert report.startswith("lab1.yaml:2:3: error: ")
+    assert all(line == printable(line) for line in report.split("\n"))
+
+
+@settings(max_examples=200)
+@given(st.data())
+def test_any_tree_of_known_words_loads_or_is_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject):
+    words = st.sampled_from(
+        ["nodes", "plugin", "talker", "args", "type", "default", "float", "qos", "topics", "depth", "/imu", "include",
+         "lab1.yaml", "parameters", "parameters_from", "remap", "namespace", "clock", "mode", "sim", "seed", "x-a",
+         "${args.a}", "${", "plugins", ".", "publishers", "restart", "name", "shutdown", "grace", "50ms", "", "~"]
+    )  # fmt: skip
+    leaf = st.one_of(words, st.integers(-3, 3), st.booleans(), st.none(), st.floats(allow_nan=False))
+    tree = st.recursive(leaf, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(words, inner, max_size=4))
+    path = tmp_path_factory.mktemp("any") / "lab1.yaml"
+    path.write_text(json.dumps(data.draw(st.dictionaries(words, tree, max_size=5))).replace("Infinity", "1"))
+    _, problems = examine(path, environment={})
+    for problem in problems:
+        assert all(line == printable(line, limit=10_000) for line in problem.render().split("\n"))

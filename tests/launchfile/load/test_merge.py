@@ -1,0 +1,70 @@
+"""Parts of several files: what may be said twice, and namespaces as ROS 2 composes them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.launchfile.load.merge import compose
+
+TALKER = "nodes:\n  talker:\n    plugin: talker\n"
+
+
+def test_included_files_may_say_the_same(folder):
+    folder.write("seed: 1\nqos: {a: {depth: 2}}\nnodes: {a: {plugin: p}}\n", "a.yaml")
+    folder.write("seed: 1\nqos: {a: {depth: 2}}\nnodes: {b: {plugin: p}}\n", "b.yaml")
+    assert folder.load("include: [a.yaml, b.yaml]\n").seed == 1
+
+
+def test_included_files_that_disagree_are_a_mistake(folder):
+    folder.write("seed: 1\nnodes: {a: {plugin: p}}\n", "a.yaml")
+    folder.write("seed: 2\nnodes: {b: {plugin: p}}\n", "b.yaml")
+    assert "two included files disagree on seed; the other one is a.yaml:1:7" in folder.report(
+        "include: [a.yaml, b.yaml]\n"
+    )
+
+
+def test_the_including_file_decides_where_its_includes_disagree(folder):
+    folder.write("seed: 1\nnodes: {a: {plugin: p}}\n", "a.yaml")
+    folder.write("seed: 2\nnodes: {b: {plugin: p}}\n", "b.yaml")
+    assert folder.load("seed: 3\ninclude: [a.yaml, b.yaml]\n").seed == 3
+
+
+def test_one_file_included_twice_needs_two_namespaces(folder):
+    folder.write(TALKER, "a.yaml")
+    assert "two includes bring the node talker" in folder.report("include: [a.yaml, a.yaml]\n")
+    found = folder.load("include: [a.yaml, {file: a.yaml, namespace: left}]\n")
+    assert [each.full_name for each in found.nodes] == ["/talker", "/left/talker"]
+
+
+def test_a_node_without_a_plugin_changes_the_included_one_of_that_name(folder):
+    folder.write("namespace: left\n" + TALKER + "    parameters: {a: 1, b: 1}\n", "a.yaml")
+    (found,) = folder.load("include: [a.yaml]\nnodes:\n  left/talker: {parameters: {a: 2}, restart: always}\n").nodes
+    assert (found.parameters.data, found.supervision.restart.when.value) == ({"a": 2, "b": 1}, "always")
+
+
+def test_two_keys_of_one_node_are_a_mistake(folder):
+    report = folder.report("nodes:\n  left/a: {plugin: p}\n  a: {plugin: p, namespace: left}\n")
+    assert report.startswith("lab1.yaml:3:3: error: two entries are the node left/a; the first is lab1.yaml:2:3")
+
+
+CASES = [
+    case
+    for case in json.loads((Path(__file__).parents[2] / "cases" / "i_launch.json").read_text())["cases"]
+    if case["kind"] in {"ns_push", "ns_make_absolute"}
+]
+SKIPPED = {
+    "ns_push/183": "a trailing slash is an error in a namespace, not something to leave out",
+    "ns_push/184": "a trailing slash is an error in a namespace, not something to leave out",
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_namespaces_are_composed_as_ros_2_launch_does(case: dict[str, Any]):
+    if case["id"] in SKIPPED:
+        pytest.skip(SKIPPED[case["id"]])
+    outer, inner = case["input"] if case["kind"] == "ns_push" else ("", case["input"])
+    composed = compose(compose("/", outer), inner)
+    # Theirs may stay relative until the node is made; here the root is known from the start.
+    assert composed == f"/{case['expect'].removeprefix('/')}"

@@ -1,0 +1,117 @@
+"""Plain scalars: YAML 1.2's core schema, by its own words and by what ROS 2 reads differently."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.launchfile.yaml.document import parse, parse_value
+from busflow.launchfile.yaml.scalar import plain_scalar
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("", None),
+        ("~", None),
+        ("null", None),
+        ("Null", None),
+        ("nULL", "nULL"),
+        ("true", True),
+        ("FALSE", False),
+        ("yes", "yes"),
+        ("On", "On"),
+        ("no", "no"),
+        ("12:30", "12:30"),
+        ("12:30:45", "12:30:45"),
+        ("010", 10),
+        ("+5", 5),
+        ("-0", 0),
+        ("0o10", 8),
+        ("0x1F", 31),
+        ("0b1", "0b1"),
+        ("1_000", "1_000"),
+        ("1e3", 1000.0),
+        ("1.", 1.0),
+        (".5", 0.5),
+        ("-.INF", -math.inf),
+        ("+.inf", math.inf),
+        ("inf", "inf"),
+        ("nan", "nan"),
+        ("2026-01-01", "2026-01-01"),
+        ("9223372036854775807", 2**63 - 1),
+        ("-9223372036854775808", -(2**63)),
+        ("0x7fffffffffffffff", 2**63 - 1),
+        ("0" * 3000 + "7", 7),
+    ],
+)
+def test_the_core_schema_of_yaml_1_2(text: str, value: object):
+    found = plain_scalar(text)
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_not_a_number():
+    assert math.isnan(plain_scalar(".NaN"))
+
+
+@pytest.mark.parametrize(
+    "text", ["9223372036854775808", "-9223372036854775809", "9" * 5000, "0x" + "f" * 5000, "1e999"]
+)
+def test_a_number_that_64_bits_cannot_hold_is_refused(text: str):
+    with pytest.raises(ValueError, match=r"does not fit in 64 bits|beyond what a float can hold"):
+        plain_scalar(text)
+
+
+@given(st.text(max_size=12))
+def test_every_text_means_something_or_is_refused_and_a_text_means_itself(text: str):
+    try:
+        value = plain_scalar(text)
+    except ValueError:
+        return
+    assert not isinstance(value, str) or value == text
+
+
+@given(st.one_of(st.none(), st.booleans(), st.integers(-(2**63), 2**63 - 1), st.floats(allow_nan=False)))
+def test_what_a_yaml_writer_writes_is_read_back(value: object):
+    written = repr(value).lower().replace("inf", ".inf") if value is not None else "null"
+    assert plain_scalar(written) == value
+    assert type(plain_scalar(written)) is type(value)
+
+
+@given(st.text())
+def test_a_quoted_text_is_read_back_as_it_is(text: str):
+    document = yaml.safe_dump({"key": text}, default_style='"', allow_unicode=False)
+    assert parse(document.encode(), "file").data == {"key": text}
+
+
+YAML_1_1 = "YAML 1.1: in YAML 1.2 this is text"
+SKIPPED = {
+    **dict.fromkeys(["029", "030", "031", "035", "039", "040", "041", "046", "047", "048"], YAML_1_1),
+    "053": "tags are refused",
+    "059": "YAML 1.2 reads 010 as ten",
+    "062": "an integer beyond 64 bits is an error, not a float that is only nearly it",
+    "078": "YAML 1.2 writes .nan",
+    "079": "YAML 1.2 writes .inf",
+    "084": "YAML 1.2 has null",
+    "085": "YAML 1.2 has null",
+}
+CASES = [
+    case
+    for case in json.loads((Path(__file__).parents[2] / "cases" / "f_parameters.json").read_text())["cases"]
+    if case["kind"] == "yaml_scalar"
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_scalars_agree_with_rcl_where_yaml_1_2_does(case: dict[str, str]):
+    if (number := case["id"].rpartition("/")[2]) in SKIPPED:
+        pytest.skip(SKIPPED[number])
+    kind, expected = case["expect"]
+    found = parse_value(case["input"], "command line").data
+    assert type(found).__name__ == kind
+    assert str(found) == str(expected)

@@ -1,0 +1,58 @@
+"""When a node is started anew: the pauses, the limit, and the cases of Erlang's supervisors, systemd and Kubernetes."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.node.backoff import Backoff
+from busflow.node.supervision import RestartPolicy
+
+CASES = json.loads((Path(__file__).parents[1] / "cases" / "k_supervision.json").read_text(encoding="utf-8"))["cases"]
+
+
+@pytest.mark.parametrize("case", [pytest.param(c, id=c["id"]) for c in CASES if c["id"].startswith("intensity/")])
+def test_intensity(case):
+    given_ = case["given"]
+    policy = RestartPolicy(most=given_["max_restarts"], window_s=given_["period_s"])
+    backoff = Backoff(policy)
+    crashes = [float(re.search(r"t=([\d.]+)", step).group(1)) for step in case["steps"]]
+    pauses = [backoff.next_s(lived_s=0, now_s=at) for at in crashes]
+    assert (pauses[-1] is not None) == case["expect"]["supervisor alive"]
+    assert None not in pauses[:-1]
+
+
+def test_kubernetes_pauses():
+    [case] = [case for case in CASES if case["id"] == "kubernetes/backoff"]
+    backoff = Backoff(RestartPolicy(most=100, first_s=10, longest_s=300, window_s=600))
+    now_s, pauses = 0.0, []
+    for _ in case["expect"]["delays_s"]:
+        pauses.append(backoff.next_s(lived_s=0, now_s=now_s))
+        now_s += pauses[-1]
+    assert pauses == case["expect"]["delays_s"]
+    assert backoff.next_s(lived_s=600, now_s=now_s + 600) == 10
+
+
+def test_the_standard_policy_outlasts_a_device_that_is_away_for_twenty_seconds():
+    backoff, now_s = Backoff(RestartPolicy()), 0.0
+    while (pause_s := backoff.next_s(lived_s=0, now_s=now_s)) is not None:
+        now_s += pause_s
+    assert now_s > 20
+
+
+@given(st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100)), max_size=60), st.integers(1, 5))
+def test_never_more_than_the_limit_within_a_window_and_never_a_longer_pause_than_allowed(lives, most):
+    policy = RestartPolicy(most=most, first_s=0.5, longest_s=4, window_s=30)
+    backoff, now_s, restarts = Backoff(policy), 0.0, []
+    for lived_s, idle_s in lives:
+        now_s += lived_s + idle_s
+        pause_s = backoff.next_s(lived_s=lived_s, now_s=now_s)
+        if pause_s is not None:
+            assert 0.5 <= pause_s <= 4
+            restarts.append(now_s)
+    assert backoff.restarts == len(restarts)
+    for index, last in enumerate(restarts[most:]):
+        assert last - restarts[index] >= 30

@@ -1,0 +1,376 @@
+"""What a class declares: known without running it, kept through inheritance, and wrong at the earliest moment."""
+
+from __future__ import annotations
+
+import asyncio
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import pytest
+
+from busflow import Graph, Message, Node, Parameters, QoS, publisher, subscription, timer
+from busflow.bus.events import DeadlineMissed
+from busflow.clock import SimClock
+from busflow.errors import InvalidDeclaration
+from busflow.msgs.std_msgs import Bool, Int64, String
+from busflow.node.declarations import PublisherDeclaration, PullDeclaration, TimerDeclaration
+from busflow.node.handlers import Handler, on_event
+from busflow.node.inheritance import declarations_of
+from busflow.testing import virtual_time
+
+if TYPE_CHECKING:
+    from busflow.msgs.std_msgs import Float64
+
+
+class Camera(Parameters):
+    hz: float = 4
+
+
+class Rates(Parameters):
+    rate_hz: float = 10
+    period_s: float = 0.5
+    name_of_it: str = "fast"
+    on: bool = True
+    camera: Camera = Camera()
+
+
+def nothing(_self):
+    """A method to be called now and then."""
+
+
+class Base(Node):
+    numbers = publisher(Int64, "numbers", qos=QoS(depth=3))
+    words = subscription(String, "words")
+
+    @subscription("numbers", qos=QoS(depth=7))
+    def on_number(self, number: Int64) -> None:
+        """Take a number."""
+
+    @timer(0.5)
+    def tick(self) -> None:
+        """Tick."""
+
+
+def kinds(node_class):
+    return {name: type(each) for name, each in declarations_of(node_class).items()}
+
+
+def test_a_class_shows_what_it_declares_without_an_instance():
+    found = declarations_of(Base)
+    assert list(found) == ["numbers", "words", "on_number", "tick"]
+    assert kinds(Base) == {
+        "numbers": PublisherDeclaration,
+        "words": PullDeclaration,
+        "on_number": Handler,
+        "tick": TimerDeclaration,
+    }
+    assert (Base.numbers.type, Base.numbers.topic, Base.numbers.qos) == (Int64, "numbers", QoS(depth=3))
+    assert (Base.words.type, Base.words.topic, Base.words.qos) == (String, "words", None)
+    assert Base.on_number.message_type() is Int64
+    assert [(role.topic, role.qos) for role in Base.on_number.roles] == [("numbers", QoS(depth=7))]
+    assert [each.origin for each in found.values()] == ["Base.numbers", "Base.words", "Base.on_number", "Base.tick"]
+
+
+def test_an_endpoint_of_a_node_outside_of_a_graph_says_where_endpoints_come_from():
+    node = Base()
+    for name in ("numbers", "words", "tick"):
+        with pytest.raises(
+            AttributeError, match=rf"Base\.{name} is an endpoint only of a node that is part of a graph"
+        ):
+            getattr(node, name)
+
+
+def test_on_an_instance_a_handler_is_the_method():
+    class Echo(Node):
+        @subscription("numbers")
+        def on_number(self, number: Int64) -> None:
+            self.last = number.data
+
+    echo = Echo()
+    echo.on_number(Int64(data=4))
+    assert echo.last == 4
+
+
+def test_stacked_decorators_are_subscriptions_of_their_own():
+    class Both(Node):
+        @subscription("left", qos=QoS(depth=1))
+        @subscription("right")
+        def on_number(self, number: Int64) -> None: ...
+
+    assert [(role.topic, role.qos) for role in Both.on_number.roles] == [("left", QoS(depth=1)), ("right", None)]
+
+
+# Inheritance.
+
+
+def test_an_override_without_a_decorator_keeps_the_declaration():
+    class Derived(Base):
+        def on_number(self, number: Int64) -> None:
+            self.last = number.data
+
+        def tick(self) -> None:
+            self.ticked = True
+
+    assert kinds(Derived) == kinds(Base)
+    assert Derived.on_number.roles == Base.on_number.roles
+    assert Derived.on_number.function is not Base.on_number.function
+    assert Derived.tick.period(Rates()) == Fraction(1, 2)
+    assert Derived.tick.origin == "Derived.tick"
+    derived = Derived()
+    derived.on_number(Int64(data=1))
+    Derived.tick.function(derived)
+    assert (derived.last, derived.ticked) == (1, True)
+
+
+def test_an_override_may_leave_the_annotation_to_the_method_above():
+    class Derived(Base):
+        def on_number(self, number): ...
+
+    class Grandchild(Derived):
+        def on_number(self, number): ...
+
+    assert Grandchild.on_number.message_type() is Int64
+
+
+def test_an_override_may_state_another_type_even_a_local_one():
+    class Special(Message, package="test"):
+        data: int
+
+    class Derived(Base):
+        def on_number(self, number: Special) -> None: ...
+
+    assert Derived.on_number.message_type() is Special
+    assert Base.on_number.message_type() is Int64
+
+
+def test_a_handler_of_events_can_be_overridden_too():
+    class Watching(Base):
+        @on_event("numbers")
+        def on_silence(self, event: DeadlineMissed) -> None: ...
+
+    class Derived(Watching):
+        def on_silence(self, event): ...
+
+    assert Derived.on_silence.event_type() is DeadlineMissed
+    assert Derived.on_silence.function is not Watching.on_silence.function
+
+
+def test_an_override_with_a_decorator_replaces_the_declaration():
+    class Derived(Base):
+        @subscription("others")
+        def on_number(self, number: Int64) -> None: ...
+
+        @timer(hz=8)
+        def tick(self) -> None: ...
+
+    assert [role.topic for role in Derived.on_number.roles] == ["others"]
+    assert Derived.tick.period(Rates()) == Fraction(1, 8)
+
+
+def test_none_removes_a_declaration_and_it_stays_removed():
+    class Derived(Base):
+        numbers = None
+        on_number = None
+
+    class Grandchild(Derived):
+        def on_number(self, number: Int64) -> None: ...
+
+    assert list(declarations_of(Derived)) == list(declarations_of(Grandchild)) == ["words", "tick"]
+
+
+def test_a_mixin_declares_and_overrides_as_any_base_does():
+    class Declaring:
+        flags = publisher(Bool, "flags")
+
+        @subscription("flags")
+        def on_flag(self, flag: Bool) -> None: ...
+
+    class Overriding:
+        def on_number(self, number: Int64) -> None: ...
+
+        def tick(self) -> None: ...
+
+    class Mixed(Declaring, Overriding, Base):
+        pass
+
+    assert kinds(Mixed) == {**kinds(Base), "flags": PublisherDeclaration, "on_flag": Handler}
+    assert Mixed.on_number.function is Overriding.on_number
+    assert Mixed.on_number.roles == Base.on_number.roles
+    assert Mixed.tick.function is Overriding.tick
+
+
+# Annotations.
+
+
+def test_an_annotation_of_the_surrounding_function_is_resolved():
+    class Local(Message, package="test"):
+        data: int
+
+    class Taking(Node):
+        @subscription("local")
+        def on_local(self, local: Local) -> None: ...
+
+    assert Taking.on_local.message_type() is Local
+
+
+def test_only_the_message_s_annotation_is_resolved():
+    class Loose(Node):
+        @subscription("numbers")
+        def on_number(self, number: Int64, more: Unheard = None) -> Unthought: ...  # noqa: F821  # that is the test
+
+    assert Loose.on_number.message_type() is Int64
+
+
+def test_a_name_that_only_type_checkers_know_is_named_with_the_remedy():
+    class Checked(Node):
+        @subscription("numbers")
+        def on_number(self, number: Float64) -> None: ...
+
+    with pytest.raises(InvalidDeclaration) as caught:
+        Checked.on_number.message_type()
+    for word in ("Checked.on_number", "'Float64' is not defined when the program runs", "TYPE_CHECKING"):
+        assert word in str(caught.value)
+
+
+def test_a_handler_without_an_annotation_is_told_what_to_write():
+    class Silent(Node):
+        @subscription("numbers")
+        def on_number(self, number): ...
+
+        @on_event("numbers")
+        def on_silence(self, event): ...
+
+    with pytest.raises(InvalidDeclaration, match=r"on_number\(self, message: Imu\) -> None"):
+        Silent.on_number.message_type()
+    with pytest.raises(InvalidDeclaration, match="event: DeadlineMissed"):
+        Silent.on_silence.event_type()
+
+
+@pytest.mark.parametrize("annotation", ["int", "Int64 | None", "list[Int64]", "'Int64'.nothing", "1 +", "Node"])
+def test_an_annotation_that_is_no_message_is_refused(annotation):
+    def on_number(self, number): ...
+
+    on_number.__annotations__["number"] = annotation
+    handler = subscription("numbers")(on_number)
+    handler.__set_name__(Base, "on_number")
+    with pytest.raises(InvalidDeclaration, match=r"Base\.on_number"):
+        handler.message_type()
+
+
+def test_an_annotation_that_is_no_event_is_refused_with_the_kinds():
+    class Confused(Node):
+        @on_event("numbers")
+        def on_silence(self, event: Int64) -> None: ...
+
+    with pytest.raises(InvalidDeclaration, match=r"DeadlineMissed, LivelinessLost, LivelinessChanged"):
+        Confused.on_silence.event_type()
+
+
+# Timers.
+
+
+@pytest.mark.parametrize(
+    ("declared", "period"),
+    [
+        (timer(0.1), Fraction(1, 10)),
+        (timer(hz=3), Fraction(1, 3)),
+        (timer(0), 0),
+        (timer(hz=0), 0),
+        (timer("period_s"), Fraction(1, 2)),
+        (timer(hz="rate_hz"), Fraction(1, 10)),
+        (timer(hz="camera.hz"), Fraction(1, 4)),
+    ],
+    ids=["0.1 s", "3 Hz", "0 s", "0 Hz", "period_s", "rate_hz", "camera.hz"],
+)
+def test_a_timer_s_period_is_exact_and_may_be_a_parameter_s(declared, period):
+    assert declared(nothing).period(Rates()) == period
+
+
+def test_a_timer_says_which_parameter_decides():
+    assert timer(hz="camera.hz")(nothing).parameter == "camera.hz"
+    assert timer("period_s")(nothing).parameter == "period_s"
+    assert timer(hz=3)(nothing).parameter is None
+
+
+@pytest.mark.parametrize("name", ["nothing", "camera.nothing", "name_of_it", "on", "camera"])
+def test_a_timer_that_names_no_number_says_so(name):
+    declared = timer(hz=name)(nothing)
+    declared.__set_name__(Base, "tick")
+    with pytest.raises(InvalidDeclaration, match=rf"Base\.tick: @timer names the parameter '{name}', which is "):
+        declared.period(Rates())
+
+
+@pytest.mark.parametrize("rate", [float("nan"), float("inf")])
+def test_a_timer_cannot_run_at_a_parameter_that_is_no_rate(rate):
+    with pytest.raises(InvalidDeclaration, match=str(rate)):
+        timer(hz="rate_hz")(nothing).period(Rates(rate_hz=rate))
+
+
+# Mistakes in the writing.
+
+
+@pytest.mark.parametrize("given", [-1, float("nan"), float("inf"), True, [1], print])
+def test_a_period_that_cannot_be_is_refused_where_it_is_written(given):
+    with pytest.raises(InvalidDeclaration, match="@timer"):
+        timer(given)
+    with pytest.raises(InvalidDeclaration, match="@timer"):
+        timer(hz=given)
+
+
+def test_a_timer_has_a_period_or_a_rate():
+    for arguments in ({}, {"period_s": 1, "hz": 1}):
+        with pytest.raises(InvalidDeclaration, match="either the period in seconds or hz="):
+            timer(**arguments)
+
+
+def test_a_policy_that_does_not_exist_is_refused_with_those_that_do():
+    with pytest.raises(InvalidDeclaration, match="missed= is one of skip, burst, got 'catch up'"):
+        timer(1, missed="catch up")
+
+
+def test_what_is_no_message_type_is_refused_where_it_is_written():
+    for declare in (publisher, subscription):
+        for wrong in (int, 3, None, Node):
+            with pytest.raises(InvalidDeclaration, match="needs"):
+                declare(wrong, "numbers")
+    with pytest.raises(InvalidDeclaration, match="needs the topic's name"):
+        subscription(Int64)
+
+
+def test_a_decorator_takes_its_qos_by_name():
+    with pytest.raises(InvalidDeclaration, match=r"takes nothing more but qos="):
+        subscription("numbers", QoS(depth=1))
+
+
+def test_a_method_is_a_timer_or_a_handler_but_not_both():
+    def method(self, number: Int64) -> None: ...
+    def tick(self) -> None: ...
+
+    for twice in (
+        lambda: timer(1)(subscription("numbers")(method)),
+        lambda: subscription("numbers")(timer(1)(tick)),
+        lambda: timer(1)(timer(2)(tick)),
+        lambda: on_event("numbers")(timer(1)(tick)),
+    ):
+        with pytest.raises(InvalidDeclaration, match="methods of their own"):
+            twice()
+
+
+@virtual_time
+async def test_an_overridden_timer_can_call_the_method_of_its_base():
+    class Base(Node):
+        ticks = 0
+
+        @timer(0.1)
+        def tick(self) -> None:
+            self.ticks += 1
+
+    class Derived(Base):
+        def tick(self) -> None:
+            super().tick()
+            self.ticks += 10
+
+    graph = Graph([Derived], clock=SimClock())
+    async with graph:
+        await asyncio.sleep(0.15)
+    assert graph.node(Derived).ticks == 11

@@ -1,0 +1,37 @@
+"""rclpy's names on a node: each says what to write instead, and is in nobody's way."""
+
+from pathlib import Path
+
+import pytest
+
+from busflow import Node
+from busflow.node.habits import Habit, Habits
+
+PAGE = (Path(__file__).parents[2] / "docs/coming-from-rclpy.md").read_text(encoding="utf-8").replace("`", "")
+NAMES = [name for name, value in vars(Habits).items() if isinstance(value, Habit)]
+
+
+class Camera(Node):
+    """A node without names of its own."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_name_says_what_the_page_says(name):
+    with pytest.raises(AttributeError, match=f"^Camera has no {name}, which is rclpy's; here it is ") as told:
+        getattr(Camera(), name)
+    assert str(told.value).partition("here it is ")[2] in PAGE
+
+
+def test_what_robots_ask_first_is_among_them():
+    assert {"get_logger", "declare_parameter", "get_parameter", "get_clock", "create_rate"} <= set(NAMES)
+
+
+def test_a_node_may_have_such_a_name_itself_and_other_names_are_told_as_python_does():
+    class Named(Node):
+        def get_name(self) -> str:
+            return "mine"
+
+    assert Named().get_name() == "mine"
+    assert not hasattr(Camera(), "get_logger")
+    with pytest.raises(AttributeError, match="'Camera' object has no attribute 'get_loger'"):
+        getattr(Camera(), "get_loger")  # noqa: B009  # type checkers know it, too

@@ -1,0 +1,96 @@
+"""Parameters as ROS 2's messages: values there and back, descriptors, events."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import Field
+
+from busflow import Parameters
+from busflow.msgs.rcl_interfaces import ParameterType, ParameterValue
+from busflow.node.parameter_messages import descriptor_message, plain_value, type_of, value_message
+from busflow.node.parameters import ReadOnly, describe
+
+CASES = json.loads((Path(__file__).parents[1] / "cases" / "f_parameters.json").read_text(encoding="utf-8"))["cases"]
+SKIPPED = {
+    "infer_type/010": "a value is plain data here: a tuple has become a list before",
+    "infer_type/011": "a value is plain data here: an array has become a list before",
+    "infer_type/013": "a parameter that is a mapping travels as a string of JSON",
+}
+
+
+@pytest.mark.parametrize("case", [each for each in CASES if each["kind"] == "infer_type"], ids=lambda case: case["id"])
+def test_the_type_of_a_value_is_that_of_rclpy(case):
+    if case["id"] in SKIPPED:
+        pytest.skip(SKIPPED[case["id"]])
+    assert type_of(case["input"]) == getattr(ParameterType, f"PARAMETER_{case['expect']}")
+
+
+INT64 = st.integers(-(2**63), 2**63 - 1)
+SCALARS = st.none() | st.booleans() | INT64 | st.floats(allow_nan=False) | st.text()
+
+
+@given(
+    SCALARS
+    | st.lists(st.booleans(), min_size=1)
+    | st.lists(INT64, min_size=1)
+    | st.lists(st.floats(allow_nan=False), min_size=1)
+    | st.lists(st.text())
+)
+def test_a_value_that_ros_2_knows_comes_back_as_it_went(value):
+    back = plain_value(value_message(value))
+    assert back == value
+    assert type(back) is type(value)
+
+
+@pytest.mark.parametrize("value", [{"kp": 1.0}, [{"name": "knee"}], [1, "a"], [[1]], 2**70, [2**70], [True, 1]])
+def test_what_ros_2_has_no_type_for_is_a_string_of_json(value):
+    message = value_message(value)
+    assert message.type == ParameterType.PARAMETER_STRING
+    assert json.loads(message.string_value) == value
+
+
+class Everything(Parameters):
+    rate_hz: float = Field(default=10.0, gt=0, le=1000, description="How often.")
+    count: int = Field(default=3, ge=0, multiple_of=2)
+    limit: float | None = None
+    frame: ReadOnly[str] = "imu_link"
+    names: tuple[str, ...] = ()
+    offsets: tuple[float, ...] = ()
+    file: Path = Path("a.yaml")
+    gains: dict[str, float] = Field(default_factory=dict)
+
+
+INFOS = {info.name: info for info in describe(Everything)}
+
+
+def test_an_empty_list_is_of_the_declared_type():
+    assert value_message([], INFOS["offsets"]).type == ParameterType.PARAMETER_DOUBLE_ARRAY
+    assert value_message([]).type == ParameterType.PARAMETER_STRING_ARRAY
+
+
+def test_an_unknown_type_of_value_is_not_set():
+    assert plain_value(ParameterValue(type=200)) is None
+
+
+def test_a_descriptor_says_what_is_declared():
+    rate, count = descriptor_message(INFOS["rate_hz"]), descriptor_message(INFOS["count"])
+    (floats,), (integers,) = rate.floating_point_range, count.integer_range
+    assert (rate.name, rate.description, rate.type) == ("rate_hz", "How often.", ParameterType.PARAMETER_DOUBLE)
+    assert (floats.from_value, floats.to_value, floats.step) == (0.0, 1000.0, 0.0)
+    assert rate.additional_constraints == "greater than 0, at most 1000"
+    assert (integers.from_value, integers.to_value, integers.step) == (0, 2**63 - 1, 2)
+    assert descriptor_message(INFOS["frame"]).read_only
+    kinds = {name: descriptor_message(info).type for name, info in INFOS.items()}
+    assert kinds == {
+        "rate_hz": ParameterType.PARAMETER_DOUBLE,
+        "count": ParameterType.PARAMETER_INTEGER,
+        "limit": ParameterType.PARAMETER_DOUBLE,
+        "frame": ParameterType.PARAMETER_STRING,
+        "names": ParameterType.PARAMETER_STRING_ARRAY,
+        "offsets": ParameterType.PARAMETER_DOUBLE_ARRAY,
+        "file": ParameterType.PARAMETER_STRING,
+        "gains": ParameterType.PARAMETER_STRING,
+    }

@@ -1,0 +1,393 @@
+"""A node's parameters while it runs: what each is, where its value came from, and how it is set."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from pydantic import Field
+
+from busflow import Node, Parameters, on_parameters, timer
+from busflow.errors import InvalidParameter, NotRunning
+from busflow.launchfile.load.load import load
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.node.node import runtime_of
+from busflow.node.parameters import ReadOnly
+from busflow.testing import harness, virtual_time
+
+
+class Noise(Parameters):
+    imu: float = Field(default=0.1, ge=0, le=10, description="Half width.")
+    joints: float = 0.0
+
+
+class SensorParameters(Parameters):
+    rate_hz: float = Field(default=10.0, ge=0, le=1000, description="How often.")
+    noise: Noise = Noise()
+    frame: ReadOnly[str] = "imu_link"
+    spare: Noise | None = None
+
+
+class Sensor(Node):
+    parameters: SensorParameters
+
+
+def store_of(node):
+    return runtime_of(node).parameters
+
+
+def test_every_parameter_is_described_with_its_value():
+    rows = store_of(Sensor(noise={"imu": 0.5})).describe()
+    assert [(row.name, row.value) for row in rows] == [
+        ("rate_hz", 10.0),
+        ("noise.imu", 0.5),
+        ("noise.joints", 0.0),
+        ("frame", "imu_link"),
+        ("spare.imu", None),
+        ("spare.joints", None),
+    ]
+    imu = rows[1].info
+    assert (imu.type, imu.default, str(imu.bounds), imu.description) == (
+        "float",
+        0.1,
+        "at least 0, at most 10",
+        "Half width.",
+    )
+    assert rows[3].info.read_only
+
+
+def test_a_value_comes_from_code_or_is_the_default():
+    rows = store_of(Sensor(SensorParameters(noise=Noise(imu=0.5)))).describe()
+    assert [str(row.source) for row in rows] == ["default", "code", *["default"] * 4]
+
+
+def test_an_unknown_parameter_is_refused_with_the_nearest_name():
+    with pytest.raises(InvalidParameter, match=r"unknown parameter noise\.imo \(did you mean 'noise\.imu'\?\)"):
+        store_of(Sensor()).get("noise.imo")
+
+
+@virtual_time
+async def test_a_value_from_a_launch_file_says_where_it_is_stated(tmp_path):
+    (tmp_path / "sensor.py").write_text(
+        "from busflow import Node, Parameters\n"
+        "class Noise(Parameters):\n    imu: float = 0.1\n    joints: float = 0.0\n"
+        "class SensorParameters(Parameters):\n    rate_hz: float = 1.0\n    gain: float = 1.0\n"
+        "    noise: Noise = Noise()\n"
+        "class Sensor(Node):\n    parameters: SensorParameters\n"
+    )
+    file = tmp_path / "lab.yaml"
+    file.write_text(
+        "args:\n  rate:\n    type: float\n    default: 5.0\nplugins: [.]\nnodes:\n  sensor:\n    plugin: sensor\n"
+        "    parameters:\n      rate_hz: ${args.rate}\n      noise:\n        imu: 0.5\n"
+    )
+    async with harness(file) as lab:
+        rows = {row.name: row for row in store_of(lab.node("sensor")).describe()}
+    assert rows["noise.imu"].source.place.line == 12
+    assert str(rows["noise.imu"].source).endswith("lab.yaml:12:14")
+    assert str(rows["rate_hz"].source).endswith("lab.yaml:4:14")
+    assert [str(rows[name].source) for name in ("gain", "noise.joints")] == ["default", "default"]
+    given = load(file, assignments=["rate:=7"], sets=["nodes.sensor.parameters.gain=2"])
+    async with harness(given) as lab:
+        rows = {row.name: row for row in store_of(lab.node("sensor")).describe()}
+    assert (rows["gain"].value, str(rows["gain"].source), rows["gain"].source.place) == (2.0, "command line", None)
+    assert (rows["rate_hz"].value, rows["rate_hz"].source.place.line) == (7.0, 10)
+    assert str(rows["rate_hz"].source).endswith("lab.yaml:10:16, from command line")
+
+
+# Setting.
+
+
+class Recorder(Node):
+    """Ticks at a parameter's rate and remembers what it was told."""
+
+    parameters: SensorParameters
+
+    async def start(self) -> None:
+        self.ticks: list[float] = []
+        self.told: list[tuple[float, float]] = []
+
+    @timer(hz="rate_hz")
+    def tick(self) -> None:
+        self.ticks.append(round(self.clock.seconds(), 3))
+
+    @timer(0.25)
+    def steady(self) -> None: ...
+
+    @on_parameters
+    def retune(self, old: SensorParameters) -> None:
+        self.told.append((old.noise.imu, self.parameters.noise.imu))
+
+
+@virtual_time
+async def test_a_set_replaces_the_parameters_as_a_whole_and_says_what_changed():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        before = node.parameters
+        assert lab.set_parameters(Recorder, {"noise.imu": 0.5, "rate_hz": 20}) == ("rate_hz", "noise.imu")
+        assert node.parameters == SensorParameters(rate_hz=20, noise=Noise(imu=0.5))
+        assert before == SensorParameters()
+        assert node.told == [(0.1, 0.5)]
+
+
+@virtual_time
+async def test_keywords_and_nested_mappings_set_too():
+    async with harness(Recorder) as lab:
+        assert lab.set_parameters("recorder", rate_hz=5, noise={"joints": 1}) == ("rate_hz", "noise.joints")
+        assert lab.graph.set_parameters(lab.node(Recorder), spare={"imu": 2}) == ("spare.imu", "spare.joints")
+
+
+@virtual_time
+async def test_one_wrong_value_refuses_the_whole():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        before = node.parameters
+        with pytest.raises(InvalidParameter) as caught:
+            lab.set_parameters(Recorder, {"rate_hz": 20, "noise.imu": 11, "noise.jonts": 1})
+        assert [fault.path for fault in caught.value.faults] == [("noise", "imu"), ("noise", "jonts")]
+        assert "noise.imu must be at most 10, got 11 (allowed: at least 0, at most 10)" in str(caught.value)
+        assert node.parameters is before
+        assert node.told == []
+        assert lab.graph.report().nodes[0].parameters_set == 0
+
+
+@virtual_time
+async def test_a_read_only_parameter_keeps_its_value_and_may_be_told_it_again():
+    async with harness(Recorder) as lab:
+        said = "frame is read-only: it stays text 'imu_link' while the node runs"
+        with pytest.raises(InvalidParameter, match=said):
+            lab.set_parameters(Recorder, frame="other", rate_hz=20)
+        assert lab.node(Recorder).parameters.rate_hz == 10
+        assert lab.set_parameters(Recorder, frame="imu_link", rate_hz=20) == ("rate_hz",)
+
+
+@virtual_time
+async def test_the_values_there_already_change_nothing_and_nobody_is_told():
+    async with harness(Recorder) as lab:
+        node, events = lab.node(Recorder), lab.subscribe(ParameterEvent, "parameter_events")
+        before = node.parameters
+        assert lab.set_parameters(Recorder, {"rate_hz": 10, "noise": {"imu": 0.1}}) == ()
+        assert lab.set_parameters(Recorder) == ()
+        await lab.settle()
+        assert node.parameters is before
+        assert (node.told, events.latest) == ([], None)
+
+
+@virtual_time
+async def test_not_a_number_is_the_same_as_itself():
+    async with harness(Recorder) as lab:
+        assert lab.set_parameters(Recorder, {"noise.joints": math.nan}) == ("noise.joints",)
+        assert lab.set_parameters(Recorder, {"noise.joints": math.nan}) == ()
+
+
+@virtual_time
+async def test_what_was_set_says_so():
+    async with harness(Recorder) as lab:
+        lab.set_parameters(Recorder, {"noise.imu": 0.5})
+        rows = {row.name: row for row in store_of(lab.node(Recorder)).describe()}
+        assert (rows["noise.imu"].value, str(rows["noise.imu"].source)) == (0.5, "set at run time")
+        assert str(rows["noise.joints"].source) == "default"
+
+
+def test_a_new_instance_of_the_node_goes_on_with_the_sources_and_the_count():
+    former, following = Recorder(), Recorder()
+    assert store_of(former).set({"noise.imu": 0.5}).reason is None
+    following.parameters = former.parameters
+    store_of(following).take_over(store_of(former))
+    sources = {row.name: str(row.source) for row in store_of(following).describe()}
+    assert sources["noise.imu"] == "set at run time"
+    assert sources["noise.joints"] == sources["rate_hz"] == "default"
+    assert store_of(following).times_set == 1
+
+
+def test_a_refusal_is_a_result_for_those_who_answer_somebody_else():
+    result = store_of(Recorder()).set({"rate_hz": -1})
+    assert result.changed == ()
+    assert result.reason == "rate_hz must be at least 0, got -1 (allowed: at least 0, at most 1000)"
+
+
+# Timers.
+
+
+@virtual_time
+async def test_a_timer_follows_its_parameter_on_a_new_grid_from_the_change_on():
+    async with harness(Recorder) as lab:
+        await lab.advance(0.25)
+        lab.set_parameters(Recorder, rate_hz=4)
+        await lab.advance(0.5)
+        lab.set_parameters(Recorder, rate_hz=0)
+        await lab.advance(10)
+        lab.set_parameters(Recorder, rate_hz=1)
+        await lab.advance(1)
+        assert lab.node(Recorder).ticks == [0.1, 0.2, 0.5, 0.75, 11.75]
+        steady = next(each for each in lab.graph.report().timers if each.name == "steady")
+        assert (steady.fired, steady.missed) == (47, 0)
+
+
+@virtual_time
+async def test_a_change_of_another_parameter_leaves_a_timers_grid_alone():
+    async with harness(Recorder) as lab:
+        await lab.advance(0.15)
+        lab.set_parameters(Recorder, {"noise.imu": 0.5})
+        await lab.advance(0.05)
+        assert lab.node(Recorder).ticks == [0.1, 0.2]
+
+
+@virtual_time
+async def test_a_cancelled_timer_stays_cancelled_when_its_parameter_changes():
+    async with harness(Recorder) as lab:
+        node = lab.node(Recorder)
+        node.tick.cancel()
+        lab.set_parameters(Recorder, rate_hz=2)
+        await lab.advance(1)
+        assert node.ticks == []
+        node.tick.reset()
+        await lab.advance(1)
+        assert node.ticks == [1.5, 2.0]
+
+
+class Unbounded(Parameters):
+    period_s: float = 1.0
+
+
+class Ticker(Node):
+    parameters: Unbounded
+
+    @timer("period_s")
+    def tick(self) -> None: ...
+
+
+@virtual_time
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, 1e-12])
+async def test_a_period_that_no_timer_can_have_is_refused_also_where_the_range_allows_it(value):
+    async with harness(Ticker) as lab:
+        with pytest.raises(InvalidParameter, match=r"period_s cannot be .*: .*tick"):
+            lab.set_parameters(Ticker, period_s=value)
+        assert lab.node(Ticker).tick.period_s == 1.0
+
+
+# Threads.
+
+
+class Caller(Node):
+    async def run(self) -> None:
+        self.changed = await self.run_sync(self.set_from_a_thread)
+
+    def set_from_a_thread(self) -> tuple[str, ...]:
+        return self.graph.set_parameters(Recorder, rate_hz=20)
+
+
+@virtual_time
+async def test_another_thread_may_set_and_waits_until_it_has_happened():
+    caller = Caller()
+    lab = harness(Recorder, caller)
+    caller.graph = lab.graph
+    async with lab:
+        await lab.settle()
+        assert caller.changed == ("rate_hz",)
+        assert lab.node(Recorder).parameters.rate_hz == 20
+
+
+@virtual_time
+async def test_a_graph_that_has_ended_takes_no_parameters():
+    async with harness(Recorder) as lab:
+        pass
+    with pytest.raises(NotRunning, match="has ended"):
+        lab.set_parameters(Recorder, rate_hz=20)
+
+
+# The cases of ROS 2's own tests.
+
+CASES = [
+    case
+    for case in json.loads((Path(__file__).parents[1] / "cases" / "f_parameters.json").read_text(encoding="utf-8"))[
+        "cases"
+    ]
+    if case["kind"] == "semantics"
+]
+DECLARED = "parameters are the fields of a class: none is declared, undeclared or described anew while a node runs"
+CALLBACKS = "refusing is for the validators of the class; @on_parameters is part of the class and cannot be removed"
+WORD = "selectors of nodes in parameter files belong to the launch file, which names nodes one by one"
+SKIPPED = {
+    "declare-twice": DECLARED,
+    "declare-empty-name": DECLARED,
+    "declare-name-not-str": DECLARED,
+    "declare-static-not_set-descriptor-only": DECLARED,
+    "declare-dynamic-and-type": DECLARED,
+    "get_or-uninitialised": "every parameter has a value, or the node is not built",
+    "get-static-uninitialised": "every parameter has a value, or the node is not built",
+    "get-dynamic-uninitialised": "every parameter has a value, or the node is not built",
+    "set-undeclared-allowed": DECLARED,
+    "read-only-descriptor": DECLARED,
+    "range-declare-partial": DECLARED,
+    "callback-removed": CALLBACKS,
+    "wildcard-special-names": WORD,
+}
+
+
+class Ranged(Parameters):
+    int_param: int = 0
+    dynamic: int | float | str | None = None
+    bar: str | None = "bar"
+    read_only: ReadOnly[int] = 1
+
+
+class Cased(Node):
+    parameters: Ranged
+
+
+def refused(name, value):
+    def check(store):
+        before = store.current
+        assert store.set({name: value}).faults
+        assert store.current is before
+
+    return check
+
+
+def accepted(**changes):
+    return lambda store: store.set(changes).faults == () or pytest.fail("refused")
+
+
+def unknown(store):
+    with pytest.raises(InvalidParameter, match="unknown parameter x"):
+        store.get("x")
+
+
+def none_of_both(store):
+    assert store.set({"dynamic": 3, "int_param": "asd"}).faults
+    assert (store.current.dynamic, store.current.int_param) == (None, 0)
+
+
+def validated_then_told(store):
+    order = []
+    store.on_change.append(lambda old, _result: order.append((old.int_param, store.current.int_param)))
+    assert store.set({"int_param": "asd"}).faults
+    assert store.set({"int_param": 2}).changed
+    assert order == [(0, 2)]
+
+
+CHECKS = {
+    "get-undeclared": [unknown],
+    "describe-undeclared": [unknown],
+    "set-undeclared": [refused("x", 1)],
+    "set-atomically-undeclared": [refused("x", 1)],
+    "undeclare-unknown": [refused("x", None)],
+    "static-not-undeclared-by-none": [refused("int_param", None)],
+    "dynamic-type": [accepted(dynamic="asd"), accepted(dynamic=3), accepted(dynamic=None)],
+    "atomic-all-or-nothing": [none_of_both, accepted(dynamic=None, int_param=4)],
+    "read-only-undeclare": [refused("read_only", None), refused("read_only", 2)],
+    "undeclare-then-has": [accepted(bar=None), lambda store: store.get("bar")],
+    "implicit-undeclare": [accepted(bar=None), lambda store: store.get("int_param")],
+    "callbacks-order": [validated_then_told],
+    "set-invalid-object": [refused("int_param", [42])],
+}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+def test_what_applies_of_the_cases_of_ros_2(case):
+    name = case["id"].removeprefix("semantics/")
+    if name in SKIPPED:
+        pytest.skip(SKIPPED[name])
+    store = store_of(Cased())
+    for check in CHECKS[name]:
+        check(store)

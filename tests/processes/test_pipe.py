@@ -1,0 +1,96 @@
+"""What a process says to the main one: whole lines, in order, and never at the cost of who speaks."""
+
+import json
+import os
+import threading
+from contextlib import suppress
+
+import pytest
+
+from busflow.log import LogRecord
+from busflow.processes import pipe as voice
+from busflow.processes.pipe import Voice, record_of
+
+
+@pytest.fixture
+def pipe():
+    listening, speaking = os.pipe()
+    yield listening, speaking
+    with suppress(OSError):
+        os.close(listening)
+    for thread in threading.enumerate():  # one that still writes would write into whatever has this number next
+        if thread.name == "busflow.voice":
+            thread.join(10)
+    os.close(speaking)
+
+
+def read(listening):
+    return [json.loads(line) for line in os.read(listening, 1 << 20).splitlines()]
+
+
+def test_what_is_said_arrives_in_order(pipe):
+    said = Voice(pipe[1])
+    for number in range(100):
+        said.say(report=number)
+    said.close()
+    assert [each["report"] for each in read(pipe[0])] == list(range(100))
+
+
+def test_a_line_of_the_log_arrives_as_it_was_and_no_longer_than_anybody_would_read(pipe):
+    said = Voice(pipe[1])
+    said.log(LogRecord(7, "info", "/a", "says\x1b", {"x": 1, "far": float("inf"), "long": "y" * 10_000, "object": {1}}))
+    said.close()
+    ((told,),) = [each.values() for each in read(pipe[0])]
+    record = record_of(told, "left")
+    assert (record.stamp_ns, record.level, record.node, record.event) == (7, "info", "/a", "says\x1b")
+    assert (record.values["x"], record.values["far"], record.values["object"]) == (1, "inf", "{1}")
+    assert len(record.values["long"]) == 4096
+    assert record.process == "left"
+
+
+@pytest.mark.parametrize("told", [None, [], [1, "info", "/a", "text"], ["1", "info", "/a", "text", {}]])
+def test_what_is_no_line_of_a_log_is_refused(told):
+    with pytest.raises(ValueError, match="no line of a log"):
+        record_of(told, "left")
+
+
+def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe, monkeypatch):
+    monkeypatch.setattr(voice, "_DEPTH", 10)
+    said = Voice(pipe[1])
+    for number in range(5000):  # far more than a pipe holds
+        said.say(report=[number, "x" * 1000])
+    assert said.lost > 4000
+    said.close()
+
+
+def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pipe):
+    said = Voice(pipe[1])
+    said.say(report=1)
+    os.set_blocking(pipe[0], False)
+    assert read(pipe[0]) == [{"report": 1}]
+    said.close()
+
+
+def test_lines_longer_than_a_pipe_arrive_whole_when_the_listener_goes_on(pipe):
+    said = Voice(pipe[1])
+    for number in range(5):
+        said.say(report=[number, "x" * 300_000])
+    heard = b""
+    while heard.count(b"\n") < 5:
+        heard += os.read(pipe[0], 1 << 16)
+    said.close()
+    assert [json.loads(line)["report"][0] for line in heard.splitlines()] == [*range(5)]
+    assert said.lost == 0
+
+
+def test_a_listener_that_is_gone_is_no_fault(pipe):
+    os.close(pipe[0])
+    said = Voice(pipe[1])
+    said.say(report=1)
+    said.close()
+
+
+def test_what_a_node_starts_does_not_inherit_the_pipe(pipe):
+    os.set_inheritable(pipe[1], True)
+    Voice(pipe[1]).close()
+    assert not os.get_inheritable(pipe[1])

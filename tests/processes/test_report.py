@@ -1,0 +1,68 @@
+"""One report of several processes: what is published is counted once, and every line of the ledger still balances."""
+
+from busflow.processes.member import Life
+from busflow.processes.report import merged
+from busflow.runner.report import Report
+
+
+class Member:
+    """What the account reads of a process."""
+
+    def __init__(self, name, nodes, *, report=None, lives=()):
+        self.name, self.nodes, self.report, self.lives = name, nodes, report, list(lives)
+        self.pid, self.restarts, self.state = 7, len(self.lives), type("State", (), {"value": "running"})
+
+
+def line(node, published, delivered, dropped=0, queued=0):
+    drops = {"overflow": dropped} if dropped else {}
+    counts = {"published": published, "delivered": delivered, "dropped": dropped, "queued": queued, "drops": drops}
+    return {"node": node, "depth": 10, "overflow": "drop_oldest", **counts}
+
+
+def told(name, *, published=0, arrived=0, losses=None, lines=()):
+    topic = {"name": "/t", "type": "a/msg/B", "published": published, "arrived": arrived, "losses": losses or {}}
+    return {
+        "nodes": [{"name": name, "plugin": "p", "state": "stopped", "parameters_set": 0}],
+        "topics": [topic | {"subscriptions": list(lines)}],
+        "services": [],
+        "timers": [],
+        "inbox": {"dropped": 1, "refused": 0},
+        "blocks": [],
+        "log_lines_lost": 0,
+    }
+
+
+MAIN = Report("run", 0, "system", 1.0, 0, nodes=(), topics=(), timers=())
+
+
+def test_a_message_is_counted_where_it_is_published():
+    source = Member("a", ("/source",), report=told("/source", published=100))
+    sink = told("/sink", published=97, arrived=97, losses={"lost": 3}, lines=[line("/sink", 97, 90, 7)])
+    report = merged(MAIN, [source, Member("b", ("/sink",), report=sink)], ["/sink", "/source"])
+    (topic,) = report.topics
+    assert (topic.published, topic.arrived, topic.losses) == (100, 0, {"lost": 3})
+    assert [node.name for node in report.nodes] == ["/sink", "/source"]
+    assert report.inbox_dropped == 2
+
+
+def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_heard_it():
+    life = Life(6, told("/source", published=9), "it was ended")
+    source = Member("a", ("/source",), report=told("/source", published=4), lives=[life])
+    sink = told("/sink", published=17, arrived=17, lines=[line("/sink", 17, 17)])
+    (topic,) = merged(MAIN, [source, Member("b", ("/sink",), report=sink)], ["/sink", "/source"]).topics
+    assert topic.published == topic.subscriptions[0].delivered == 17
+
+
+def test_what_waited_in_a_process_that_ended_is_lost_with_it():
+    life = Life(6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 47, 1, 2)]), "it was ended")
+    now = told("/sink", published=20, arrived=20, lines=[line("/sink", 20, 19, 0, 1)])
+    report = merged(MAIN, [Member("b", ("/sink",), report=now, lives=[life])], ["/sink"])
+    (found,) = report.topics[0].subscriptions
+    assert (found.published, found.delivered, found.dropped, found.queued) == (70, 66, 3, 1)
+    assert found.drops == {"overflow": 1, "process ended": 2}
+    assert [each.fates for each in report.processes] == [(), ("it was ended",)]
+
+
+def test_a_process_that_never_told_anything_has_failed_nodes():
+    report = merged(MAIN, [Member("b", ("/sink",), lives=[Life(6, None, "it was ended")])], ["/sink"])
+    assert [(node.name, node.state) for node in report.nodes] == [("/sink", "failed")]

@@ -1,0 +1,67 @@
+import pytest
+
+from busflow.errors import BagError
+from busflow.msgs.std_msgs import Float64
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.series import Damage
+
+
+def test_a_recording_tells_what_it_holds_without_being_read(numbers):
+    with Bag(numbers) as bag:
+        (channel,) = bag.channels
+        assert (channel.topic, channel.type_name, channel.count) == ("/number", "std_msgs/msg/Float64", 1000)
+        assert (bag.start_ns, bag.end_ns) == (0, 9_990_000_000)
+        assert bag.complete
+        assert bag.damage is None
+
+
+def test_messages_come_in_their_order_as_plain_data_or_as_messages(numbers):
+    with Bag(numbers) as bag:
+        entries = list(bag.entries())
+    assert [entry.sequence for entry in entries] == list(range(1, 1001))
+    entry = entries[500]
+    assert entry.channel.plain(entry.payload) == {"data": 500.0}
+    assert entry.channel.decode(entry.payload, Float64) == Float64(data=500.0)
+
+
+def test_topics_and_a_stretch_of_time_are_picked(numbers):
+    with Bag(numbers) as bag:
+        assert [each.sequence for each in bag.entries(["number"], 5_000_000_000, 5_020_000_000)] == [501, 502, 503]
+        assert list(bag.entries(["/other"])) == []
+
+
+def test_what_is_cut_off_is_served_up_to_there(numbers):
+    whole = numbers.read_bytes()
+    numbers.write_bytes(whole[: len(whole) // 2])
+    with Bag(numbers) as bag:
+        served = list(bag.entries())
+        assert [each.sequence for each in served] == list(range(1, len(served) + 1))
+        assert len(served) > 400
+        assert bag.damage is not None
+        assert bag.damage.served == len(served)
+        assert not bag.complete
+        assert bag.channels[0].count == len(served)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "the file is empty"),
+        (b"hello, world", "it is no MCAP: it begins with 68 65 6c 6c"),
+        (b"#ROSBAG V2.0\n", "it is a bag of ROS 1"),
+        (b"\x89MCAP0\r\n", "the file ends without its footer"),
+        (b"\x89MCA", "the file ends within its first eight bytes"),
+    ],
+)
+def test_what_is_no_recording_is_refused_in_a_line(tmp_path, content, said):
+    path = tmp_path / "odd.mcap"
+    path.write_bytes(content)
+    with pytest.raises(BagError) as error:
+        Bag(path)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 messages come"), (1, "1 message comes"), (2, "2 messages come")])
+def test_damage_tells_how_many_come_before_it(count, said):
+    assert str(Damage("a.mcap", 7, "it is cut off", count)) == f"a.mcap at byte 7: it is cut off; {said} before it"

@@ -1,0 +1,79 @@
+"""How the messages of a channel become values, and which cannot."""
+
+import pytest
+
+from busflow.errors import BagError, MalformedMessage
+from busflow.msgs.geometry_msgs import Vector3
+from busflow.msgs.std_msgs import Bool, Float64
+from busflow.recording.bag.channel import Channel
+
+BOOL = Channel("/a", "std_msgs/msg/Bool", "cdr", "bool data\n", "ros2msg")
+IDL = "module std_msgs { module msg { struct Bool { boolean data; }; }; };"
+
+
+def test_two_are_the_same_when_all_but_their_counts_is():
+    assert Channel("/a", "std_msgs/msg/Bool", "cdr", "bool data\n", "ros2msg", count=7) == BOOL
+    assert Channel("/b", "std_msgs/msg/Bool", "cdr", "bool data\n", "ros2msg") != BOOL
+
+
+def test_messages_become_plain_data_or_messages():
+    assert BOOL.plain(b"\0\1\0\0\1") == {"data": True}
+    assert BOOL.decode(memoryview(b"\0\1\0\0\1"), Bool) == Bool(data=True)
+    with pytest.raises(MalformedMessage, match="a bool is 0 or 1, not 2"):
+        BOOL.plain(b"\0\1\0\0\2")
+
+
+def test_json_is_read_as_it_is():
+    note = Channel("/n", "odd/msg/Note", "json", '{"type": "object"}', "jsonschema")
+    assert note.plain(b'{"text": "a"}') == {"text": "a"}
+    with pytest.raises(MalformedMessage, match="no JSON"):
+        note.plain(b"{")
+    with pytest.raises(BagError, match="is described by no JSON Schema"):
+        Channel("/n", "odd/msg/Note", "json", "[" * 100_000, "jsonschema").plain(b"{}")
+
+
+@pytest.mark.parametrize(
+    ("channel", "said"),
+    [
+        (
+            Channel("/a", "std_msgs/Bool", "ros1", "bool data", "ros1msg"),
+            "a bag of ROS 1 is converted by rosbags-convert",
+        ),
+        (Channel("/a", "x/msg/Y", "protobuf", "\x1b", "protobuf"), "is encoded as 'protobuf'; cdr and json are read"),
+        (Channel("/a", "x/msg/Y", "cdr", IDL, "ros2idl"), "is described as ros2idl; ros2msg is read"),
+        (Channel("/a", "x/msg/Y", "cdr", "", ""), "is described nowhere in the bag; ros2msg is read"),
+        (Channel("/a\x1b", "", "cdr", "", ""), r"/a\x1b, without a type, is described nowhere"),
+        (Channel("/a", "x/msg/Y", "cdr", "Z z", "ros2msg"), "x/msg/Z, which x/msg/Y needs, is not described"),
+        (Channel("/a", "x/msg/Y", "cdr", "Y y", "ros2msg"), "x/msg/Y holds itself"),
+        (Channel("/a", "x/msg/Y", "cdr", "bool\n", "ros2msg"), "line 1: 'bool' declares neither"),
+        (
+            Channel("/a", "std_msgs/msg/Bool", "cdr", "", "", "RIHS01_" + "0" * 64),
+            "is another version of the type than the one that busflow brings",
+        ),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_its_topic_and_type(channel, said):
+    with pytest.raises(BagError) as error:
+        channel.plain(b"\0\1\0\0\1")
+    assert said in str(error.value)
+    assert "\x1b" not in str(error.value)
+
+
+def test_a_type_that_busflow_brings_needs_no_definition():
+    for how, text in (("ros2idl", IDL), ("", "")):
+        assert Channel("/a", "std_msgs/msg/Bool", "cdr", text, how).plain(b"\0\1\0\0\1") == {"data": True}
+
+
+def test_a_class_of_another_type_or_version_is_refused():
+    with pytest.raises(BagError, match="is no std_msgs/msg/Float64"):
+        BOOL.decode(b"\0\1\0\0\1", Float64)
+    other = Channel("/v", "geometry_msgs/msg/Vector3", "cdr", "float64 x\nfloat64 y\n", "ros2msg")
+    with pytest.raises(BagError, match="is another version of the type than the class Vector3"):
+        other.decode(b"\0\1\0\0" + bytes(16), Vector3)
+
+
+def test_a_huge_definition_takes_no_time():
+    """A line of a million quotes, and a million lines."""
+    for text in ("string a " + '"' * 1_000_000, "string a " + "'x" * 500_000 + "#", "# x\n" * 1_000_000):
+        with pytest.raises(BagError):
+            Channel("/a", "x/msg/Y", "cdr", text + "\nfloat64", "ros2msg").plain(b"")

@@ -1,0 +1,271 @@
+"""Bags of ROS 2: what rosbags writes is read, and so are payloads that real ROS 2 has recorded."""
+
+import json
+import re
+import sqlite3
+from contextlib import closing, suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from busflow.errors import BagError
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.std_msgs import String
+from busflow.recording.bag.bag import Bag
+from busflow.recording.tools.recover import recover
+from busflow.recording.tools.verify import examine
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+CASES = Path(__file__).parents[2] / "cases"
+STORAGES = pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3], ids=["mcap", "sqlite3"])
+VERSIONS = pytest.mark.parametrize("version", [8, 9])
+OFFERED = Qos(
+    QosHistory.KEEP_LAST,
+    5,
+    QosReliability.RELIABLE,
+    QosDurability.VOLATILE,
+    QosTime(9223372036, 854775807),
+    QosTime(9223372036, 854775807),
+    QosLiveliness.AUTOMATIC,
+    QosTime(9223372036, 854775807),
+    False,
+)
+
+
+def messages():
+    """Topic, type and value of a few messages with arrays, text and messages inside messages."""
+    types = STORE.types
+    stamp = types["builtin_interfaces/msg/Time"](sec=7, nanosec=8)
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="imu_link")
+    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    yield (
+        "/imu/data",
+        "sensor_msgs/msg/Imu",
+        types["sensor_msgs/msg/Imu"](
+            header=header,
+            orientation=quaternion(x=0.0, y=0.5, z=0.0, w=1.0),
+            orientation_covariance=np.arange(9, dtype=np.float64),
+            angular_velocity=vector(x=1.0, y=2.0, z=3.0),
+            angular_velocity_covariance=np.zeros(9),
+            linear_acceleration=vector(x=0.0, y=0.0, z=9.81),
+            linear_acceleration_covariance=np.zeros(9),
+        ),
+    )
+    yield (
+        "/joint_states",
+        "sensor_msgs/msg/JointState",
+        types["sensor_msgs/msg/JointState"](
+            header=header,
+            name=["hüfte", "", "knee"],
+            position=np.array([0.1, 0.2, 0.3]),
+            velocity=np.array([]),
+            effort=np.array([1e300, -0.0, np.inf]),
+        ),
+    )
+    yield "/talk", "std_msgs/msg/String", types["std_msgs/msg/String"](data="Grüße")
+
+
+def write_bag(path, storage=StoragePlugin.MCAP, version=9):
+    with Writer(path, version=version, storage_plugin=storage) as writer:
+        for number, (topic, name, message) in enumerate(messages()):
+            connection = writer.add_connection(topic, name, typestore=STORE, offered_qos_profiles=[OFFERED])
+            writer.write(connection, 1_000 + number, STORE.serialize_cdr(message, name))
+    return path
+
+
+@VERSIONS
+@STORAGES
+def test_a_bag_that_rosbags_writes_is_read_as_plain_data_and_as_messages(tmp_path, storage, version):
+    with Bag(write_bag(tmp_path / "bag", storage, version)) as bag:
+        assert bag.complete, bag.incomplete
+        assert (bag.start_ns, bag.end_ns, bag.messages) == (1_000, 1_002, 3)
+        assert [each.topic for each in bag.channels] == ["/imu/data", "/joint_states", "/talk"]
+        for channel in bag.channels:
+            assert channel.type_hash in (None, STORE.hash_rihs01(channel.type_name))
+            assert channel.type.type_hash == STORE.hash_rihs01(channel.type_name)
+            assert "depth: 5" in (channel.qos or "")
+        imu, joints, talk = bag.entries()
+    plain = imu.channel.plain(imu.payload)
+    assert plain["orientation_covariance"].tolist() == list(range(9))
+    assert plain["header"] == {"stamp": {"sec": 7, "nanosec": 8}, "frame_id": "imu_link"}
+    assert imu.channel.decode(imu.payload, Imu).linear_acceleration.z == 9.81
+    decoded = joints.channel.decode(joints.payload, JointState)
+    assert (decoded.name, decoded.effort[0]) == (("hüfte", "", "knee"), 1e300)
+    assert talk.channel.plain(talk.payload) == {"data": "Grüße"}
+
+
+def test_every_type_of_ros_is_parsed_and_hashed_as_ros_does():
+    wrong = [name for name in sorted(STORE.types) if "/msg/" in name and not agrees(name)]
+    # rosbags hashes a char as it is in IDL, which is not how ROS 2 hashes it.
+    assert [name for name in wrong if "char" not in STORE.generate_msgdef(name, ros_version=2)[0]] == []
+
+
+def agrees(name):
+    from busflow.interfaces.encoding.description import rihs01
+    from busflow.interfaces.encoding.msg_text import parse
+
+    return rihs01(parse(name, STORE.generate_msgdef(name, ros_version=2)[0])) == STORE.hash_rihs01(name)
+
+
+def recorded():
+    return json.loads((CASES / "g_cdr_recorded.json").read_text("utf-8"))["cases"]
+
+
+@STORAGES
+def test_what_real_ros_2_has_recorded_is_read(tmp_path, storage):
+    cases = recorded()
+    with Writer(tmp_path / "bag", version=9, storage_plugin=storage) as writer:
+        topics = {}
+        for case in cases:
+            if case["topic"] not in topics:
+                topics[case["topic"]] = writer.add_connection(case["topic"], case["type"], typestore=STORE)
+            writer.write(topics[case["topic"]], 1, bytes.fromhex(case["cdr"]))
+    with Bag(tmp_path / "bag") as bag:
+        entries = list(bag.entries())
+    for entry, case in zip(entries, cases, strict=True):
+        told = entry.channel.plain(entry.payload)
+        assert as_plain(told) == {name: value for name, value in case["value"].items() if name in told}
+        assert told.keys() >= {name for name in case["value"] if not name.isupper()}, "constants are no fields"
+    classes = {"rcl_interfaces/msg/ParameterEvent": ParameterEvent, "std_msgs/msg/String": String}
+    for entry in entries:
+        if entry.channel.type_name in classes:
+            entry.channel.decode(entry.payload, classes[entry.channel.type_name])
+
+
+def as_plain(value):
+    match value:
+        case dict():
+            return {key: as_plain(each) for key, each in value.items()}
+        case memoryview():
+            return value.tolist()
+        case tuple():
+            return [as_plain(each) for each in value]
+        case _:
+            return value
+
+
+def test_a_database_without_definitions_is_read_by_the_types_that_busflow_brings(tmp_path):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
+        database.execute("DROP TABLE message_definitions")
+    with Bag(bag) as opened:
+        assert [each.channel.plain(each.payload)["data"] for each in opened.entries(["/talk"])] == ["Grüße"]
+
+
+def test_a_bag_whose_recorder_was_killed_has_no_metadata_and_is_read(tmp_path):
+    bag = write_bag(tmp_path / "bag")
+    (bag / "metadata.yaml").unlink()
+    with Bag(bag) as opened:
+        assert len(list(opened.entries())) == 3
+        assert opened.incomplete == ("it has no metadata.yaml: its recorder was killed, or still records",)
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "sub/../../outside.mcap", ".", "", "a\0b"])
+def test_a_file_that_lies_elsewhere_is_refused(tmp_path, name):
+    bag = write_bag(tmp_path / "bag")
+    (tmp_path / "outside.mcap").write_bytes(next(bag.glob("*.mcap")).read_bytes())
+    metadata = bag / "metadata.yaml"
+    metadata.write_text(metadata.read_text("utf-8").replace("  - bag.mcap", f"  - {json.dumps(name)}"), "utf-8")
+    with pytest.raises(BagError, match=r"metadata\.yaml"):
+        Bag(bag)
+
+
+def test_a_link_that_leads_elsewhere_is_refused(tmp_path):
+    bag = write_bag(tmp_path / "bag")
+    file = next(bag.glob("*.mcap"))
+    file.rename(tmp_path / "outside.mcap")
+    file.symlink_to(tmp_path / "outside.mcap")
+    with pytest.raises(BagError, match="does not lie in the directory of the bag"):
+        Bag(bag)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{}", "has no rosbag2_bagfile_information"),
+        ("a: &x 1\nb: *x", "line"),
+        ("rosbag2_bagfile_information: {storage_identifier: lance}", "stored as 'lance'; mcap and sqlite3 are read"),
+        ("rosbag2_bagfile_information: {storage_identifier: mcap}", "relative_file_paths names no files"),
+        (
+            "rosbag2_bagfile_information: {storage_identifier: mcap, compression_mode: FILE}",
+            "each file of it is compressed, which is not read; ros2 bag convert",
+        ),
+        ("x" * (1 << 20) + "y", "larger than 1024 KiB"),
+    ],
+)
+def test_metadata_that_makes_no_bag_is_refused_in_a_line(tmp_path, text, said):
+    (tmp_path / "metadata.yaml").write_text(text)
+    with pytest.raises(BagError) as error:
+        Bag(tmp_path)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_directory_without_a_recording_is_refused(tmp_path):
+    with pytest.raises(BagError, match=r"no metadata\.yaml and no recording"):
+        Bag(tmp_path)
+
+
+def test_a_database_that_is_none_is_refused(tmp_path):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    next(bag.glob("*.db3")).write_bytes(b"hello")
+    with pytest.raises(BagError, match="no database of rosbag2"):
+        Bag(bag)
+
+
+def test_a_database_that_is_cut_off_is_no_crash(tmp_path):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    file = next(bag.glob("*.db3"))
+    whole = file.read_bytes()
+    for size in range(0, len(whole), 512):
+        file.write_bytes(whole[:size])
+        with suppress(BagError), Bag(bag) as opened:
+            served = len(list(opened.entries()))
+            assert opened.damage is not None or served == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ("UPDATE messages SET data = 900000000 WHERE id = 2", "is int at"),  # of which Python makes so many bytes
+        ("UPDATE messages SET data = 'text' WHERE id = 2", "is str at"),
+        ("UPDATE messages SET data = NULL WHERE id = 2", "is NoneType at"),
+        ("UPDATE messages SET timestamp = 5.5 WHERE id = 2", r"is bytes at 5\.5"),
+    ],
+)
+def test_a_value_of_another_type_than_its_column_is_damage(tmp_path, change, what):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
+        rows = database.execute("SELECT * FROM messages").fetchall()
+        database.execute("DROP TABLE messages")
+        database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
+        database.executemany("INSERT INTO messages VALUES(?, ?, ?, ?)", rows)
+        database.execute(change)
+    with Bag(bag) as opened:
+        assert len(list(opened.entries())) == 1
+        assert re.search(what, opened.damage.what)
+
+
+def test_numbers_beyond_32_bits_begin_anew(tmp_path):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
+        database.execute("UPDATE messages SET id = id + (1 << 32)")
+    with Bag(bag) as opened:
+        assert [each.sequence for each in opened.entries()] == [1, 2, 3]
+        assert len(opened.digest()) == 64
+
+
+def test_a_database_is_known_by_its_metadata_whatever_its_name(tmp_path):
+    bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
+    file, metadata = next(bag.glob("*.db3")), bag / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace(file.name, "run.sqlite"))
+    file.rename(bag / "run.sqlite")
+    with Bag(bag) as opened:
+        assert examine(opened).findings == []
+    with pytest.raises(BagError, match="a database of rosbag2 is not recovered"):
+        recover(bag, tmp_path / "saved.mcap")

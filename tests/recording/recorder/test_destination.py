@@ -1,0 +1,101 @@
+"""Where a recording goes: a new file, under a name that can be found."""
+
+import errno
+import re
+from pathlib import Path
+
+import pytest
+
+from busflow.errors import RecordingRefused
+from busflow.recording.recorder.destination import Destination, named, new_recording
+
+
+def test_a_file_that_is_there_is_not_overwritten(tmp_path):
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"precious")
+    with pytest.raises(RecordingRefused, match=r"is there already.*run-\{start\}\.mcap"):
+        Destination(path)
+    assert path.read_bytes() == b"precious"
+
+
+def test_a_missing_folder_is_not_made_in_silence(tmp_path):
+    with pytest.raises(RecordingRefused, match=rf"mkdir -p {re.escape(str(tmp_path / 'runs'))}"):
+        Destination(tmp_path / "runs/run.mcap")
+
+
+def test_the_advice_can_be_pasted_into_a_shell():
+    with pytest.raises(RecordingRefused, match=r"mkdir -p '~/of a run'$"):
+        Destination(Path("~/of a run/run.mcap"))
+
+
+@pytest.mark.parametrize("name", ["", "."])
+def test_a_file_without_a_name_is_none(name):
+    with pytest.raises(RecordingRefused, match="needs the name of a file"):
+        Destination(Path(name))
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RecordingRefused, match="Not a directory"):
+        Destination(tmp_path / "file/run.mcap")
+
+
+@pytest.mark.parametrize("name", ["run", "run.bag", "run.mcap.zst"])
+def test_a_recording_is_called_mcap(tmp_path, name):
+    with pytest.raises(RecordingRefused, match=rf"write \S*{re.escape(name)}\.mcap instead"):
+        Destination(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_run_and_the_time_can_be_part_of_a_name():
+    name = named("runs/{name}-{start}.mcap", run="lab1").as_posix()
+    assert re.fullmatch(r"runs/lab1-\d{8}T\d{6}Z\.mcap", name)
+    assert named("{name}.mcap", run="../../etc").as_posix() == ".._.._etc.mcap"
+
+
+def test_a_placeholder_that_stands_for_nothing_is_refused():
+    with pytest.raises(RecordingRefused, match=r"\{seed\} stands for nothing; write \{name\}"):
+        named("{seed}.mcap", run="lab1")
+
+
+@pytest.mark.parametrize("loss", ["deleted", "moved", "replaced", "folder"])
+def test_what_could_not_be_found_afterwards_is_not_written(tmp_path, loss):
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    path = folder / "run.mcap"
+    destination = Destination(path)
+    assert destination.write(memoryview(b"one")) == 3
+    match loss:
+        case "deleted":
+            path.unlink()
+        case "moved":
+            path.rename(folder / "other.mcap")
+        case "replaced":
+            path.rename(folder / "other.mcap")
+            path.write_bytes(b"")
+        case "folder":
+            path.unlink()
+            folder.rmdir()
+    with pytest.raises(OSError, match="moved or deleted"):
+        destination.write(memoryview(b"two"))
+    destination.close()
+
+
+def test_what_was_written_in_part_can_be_cut_off(tmp_path):
+    destination = Destination(tmp_path / "run.mcap")
+    destination.write(memoryview(b"whole half"))
+    destination.cut_off(5)
+    destination.close()
+    destination.close()
+    assert destination.path.read_bytes() == b"whole"
+
+
+def test_nothing_is_left_of_what_was_not_begun(tmp_path):
+    with pytest.raises(KeyboardInterrupt), new_recording(tmp_path / "run.mcap"):
+        raise KeyboardInterrupt
+    with (
+        pytest.raises(RecordingRefused, match=r"cannot record to .*: No space left"),
+        new_recording(tmp_path / "b.mcap"),
+    ):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,184 @@
+"""Recordings in other forms, read by others: rosbags, mcap, pyarrow, csv."""
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+from busflow.errors import BagError
+from busflow.recording.bag.bag import Bag
+from busflow.recording.tools.convert import Form, convert
+from busflow.recording.tools.sink import FileNames
+
+BAGS = Path(__file__).parents[2] / "cases/rosbag2"
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+def converted(source, target, form, **how):
+    with Bag(source) as bag:
+        return convert(bag, target, Form(form), json.dumps, **how)
+
+
+def everything(path):
+    with Bag(path) as bag:
+        return [(each.channel.topic, each.channel.type_name, *each[1:]) for each in bag.entries()]
+
+
+@pytest.mark.parametrize("name", ["talker", "cdr_test", "cdr_test_sqlite3", "wbag", "service_events"])
+@pytest.mark.parametrize("form", ["mcap", "ros2bag"])
+def test_a_bag_stays_what_it_is(tmp_path, name, form):
+    target = tmp_path / "made"
+    done = converted(BAGS / name, target, form)
+    assert everything(target) == everything(BAGS / name)
+    assert done.left_out == 0
+    with Bag(target) as made, Bag(BAGS / name) as given:
+        assert made.complete
+        assert [each.type.type_hash for each in made.channels] == [each.type.type_hash for each in given.channels]
+        assert [each.count for each in made.channels] == [each.count for each in given.channels]
+
+
+def test_rosbags_reads_what_is_written_for_ros_2(tmp_path):
+    converted(BAGS / "talker", tmp_path / "bag", "ros2bag")
+    with Reader(tmp_path / "bag") as reader:
+        assert reader.message_count == 20
+        said = [
+            STORE.deserialize_cdr(data, connection.msgtype).data
+            for connection, _, data in reader.messages()
+            if connection.topic == "/topic"
+        ]
+        assert said == [f"Hello, world! {number}" for number in range(10)]
+        assert {each.digest for each in reader.connections if each.topic == "/topic"} == {
+            STORE.hash_rihs01("std_msgs/msg/String")
+        }
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert sum(1 for _ in reader.messages()) == 20
+
+
+def test_the_mcap_package_reads_what_is_written(tmp_path):
+    converted(BAGS / "cdr_test_sqlite3", tmp_path / "made.mcap", "mcap")
+    with (tmp_path / "made.mcap").open("rb") as stream:
+        messages = list(make_reader(stream, validate_crcs=True).iter_messages())
+    assert len(messages) == 7
+    assert {schema.name for schema, _, _ in messages} == {"test_msgs/msg/Arrays", "test_msgs/msg/BasicTypes"}
+
+
+def test_csv_has_a_file_for_a_topic_and_a_column_for_a_field(tmp_path):
+    converted(BAGS / "cdr_test", tmp_path / "tables", "csv")
+    assert sorted(each.name for each in (tmp_path / "tables").iterdir()) == ["array_topic.csv", "test_topic.csv"]
+    with (tmp_path / "tables/array_topic.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    with Bag(BAGS / "cdr_test") as bag:
+        (first, *_) = bag.entries(["/array_topic"])
+        plain = first.channel.plain(first.payload)
+    assert len(rows) == 4
+    assert rows[0]["log_time_ns"] == str(first.log_time_ns)
+    assert [rows[0][f"float64_values[{index}]"] for index in range(3)] == [
+        str(each) for each in plain["float64_values"]
+    ]
+    assert rows[0]["string_values[0]"] == plain["string_values"][0]
+
+
+def test_parquet_has_the_types_of_ros_and_lists(tmp_path):
+    converted(BAGS / "cdr_test", tmp_path / "tables", "parquet")
+    table = pq.read_table(tmp_path / "tables/test_topic.parquet")
+    assert table.num_rows == 3
+    assert str(table.schema.field("float32_value").type) == "float"
+    assert str(table.schema.field("uint8_value").type) == "uint8"
+    arrays = pq.read_table(tmp_path / "tables/array_topic.parquet")
+    with Bag(BAGS / "cdr_test") as bag:
+        for entry, row in zip(bag.entries(["/array_topic"]), arrays.to_pylist(), strict=True):
+            plain = entry.channel.plain(entry.payload)
+            assert row["int32_values"] == plain["int32_values"].tolist()
+            assert row["string_values"] == list(plain["string_values"])
+            assert [each["uint8_value"] for each in row["basic_types_values"]] == [
+                each["uint8_value"] for each in plain["basic_types_values"]
+            ]
+
+
+def test_parquet_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(BagError, match=r"pyarrow, which is not here; pip install 'busflow\[parquet\]'"):
+        converted(BAGS / "talker", tmp_path / "tables", "parquet")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_json_lines_are_the_messages_in_order(tmp_path):
+    done = converted(BAGS / "talker", tmp_path / "made.jsonl", "jsonl")
+    lines = [json.loads(line) for line in (tmp_path / "made.jsonl").read_text().splitlines()]
+    assert done.messages == len(lines) == 20
+    assert [each["log_time_ns"] for each in lines] == [each[3] for each in everything(BAGS / "talker")]
+    assert next(each["message"]["data"] for each in lines if each["topic"] == "/topic") == "Hello, world! 0"
+
+
+def odd_bag(path):
+    """Topics whose names are none, one of JSON, and one with a message that cannot be read."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("", "a test")
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data\n")
+        loose = writer.register_schema("odd/msg/Note", "jsonschema", b"{}")
+        for topic, data in (("/../../etc/x", b"\0\1\0\0\1"), ("/a/b", b"\0\1\0\0\1"), ("/A_b", b"\0\1\0\0\7")):
+            writer.add_message(writer.register_channel(topic, "cdr", schema), 1, data, 1, 1)
+        writer.add_message(writer.register_channel("/note", "json", loose), 2, b'{"text": "a,b"}', 2, 2)
+        writer.finish()
+    return path
+
+
+def test_names_of_topics_never_lead_elsewhere_and_never_meet(tmp_path):
+    done = converted(odd_bag(tmp_path / "odd.mcap"), tmp_path / "out", "csv")
+    assert sorted(each.name for each in (tmp_path / "out").iterdir()) == [
+        "A_b-2.csv",
+        "a_b.csv",
+        "etc_x.csv",
+        "note.csv",
+    ]
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["odd.mcap", "out"]
+    assert (done.messages, done.left_out) == (3, 1)
+    assert "a bool is 0 or 1, not 7" in next(iter(done.faults.values()))
+    assert (tmp_path / "out/note.csv").read_text().splitlines() == [
+        "log_time_ns,sequence,message",
+        '2,2,"{""text"": ""a,b""}"',
+    ]
+
+
+@pytest.mark.parametrize("topic", ["", "/", "..", "-rf", "a\0b", "x" * 400, ".hidden", "con\x1b"])
+def test_any_name_becomes_a_plain_one(topic):
+    from busflow.recording.bag.channel import Channel
+
+    name = FileNames(".csv").of(Channel(topic, "", "", "", ""))
+    assert len(name) < 200
+    assert not set(name) - set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-")
+    assert name[0] not in ".-"
+
+
+def test_what_ros_2_cannot_read_is_left_out_of_its_bag(tmp_path):
+    done = converted(odd_bag(tmp_path / "odd.mcap"), tmp_path / "out", "ros2bag")
+    assert (done.messages, done.left_out) == (3, 1)
+    assert "encoded as json, which ROS 2 does not read" in next(iter(done.faults.values()))
+
+
+def test_a_part_says_that_it_is_one(tmp_path):
+    with Bag(BAGS / "talker") as bag:
+        channels = [each for each in bag.channels if each.topic == "/topic"]
+        convert(bag, tmp_path / "part.mcap", Form.MCAP, json.dumps, channels=channels)
+    with Bag(tmp_path / "part.mcap") as part:
+        assert [each.topic for each in part.channels] == ["/topic"]
+        assert part.incomplete == ("it was recovered: only some topics were converted",)
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl", "mcap", "ros2bag", "parquet"])
+def test_nothing_is_written_over_and_nothing_is_left_behind(tmp_path, form):
+    (tmp_path / "there").touch()
+    with pytest.raises(BagError, match="it exists already"):
+        converted(BAGS / "talker", tmp_path / "there", form)
+    with pytest.raises(BagError, match="No such file or directory"):
+        converted(BAGS / "talker", tmp_path / "none/there", form)
+    assert [each.name for each in tmp_path.iterdir()] == ["there"]

@@ -1,0 +1,164 @@
+"""What a recording says of itself is held against what is there."""
+
+from struct import pack
+
+import pytest
+from mcap.writer import CompressionType, Writer
+
+from busflow.recording.bag.bag import Bag
+from busflow.recording.mcap.chunks import Chunk
+from busflow.recording.mcap.contents import Contents
+from busflow.recording.tools.verify import examine
+from tests.recording.conftest import write_numbers
+
+
+def found_in(path):
+    """The findings of a recording, as kind and code, and what is said of them."""
+    with Bag(path) as bag:
+        findings = examine(bag).findings
+    return [(each.kind.value, each.code) for each in findings], " / ".join(each.message for each in findings)
+
+
+MINE = {"format": "1"}
+
+
+def write(path, *messages, facts=MINE, ledger=None, definition=b"bool data\n", metadata=None, **settings):
+    """A recording of messages that are given as their number and their bytes."""
+    with path.open("wb") as stream:
+        writer = Writer(stream, enable_data_crcs=True, **settings)
+        writer.start("ros2", "a test")
+        if facts:
+            writer.add_metadata("busflow", facts)
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", definition)
+        channel = writer.register_channel("/a", "cdr", schema, metadata or {})
+        for number, data in messages:
+            writer.add_message(channel, number, data, number, number)
+        if ledger is not None:
+            writer.add_metadata("busflow.ledger", ledger)
+        writer.finish()
+    return path
+
+
+TRUE = b"\0\1\0\0\1"
+RIGHT = {"recorded": "2", "missed": "0", "complete": "true", "report": "{}"}
+
+
+def test_what_is_right_is_found_to_be_right(tmp_path, numbers):
+    assert found_in(numbers) == ([], "")
+    assert found_in(write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=RIGHT)) == ([], "")
+
+
+@pytest.mark.parametrize(
+    ("numbers_", "ledger", "codes", "said"),
+    [
+        ((1, 2), None, [("incomplete", "unfinished")], "did not finish it"),
+        ((1, 3), RIGHT, [("incomplete", "sequence")], "message 2 is missing"),
+        ((2, 9), RIGHT, [("incomplete", "sequence")] * 2, "message 1 is missing / messages 3 to 8 are missing"),
+        ((1, 2), RIGHT | {"missed": "4"}, [("incomplete", "missed")], "could not keep up with 4 messages"),
+        ((1, 2), RIGHT | {"recorded": "3"}, [("wrong", "ledger")], "3 messages were recorded, and 2 are there"),
+        ((1, 2), RIGHT | {"complete": "false"}, [("incomplete", "unfinished")], "its recorder says so"),
+        ((1, 2), RIGHT | {"missed": "1"}, [("incomplete", "missed")], "could not keep up with 1 message"),
+        (
+            (1, 2),
+            RIGHT | {"report": '{"topics": [{"name": "/a", "published": 3}, {"name": "/b", "published": 9}, 5]}'},
+            [("wrong", "ledger")],
+            "says that 3 messages were published on /a, and 2 are there",
+        ),
+        ((1, 2), RIGHT | {"report": '{"topics": 7}'}, [], ""),
+        ((2, 1), RIGHT, [("incomplete", "sequence"), ("wrong", "sequence")], "message 1 comes after message 2"),
+    ],
+)
+def test_numbers_and_the_ledger(tmp_path, numbers_, ledger, codes, said):
+    found, text = found_in(write(tmp_path / "a.mcap", *((each, TRUE) for each in numbers_), ledger=ledger))
+    assert found == codes
+    assert said in text
+
+
+def test_who_recorded_from_outside_knows_only_how_much_the_whole_run_published(tmp_path):
+    told = RIGHT | {"report": '{"topics": [{"name": "/a", "published": 300}]}'}
+    path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=told, facts={"format": "1", "heard": "from outside"})
+    assert found_in(path) == ([], "")
+
+
+def test_a_message_that_its_type_cannot_read(tmp_path):
+    bad = [(number, b"\0\1\0\0\7") for number in range(2, 9)]
+    found, text = found_in(write(tmp_path / "a.mcap", (1, TRUE), *bad, facts=None))
+    assert found == [("wrong", "message")] * 4
+    assert "message 2 of /a: std_msgs/msg/Bool: data at byte 4: a bool is 0 or 1, not 7" in text
+    assert "4 more messages of /a cannot be read" in text
+
+
+def test_a_definition_that_is_none_and_one_that_is_not_what_its_hash_stands_for(tmp_path):
+    found, text = found_in(write(tmp_path / "a.mcap", (1, TRUE), facts=None, definition=b"bool\n"))
+    assert found == [("wrong", "type")]
+    assert "has a definition that cannot be read" in text
+    hashed = {"topic_type_hash": "RIHS01_" + "0" * 64}
+    found, text = found_in(write(tmp_path / "b.mcap", (1, TRUE), facts=None, metadata=hashed))
+    assert found == [("wrong", "type")]
+    assert "not RIHS01_0000" in text
+
+
+def test_a_cut_is_something_missing_and_a_flipped_bit_is_wrong(numbers):
+    content = numbers.read_bytes()
+    numbers.write_bytes(content[: len(content) // 2])
+    assert found_in(numbers)[0] == [("incomplete", "unfinished")]
+    flipped = bytearray(content)
+    flipped[len(content) // 2] ^= 1
+    numbers.write_bytes(flipped)
+    assert {kind for kind, _ in found_in(numbers)[0]} == {"wrong"}
+
+
+def test_what_a_damage_has_taken_is_counted_once(tmp_path):
+    ledger = RIGHT | {"recorded": "400"}
+    path = write(tmp_path / "a.mcap", *((number, TRUE) for number in range(1, 401)), ledger=ledger, chunk_size=1000)
+    content = bytearray(path.read_bytes())
+    with Contents(path) as contents:
+        second = [found.offset for found in contents.beyond_damage() if isinstance(found.record, Chunk)][1]
+    content[second + 60] ^= 0xFF
+    path.write_bytes(content)
+    with Bag(path) as bag:
+        found = examine(bag)
+    assert [each.code for each in found.findings] == ["damaged", "damaged", "ledger"]
+    assert found.findings[-1].message == f"400 messages were recorded, and {found.there} are there"
+    assert 0 < found.messages < found.there < 400
+
+
+def test_no_bit_flips_unnoticed_where_there_is_a_crc_of_all(tmp_path):
+    path = write_numbers(tmp_path / "all.mcap", 10, chunk_size=200, enable_data_crcs=True)
+    content = path.read_bytes()
+    unnoticed = []
+    for bit in range(0, len(content) * 8, 5):
+        flipped = bytearray(content)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(flipped)
+        try:
+            if not found_in(path)[0]:
+                unnoticed.append(bit // 8)
+        except ValueError:
+            pass
+    assert unnoticed == []
+
+
+def test_an_index_that_is_another_and_a_chunk_of_other_times(tmp_path):
+    path = write_numbers(tmp_path / "a.mcap", 10, chunk_size=10_000, compression=CompressionType.NONE)
+    content = bytearray(path.read_bytes())
+    index = content.rindex(pack("<BQH", 7, 6 + 160, 1))
+    content[index + 15 + 3] ^= 1
+    path.write_bytes(content)
+    assert found_in(path)[0] == [("wrong", "index")]
+    content[index + 15 + 3] ^= 1
+    path.write_bytes(content)
+    with Contents(path) as contents:
+        start = next(each.offset for each in contents if isinstance(each.record, Chunk))
+    content[start + 9 + 8] ^= 1
+    path.write_bytes(content)
+    assert ("wrong", "chunk") in found_in(path)[0]
+
+
+@pytest.mark.parametrize(
+    "ledger", [None, RIGHT, *(RIGHT | each for each in ({"complete": "false"}, {"missed": "2"}, {"recorded": "7"}))]
+)
+def test_what_is_told_at_a_glance_is_told_after_reading_all(tmp_path, ledger):
+    path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=ledger)
+    with Bag(path) as bag:
+        assert "; ".join(bag.incomplete) == found_in(path)[1]

@@ -1,0 +1,98 @@
+"""The collector leaves out what was there at the start of a run that is the whole program, and nothing after it."""
+
+import asyncio
+import gc
+from contextlib import contextmanager
+
+import pytest
+
+import busflow
+from busflow import Node, timer
+from busflow.runner.garbage import THRESHOLDS, collected_in_steps, is_frozen, look_at_everything
+
+
+class Looking(Node):
+    """Keeps what the collector is told while the node runs, and ends the run."""
+
+    seen: list[tuple[tuple[int, int, int], bool]]
+
+    async def run(self) -> None:
+        self.seen = [(gc.get_threshold(), is_frozen())]
+
+
+@contextmanager
+def thresholds(*values):
+    """What Python's own thresholds are, or what somebody has set."""
+    before = gc.get_threshold()
+    gc.set_threshold(*values)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+def test_a_run_that_is_the_whole_program_is_collected_in_steps_and_only_while_it_runs():
+    class Waiting(Looking):
+        @timer(0.01)
+        def tick(self) -> None:
+            self.seen = [*getattr(self, "seen", []), (gc.get_threshold(), is_frozen())]
+            if self.seen[-1][1]:
+                raise KeyError("it has started")
+
+        async def run(self) -> None:
+            pass
+
+    node = Waiting()
+    with thresholds(700, 10, 10):
+        assert busflow.run(node, inspect=False) == 1
+        assert (gc.get_threshold(), gc.get_freeze_count()) == ((700, 10, 10), 0)
+    assert node.seen[-1] == (THRESHOLDS, True)
+
+
+def test_a_graph_within_a_program_leaves_the_collector_alone():
+    async def main():
+        node = Looking()
+        async with busflow.launch(node) as graph:
+            await graph.wait()
+        return node.seen
+
+    with thresholds(700, 10, 10):
+        assert asyncio.run(main()) == [((700, 10, 10), False)]
+
+
+@pytest.mark.parametrize("own", ["thresholds", "off", "frozen"])
+def test_who_has_a_policy_keeps_it(own):
+    values = (123, 4, 5) if own == "thresholds" else (700, 10, 10)
+    with thresholds(*values):
+        if own == "off":
+            gc.disable()
+        elif own == "frozen":
+            gc.freeze()
+        try:
+            with collected_in_steps() as settle:
+                settle()
+                assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
+            assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
+        finally:
+            gc.enable()
+            gc.unfreeze()
+
+
+def test_what_was_there_from_the_start_can_be_garbage_after_a_restart():
+    class Ring:
+        def __init__(self) -> None:
+            self.me = self
+
+        def __del__(self) -> None:
+            gone.append(True)
+
+    gone: list[bool] = []
+    with thresholds(700, 10, 10), collected_in_steps() as settle:
+        ring = Ring()
+        settle()
+        del ring
+        gc.collect()
+        assert gone == []
+        look_at_everything()
+        gc.collect()
+        assert gone == [True]

@@ -1,0 +1,288 @@
+"""What nodes give to the event loop themselves: none of it fails in silence."""
+
+import asyncio
+import gc
+import re
+from pathlib import Path
+
+import pytest
+
+import busflow
+from busflow import Node, NodeFailed, publisher, supervised, timer
+from busflow.errors import ExitCode, Stray
+from busflow.msgs.std_msgs import Int64
+from busflow.testing import harness, virtual_time
+
+
+class Worker(Node):
+    """Makes a task by itself, which fails after 0.2 s."""
+
+    async def work(self) -> None:
+        await asyncio.sleep(0.2)
+        raise ValueError("the cable is loose")
+
+
+class Forgetful(Worker):
+    """Makes a task that nobody holds."""
+
+    async def start(self) -> None:
+        asyncio.create_task(self.work())  # noqa: RUF006  # that is the mistake
+
+
+class Holding(Worker):
+    """Makes a task, holds it, and does not look at it."""
+
+    async def start(self) -> None:
+        self.task = asyncio.create_task(self.work())
+
+
+class Awaiting(Holding):
+    """Looks at its task a second later."""
+
+    async def run(self) -> None:
+        await asyncio.sleep(1)
+        try:
+            await self.task
+        except ValueError as error:
+            self.log.info("mended", error=str(error))
+
+
+class Prompt(Holding):
+    """Waits for its task from the beginning, and sees that it failed a moment later."""
+
+    async def run(self) -> None:
+        done, _ = await asyncio.wait([self.task])
+        assert isinstance(next(iter(done)).exception(), ValueError)
+
+
+class Closing(Holding):
+    """Looks at its task when it stops."""
+
+    async def stop(self) -> None:
+        await asyncio.gather(self.task, return_exceptions=True)
+
+
+async def elsewhere() -> None:
+    await asyncio.sleep(0.2)
+    raise ValueError("the cable is loose")
+
+
+class Driver:
+    """No node, and makes tasks within tasks."""
+
+    async def open(self) -> None:
+        self.task = asyncio.create_task(elsewhere())
+
+
+class Nested(Node):
+    """Has something of its own make its tasks."""
+
+    async def start(self) -> None:
+        self.driver = Driver()
+        self.task = asyncio.create_task(self.driver.open())
+
+
+class Calling(Node):
+    """Has the event loop call it."""
+
+    async def start(self) -> None:
+        asyncio.get_running_loop().call_later(0.2, self.due)
+
+    def due(self) -> None:
+        raise ValueError("the cable is loose")
+
+
+async def seconds(what: object, *, of: float) -> list[str]:
+    """What the log says when a node has run for so long."""
+    async with harness(what) as lab:  # type: ignore[arg-type]  # a node
+        await lab.advance(of)
+        return [f"{line.level}: {line.event}" for line in lab.log]
+
+
+@virtual_time
+async def test_a_task_that_nobody_holds_fails_its_node_at_once():
+    with pytest.raises(NodeFailed) as failed:
+        await seconds(Forgetful, of=0.2)
+    told = str(failed.value)
+    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
+    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", told)
+    assert 'raise ValueError("the cable is loose")' in told
+
+
+@virtual_time
+async def test_a_task_that_is_held_is_told_of_while_the_node_lives_and_fails_it_at_its_end():
+    async with harness(Holding, expect_failure=Holding) as lab:
+        await lab.advance(0.4)
+        assert [(line.level, line.values["task"]) for line in lab.log] == [("warning", "work")]
+        assert "nobody has awaited it: use self.spawn(…)" in lab.log[0].event
+        assert "the cable is loose" in lab.log[0].values["error"]
+    assert lab.graph.exit_code is ExitCode.FAILED
+
+
+@virtual_time
+async def test_a_task_that_failed_just_before_the_end_is_found_too():
+    with pytest.raises(NodeFailed, match="the cable is loose"):
+        await seconds(Holding, of=0.2)
+
+
+@pytest.mark.parametrize("node", [Prompt, Closing])
+@virtual_time
+async def test_a_node_that_looks_at_its_task_does_not_fail(node):
+    assert await seconds(node, of=0.25) == []
+
+
+@virtual_time
+async def test_a_node_that_looks_at_its_task_late_does_not_fail_either():
+    warned, mended = await seconds(Awaiting, of=2)
+    assert (warned.split(":")[0], mended) == ("warning", "info: mended")
+
+
+@virtual_time
+async def test_the_task_of_a_task_is_the_node_s_though_no_method_of_the_node_makes_it():
+    with pytest.raises(NodeFailed, match=r"node /nested failed in Nested \(task elsewhere"):
+        await seconds(Nested, of=1)
+
+
+def begin(_number: Int64) -> None:
+    """A handler that is no method."""
+    TASKS.append(asyncio.create_task(elsewhere()))
+
+
+TASKS: list[asyncio.Task[None]] = []
+
+
+class Talker(Node):
+    """Publishes from a task of its own."""
+
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.task = asyncio.create_task(self.talk())
+
+    async def talk(self) -> None:
+        await asyncio.sleep(0.1)
+        self.numbers.publish(Int64(data=1))
+
+
+class Listener(Node):
+    """Has a function called with each message."""
+
+    def declare(self) -> None:
+        self.create_subscription(Int64, "numbers", begin)
+
+
+def test_whoever_sent_the_message_has_no_part_in_what_its_handler_began():
+    @virtual_time
+    async def test() -> None:
+        async with harness(Talker, Listener) as lab:
+            await lab.advance(0.2)
+            TASKS.clear()
+            await lab.advance(1)
+
+    with pytest.raises(Stray, match="no node is known for what failed in task elsewhere"):
+        test()
+
+
+@virtual_time
+async def test_a_callback_that_raises_fails_the_node_whose_method_it_is():
+    with pytest.raises(NodeFailed) as failed:
+        await seconds(Calling, of=1)
+    assert "node /calling failed in Calling (a callback of the event loop)" in str(failed.value)
+    assert 'raise ValueError("the cable is loose")' in str(failed.value)
+
+
+@virtual_time
+async def a_test_with_a_task(*, then: str) -> None:
+    async with harness(Prompt) as lab:
+        task = asyncio.create_task(elsewhere())
+        if then == "forget it":
+            del task
+        await lab.advance(0.25)
+    if then == "await it":
+        with pytest.raises(ValueError, match="the cable is loose"):
+            await task
+
+
+def test_a_task_of_no_node_fails_the_run_with_an_error_of_its_own():
+    for then in ("forget it", "hold it"):
+        with pytest.raises(Stray, match="no node is known for what failed in task elsewhere") as lost:
+            a_test_with_a_task(then=then)
+        assert isinstance(lost.value.__cause__, ValueError)
+    a_test_with_a_task(then="await it")
+
+
+@virtual_time
+async def test_a_node_that_is_started_anew_is_so_for_a_task_of_its_own_too():
+    async with harness(supervised(Forgetful, restart="on-failure")) as lab:
+        await lab.advance(0.3)
+        assert [line.event for line in lab.log if line.level == "warning"] == ["restarts"]
+
+
+@virtual_time
+async def test_two_graphs_on_one_loop_blame_their_own_nodes():
+    async with harness(Prompt) as healthy:
+        with pytest.raises(NodeFailed):
+            await seconds(Forgetful, of=1)
+        assert healthy.graph.failures == []
+
+
+@pytest.mark.parametrize("event_loop", ["busflow", "uvloop"])
+def test_a_run_ends_with_the_failure(capsys, event_loop):
+    if event_loop == "uvloop":
+        pytest.importorskip("uvloop")
+    assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
+    told = capsys.readouterr().err
+    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
+    assert "Traceback" not in told
+
+
+class Stubborn(Node):
+    """Its task raises only when all is over."""
+
+    async def start(self) -> None:
+        self.task = asyncio.create_task(self.work())
+
+    async def run(self) -> None:
+        await asyncio.sleep(0)
+
+    async def work(self) -> None:
+        try:
+            await asyncio.sleep(3600)
+        finally:
+            raise ValueError("the cable is loose")
+
+
+def test_what_raises_only_when_the_loop_closes_is_told_as_well(capsys):
+    assert busflow.run(supervised(Stubborn, on_exit="shutdown"), inspect=False) is ExitCode.FAILED
+    assert "the cable is loose" in capsys.readouterr().err
+
+
+def test_a_loop_that_is_not_busflow_s_stays_as_it_is():
+    async def main() -> tuple[object, object]:
+        loop = asyncio.get_running_loop()
+        async with busflow.launch(Prompt):
+            return loop.get_task_factory(), loop.get_exception_handler()
+
+    assert asyncio.run(main()) == (None, None)
+
+
+class Hasty(Node):
+    """Forgets to await."""
+
+    @timer(0.05)
+    def tick(self) -> None:
+        self.work()  # type: ignore[unused-coroutine]  # that is the mistake
+        self.log.info("ticked")
+        raise SystemExit
+
+    async def work(self) -> None:
+        await asyncio.sleep(0)
+
+
+@pytest.mark.filterwarnings("default::RuntimeWarning")
+def test_a_coroutine_that_is_never_awaited_is_told_with_its_node_and_line(capsys):
+    gc.collect()
+    busflow.run(Hasty, inspect=False)
+    told = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
+    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in told
+    assert "test_orphan_tasks.py:" in told

@@ -1,0 +1,127 @@
+"""The report of a run: the same account in Python and as JSON."""
+
+import asyncio
+import json
+
+import pytest
+
+from busflow import Graph, Message, Node, QoS, publisher, subscription, timer
+from busflow.clock import SimClock
+from busflow.errors import ExitCode
+from busflow.runner.report import Report
+from busflow.testing import virtual_time
+
+
+class Number(Message, package="test"):
+    data: int
+
+
+class Talker(Node):
+    numbers = publisher(Number, "numbers")
+
+    @timer(0.1)
+    def talk(self) -> None:
+        for data in range(5):
+            self.numbers.publish(Number(data=data))
+
+
+class Late(Node):
+    async def start(self) -> None:
+        await self.clock.sleep(0.5)
+        self.create_publisher(Number, "late")
+
+
+class Slow(Node):
+    @subscription("numbers", qos=QoS(depth=2))
+    async def hear(self, number: Number) -> None:
+        await asyncio.sleep(0.03 + number.data * 0)
+
+
+@pytest.fixture
+def report() -> Report:
+    @virtual_time
+    async def run() -> Report:
+        graph = Graph([Talker, Slow], clock=SimClock(), seed=7)
+        async with graph:
+            await asyncio.sleep(1.05)
+        return graph.report()
+
+    return run()
+
+
+def test_it_has_every_key_that_its_readers_were_promised(report):
+    told = report.as_json()
+    assert set(told) >= {"name", "seed", "clock", "duration_s", "exit_code", "nodes", "topics", "timers"}
+    assert set(told["nodes"][0]) == {
+        "name",
+        "plugin",
+        "state",
+        "parameters_set",
+        "restarts",
+        "failures",
+        "last_failure",
+    }
+    assert set(told["topics"][0]) == {"name", "type", "published", "arrived", "since_s", "losses", "subscriptions"}
+    assert set(told["topics"][0]["subscriptions"][0]) >= {
+        "node", "depth", "overflow", "published", "delivered", "dropped", "queued",
+    }  # fmt: skip
+    assert set(told["timers"][0]) == {
+        "node", "name", "period_s", "fired", "missed", "lateness_p50_s", "lateness_p99_s",
+    }  # fmt: skip
+
+
+def test_it_is_json_as_it_stands(report):
+    assert json.loads(json.dumps(report.as_json()))["topics"][0]["type"] == "test/msg/Number"
+
+
+def test_its_numbers_are_those_of_the_run(report):
+    told = report.as_json()
+    line = told["topics"][0]["subscriptions"][0]
+    assert (told["seed"], told["clock"], told["exit_code"]) == (7, "sim", 0)
+    assert told["duration_s"] == pytest.approx(1.05)
+    assert told["topics"][0]["published"] == line["published"] == 50
+    assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
+    assert line["dropped"] == report.dropped > 0
+    assert (line["depth"], line["overflow"], line["drops"]) == (2, "drop_oldest", {"overflow": line["dropped"]})
+    assert (told["timers"][0]["fired"], told["timers"][0]["missed"], told["timers"][0]["lateness_p99_s"]) == (10, 0, 0)
+
+
+def test_a_topic_tells_since_when_somebody_is_there_to_publish_it():
+    @virtual_time
+    async def run() -> Report:
+        graph = Graph([Talker, Late], clock=SimClock())
+        await asyncio.sleep(2)  # which is not of the run
+        async with graph:
+            await asyncio.sleep(1)
+        return graph.report()
+
+    assert {topic.name: topic.since_s for topic in run().topics} == {"/late": 0.5, "/numbers": 0.0}
+
+
+def test_a_timer_that_never_fired_has_no_lateness():
+    @virtual_time
+    async def run() -> Report:
+        graph = Graph([Talker], clock=SimClock())
+        async with graph:
+            pass
+        return graph.report()
+
+    timer_line = run().as_json()["timers"][0]
+    assert (timer_line["fired"], timer_line["lateness_p50_s"]) == (0, None)
+
+
+def test_it_can_be_had_while_the_graph_runs():
+    @virtual_time
+    async def run() -> tuple[Report, Report]:
+        graph = Graph([Talker], clock=SimClock())
+        async with graph:
+            await asyncio.sleep(0.5)
+            first = graph.report()
+            await asyncio.sleep(0.5)
+        return first, graph.report()
+
+    first, last = run()
+    assert (first.duration_s, last.duration_s) == (pytest.approx(0.5), pytest.approx(1.0))
+    assert first.nodes[0].state == "running"
+    assert last.nodes[0].state == "stopped"
+    assert last.exit_code is ExitCode.OK

@@ -1,0 +1,94 @@
+"""`/rosout`: the log as a topic, for whoever receives it, and for nobody else."""
+
+from busflow import Node, publisher, subscription
+from busflow.bus.qos import QoS
+from busflow.log import LogRecord
+from busflow.msgs.rcl_interfaces import Log
+from busflow.msgs.std_msgs import Int64
+from busflow.runner.rosout import TOPIC, log_message
+from busflow.testing import harness, virtual_time
+
+
+class Talker(Node):
+    """Logs what it is told to."""
+
+    def say(self, text: str, **values: object) -> None:
+        self.log.warning(text, **values)
+
+
+class Listener(Node):
+    """Hears the log, and logs what it hears, which is not to go round for ever."""
+
+    def __init__(self):
+        super().__init__()
+        self.heard: list[Log] = []
+
+    @subscription(TOPIC)
+    def on_line(self, line: Log) -> None:
+        self.heard.append(line)
+        self.log.info("heard a line")
+
+
+@virtual_time
+async def test_a_node_hears_what_the_others_log_and_not_itself():
+    async with harness(Talker(), Listener()) as robot:
+        robot.node(Talker).say("slow", load=0.9)
+        await robot.settle()
+        (line,) = robot.node(Listener).heard
+    assert (line.name, line.level, line.msg) == ("/talker", Log.WARN, "slow load=0.9")
+    assert line.stamp.sec > 0
+
+
+@virtual_time
+async def test_where_nobody_listens_there_is_no_topic():
+    async with harness(Talker()) as robot:
+        robot.node(Talker).say("alone")
+        assert TOPIC not in robot.graph.bus.topics
+        robot.graph.rosout.announce()
+        robot.node(Talker).say("still alone")
+        assert robot.graph.bus.topics[TOPIC].published == 0
+        assert [topic.name for topic in robot.graph.report().topics] == []
+
+
+@virtual_time
+async def test_who_comes_later_hears_from_then_on_and_a_latched_one_what_was_published():
+    async with harness(Talker()) as robot:
+        robot.node(Talker).say("before")
+        first = robot.graph.subscribe(Log, TOPIC, qos=QoS(durability="transient_local"))
+        robot.node(Talker).say("after")
+        second = robot.graph.subscribe(Log, TOPIC, qos=QoS(durability="transient_local"))
+        await robot.settle()
+        assert [first.latest and first.latest.msg, second.latest and second.latest.msg] == ["after", "after"]
+
+
+@virtual_time
+async def test_a_full_queue_that_blocks_does_not_make_logging_fail():
+    async with harness(Talker()) as robot:
+        waiting = robot.graph.subscribe(Log, TOPIC, qos=QoS(depth=1, overflow="block"))
+        for _ in range(3):
+            robot.node(Talker).say("on and on")
+        assert robot.graph.rosout.refused == 2
+        assert waiting.latest is not None
+
+
+class Wrong(Node):
+    """Takes the log for something else."""
+
+    numbers = publisher(Int64, "numbers")
+
+    @subscription(TOPIC)
+    def on_number(self, number: Int64) -> None:
+        pass
+
+
+@virtual_time
+async def test_a_topic_of_another_type_is_told_and_left_alone():
+    async with harness(Wrong(), Talker()) as robot:
+        robot.node(Talker).say("unheard")
+        told = [record.event for record in robot.log]
+    assert any("the log is not published on /rosout" in text for text in told)
+
+
+def test_what_would_steer_a_terminal_or_cannot_be_sent_is_escaped():
+    record = LogRecord(0, "error", "/n", "a\x1b[31m\nb", {"\x1b": "\ud800"})
+    assert log_message(record).msg == "a\\x1b[31m\nb \\x1b=\\ud800"

@@ -1,0 +1,90 @@
+"""Annotations: the words, ranges and choices that are read from them."""
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import pytest
+from pydantic import Field
+
+from busflow.validation.annotations import Bounds, StrictModel, at, choices, split, type_word
+
+
+class Colour(Enum):
+    RED = "red"
+    BLUE = "blue"
+
+
+class Inner(StrictModel):
+    size: Annotated[float, Field(gt=0)] = 1.0
+
+
+class Outer(StrictModel):
+    inner: Inner = Inner()
+    table: dict[str, list[Inner]] = Field(default_factory=dict)
+    pair: tuple[int, Annotated[str, Field(max_length=3)]] = (1, "a")
+    renamed: int = Field(default=1, ge=0, alias="other")
+    either: int | str = 1
+
+
+@pytest.mark.parametrize(
+    ("annotation", "word"),
+    [
+        (float, "float"),
+        (Annotated[int, Field(ge=0)], "int"),
+        (Path, "path"),
+        (float | None, "float or null"),
+        (int | float | str, "int or float or str"),
+        (list[float], "list[float]"),
+        (tuple[int, ...], "list[int]"),
+        (tuple[float, float], "list[float]"),
+        (tuple[int, str], "list[int, str]"),
+        (dict[str, float], "dict[str, float]"),
+        (Literal["a", "b"], "str"),
+        (Literal["a", 1], "int or str"),
+        (Colour, "str"),
+        (list[Inner], "list[Inner]"),
+    ],
+)
+def test_a_type_has_the_word_that_a_user_writes(annotation: Any, word: str):
+    assert type_word(annotation) == word
+
+
+@pytest.mark.parametrize(
+    ("bounds", "text"),
+    [
+        (Bounds(), ""),
+        (Bounds(minimum=0), "at least 0"),
+        (Bounds(0, 1, exclusive_minimum=True, exclusive_maximum=True), "greater than 0, less than 1"),
+        (Bounds(minimum=0.1, maximum=1e6), "at least 0.1, at most 1000000"),
+        (Bounds(step=0.5), "a multiple of 0.5"),
+    ],
+)
+def test_bounds_read_as_a_sentence(bounds: Bounds, text: str):
+    assert str(bounds) == text
+
+
+@pytest.mark.parametrize(
+    ("path", "annotation", "bounds"),
+    [
+        (("inner", "size"), float, Bounds(0, exclusive_minimum=True)),
+        (("table", "any", 3, "size"), float, Bounds(0, exclusive_minimum=True)),
+        (("pair", 0), int, Bounds()),
+        (("other",), int, Bounds(0)),
+        (("renamed",), int, Bounds(0)),
+        (("nothing",), None, Bounds()),
+        (("either", "x"), None, Bounds()),
+    ],
+)
+def test_a_path_leads_into_models_mappings_lists_and_tuples(
+    path: tuple[str | int, ...], annotation: Any, bounds: Bounds
+):
+    found, metadata = at(Outer, path)
+    assert split(found)[0] is annotation
+    assert Bounds.of(metadata) == bounds
+
+
+def test_choices_are_plain_data():
+    assert choices(Colour) == ("red", "blue")
+    assert choices(Literal["a", 1]) == ("a", 1)
+    assert choices(int) is None

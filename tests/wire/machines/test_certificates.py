@@ -1,0 +1,82 @@
+"""Certificates are what they say, and are never written over in silence."""
+
+import ssl
+import stat
+from pathlib import Path
+
+import pytest
+
+from busflow.errors import CertificateError
+from busflow.launchfile.check.credentials import Credentials, common_name
+from busflow.wire.machines.certificates import Authority
+
+
+@pytest.fixture
+def authority(tmp_path: Path) -> Authority:
+    return Authority.new(tmp_path / "certs")
+
+
+def credentials(folder: Path, name: str) -> Credentials:
+    return Credentials(folder / "ca.pem", folder / f"{name}.pem", folder / f"{name}.key")
+
+
+def test_a_certificate_is_trusted_by_those_of_its_authority_and_for_its_addresses(authority: Authority):
+    authority.add("arm", addresses=["192.0.2.7", "arm.local", "2001:db8::1"])
+    shown = credentials(authority.folder, "arm")
+    assert common_name(shown.seen_by_others()) == "arm"
+    for host in ("192.0.2.7", "arm.local", "2001:db8::1", "arm"):
+        shown.seen_by_others(host)
+    with pytest.raises(ssl.SSLCertVerificationError):
+        shown.seen_by_others("192.0.2.8")
+
+
+def test_that_of_another_authority_is_not(authority: Authority, tmp_path: Path):
+    other = Authority.new(tmp_path / "other")
+    other.add("arm")
+    shown = Credentials(authority.folder / "ca.pem", other.folder / "arm.pem", other.folder / "arm.key")
+    with pytest.raises(ssl.SSLCertVerificationError):
+        shown.seen_by_others()
+
+
+def test_keys_are_their_owner_s(authority: Authority):
+    made = authority.add("arm")
+    for path in (authority.folder / "ca.key", made.key):
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+def test_nothing_is_written_over_unless_that_is_said(authority: Authority):
+    first = authority.add("arm", addresses=["192.0.2.7"]).cert.read_bytes()
+    with pytest.raises(CertificateError, match="--replace"):
+        authority.add("arm")
+    assert (authority.folder / "arm.pem").read_bytes() == first
+    made = authority.add("arm", addresses=["arm.local"], replace=True)
+    assert made.addresses == ("192.0.2.7", "arm.local")
+    assert made.cert.read_bytes() != first
+    with pytest.raises(CertificateError, match="exists already"):
+        Authority.new(authority.folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "addresses"), [("ca", []), ("../x", []), ("a b", []), ("", []), ("arm", ["a b"]), ("arm", ["a/b"])]
+)
+def test_what_cannot_be_named_is_refused(authority: Authority, name: str, addresses: list[str]):
+    with pytest.raises(CertificateError):
+        authority.add(name, addresses=addresses)
+    assert authority.made() == []
+
+
+def test_without_the_authority_s_key_nothing_can_be_made(authority: Authority, tmp_path: Path):
+    (authority.folder / "ca.key").unlink()
+    with pytest.raises(CertificateError, match="made where the authority's key is"):
+        Authority.open(authority.folder)
+    assert Authority.open(authority.folder, to_sign=False).made() == []
+    with pytest.raises(CertificateError, match="busflow certs new"):
+        Authority.open(tmp_path / "nowhere")
+
+
+def test_what_is_there_is_told(authority: Authority, tmp_path: Path):
+    authority.add("arm", days=7)
+    other = Authority.new(tmp_path / "other")
+    (authority.folder / "far.pem").write_bytes(other.add("far").cert.read_bytes())
+    told = {each.name: each.fault for each in authority.made()}
+    assert told == {"arm": "", "far": "of another authority"}

@@ -1,0 +1,138 @@
+"""No node of a run starts before all its processes can hear each other: real sessions, each with a graph of its own."""
+
+import asyncio
+import os
+import tempfile
+import time
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from busflow import Node, QoS, launch, publisher, subscription
+from busflow.msgs.std_msgs import Int64
+from busflow.wire.mirror.membership import Membership
+from busflow.wire.zenoh.run_directory import RunCard
+
+PATIENCE_S = 60.0
+
+
+class Talker(Node):
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        for number in range(200):
+            self.numbers.publish(Int64(data=number))
+
+
+class Listener(Node):
+    heard = ()
+
+    @subscription("numbers", qos=QoS(depth=1000))
+    def hear(self, number: Int64) -> None:
+        self.heard = (*self.heard, number.data)
+
+
+@pytest.fixture
+def directory():
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as name:  # the path of a socket has to be short
+        yield Path(name)
+
+
+class Process:
+    """What a process of a run is to its barrier, here without a process of its own."""
+
+    def __init__(self, node, name, directory, *others):
+        self.graph, self.changes = launch(node), []
+        self.membership = Membership(
+            self.graph,
+            directory,
+            RunCard("robot", os.getpid(), time.time_ns()),
+            process=name,
+            socket=f"{name}.sock",
+            on_change=lambda *change: self.changes.append(change),
+        )
+        self.others = others
+        self.graph.on_start.append(self.membership.begin)
+        self.graph.on_end.append(self.membership.close)
+        self.graph.around.append(self._held_back())
+        self.waits = asyncio.Event()
+
+    @property
+    def barrier(self):
+        return self.membership.barrier
+
+    @asynccontextmanager
+    async def _held_back(self):
+        self.barrier.begin()
+        self.waits.set()
+        await self.barrier.passed(self.others, unless=self.graph.ending)
+        yield
+
+
+def conversation(make):
+    """Run a test on an event loop, and end what it leaves."""
+
+    async def main():
+        async with asyncio.timeout(PATIENCE_S):
+            await make()
+
+    asyncio.run(main())
+
+
+async def until(condition):
+    while not condition():  # noqa: ASYNC110  # what other sessions bring comes from threads that set no event
+        await asyncio.sleep(0.01)
+
+
+def test_nodes_wait_for_the_others_and_lose_nothing_of_what_is_published_first(directory):
+    async def talk():
+        talker = Process(Talker, "talker", directory, "listener")
+        starting = asyncio.create_task(talker.graph.start())
+        await talker.waits.wait()
+        assert talker.barrier.lacking(["listener"]) == ["listener has not shown itself"]
+        assert not starting.done()
+        listener = Process(Listener, "listener", directory, "talker")
+        await asyncio.gather(starting, listener.graph.start())
+        await until(lambda: len(listener.graph.node(Listener).heard) == 200)
+        assert listener.graph.node(Listener).heard == tuple(range(200))
+        assert talker.barrier.lacking(["listener"]) == listener.barrier.lacking(["talker"]) == []
+        assert (talker.changes, listener.changes) == ([("listener", True)], [("talker", True)])
+        await listener.graph.stop()
+        await until(lambda: talker.changes[-1] == ("listener", False))
+        await talker.graph.stop()
+
+    conversation(talk)
+
+
+def test_who_was_there_and_has_gone_is_not_waited_for(directory):
+    async def talk():
+        first = Process(Listener, "first", directory)
+        await first.graph.start()
+        talker = Process(Talker, "talker", directory, "first", "never")
+        starting = asyncio.create_task(talker.graph.start())
+        await talker.waits.wait()
+        await until(lambda: talker.barrier.lacking(["first", "never"]) == ["never has not shown itself"])
+        await first.graph.stop()
+        await until(lambda: talker.changes == [("first", True), ("first", False)])
+        assert talker.barrier.lacking(["first"]) == []
+        assert not starting.done()
+        talker.graph.ask_to_stop()  # nobody wants it any more
+        await starting
+
+    conversation(talk)
+
+
+def test_one_that_comes_again_is_waited_for_as_one_that_comes_late(directory):
+    async def talk():
+        listener = Process(Listener, "listener", directory)
+        await listener.graph.start()
+        for life in (1, 2):
+            talker = Process(Talker, "talker", directory, "listener")
+            await talker.graph.start()
+            await until(lambda life=life: len(listener.graph.node(Listener).heard) == 200 * life)
+            await talker.graph.stop()
+        assert listener.graph.node(Listener).heard == (*range(200), *range(200))
+        await listener.graph.stop()
+
+    conversation(talk)

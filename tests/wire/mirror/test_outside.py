@@ -1,0 +1,764 @@
+"""A graph and those outside its process: what leaves it and when, what comes in and from whom, and what is kept out."""
+
+import asyncio
+import json
+import struct
+import threading
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+import zenoh.ext
+from pydantic import Field
+
+from busflow import Durability, Message, Node, Overflow, QoS, Reliability, publisher, subscription
+from busflow.errors import MalformedMessage
+from busflow.interfaces.encoding.foreign import ForeignType
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.sensor_msgs import Image
+from busflow.msgs.std_msgs import Float64, Float64MultiArray, Int64, String
+from busflow.wire.client.client import Peer
+from busflow.wire.mirror.outlet import Outlet
+from busflow.wire.zenoh.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.qos_text import to_text
+from busflow.wire.zenoh.run_directory import find_run
+from busflow.wire.zenoh.session import open_session
+
+pytestmark = pytest.mark.asyncio
+
+PATIENCE_S = 60.0
+LATCHED = QoS(durability=Durability.TRANSIENT_LOCAL, depth=3)
+MALFORMED = json.loads((Path(__file__).parents[2] / "cases/g_cdr_malformed.json").read_text())["cases"]
+
+
+class Talker(Node):
+    numbers = publisher(Int64, "numbers")
+    kept = publisher(Int64, "kept", qos=LATCHED)
+    images = publisher(Image, "images")
+    words = publisher(String, "words")
+
+
+class Ear(Node):
+    """Keeps what it hears."""
+
+    def __init__(self, **words) -> None:
+        super().__init__(**words)
+        self.heard = []
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        self.heard.append(number.data)
+
+
+class ImageEar(Node):
+    shape = None
+
+    @subscription("images")
+    def on_image(self, image: Image) -> None:
+        self.shape = (image.height, image.width, int(image.data.sum()))
+
+
+class Mood(Message, package="test_outside"):
+    """What ROS has no words for."""
+
+    words: Mapping[str, int] = Field(default_factory=dict)
+    note: str | None = None
+
+
+class MoodNode(Node):
+    moods = publisher(Mood, "moods")
+    heard = None
+
+    @subscription("wishes")
+    def on_wish(self, wish: Mood) -> None:
+        self.heard = wish
+
+
+class Sensor(Message, package="my_robot"):
+    """A type of the user's own."""
+
+    level: float = 0.5
+    tags: Sequence[str] = ()
+
+
+class SensorNode(Node):
+    sensors = publisher(Sensor, "sensors")
+    heard = None
+
+    @subscription("sensors_in")
+    def on_sensor(self, sensor: Sensor) -> None:
+        self.heard = sensor
+
+
+class Stranger:
+    """A node of ROS 2 as `rmw_zenoh` has it, made of plain Zenoh: nothing of busflow's is behind it."""
+
+    def __init__(self, run, name="stranger"):
+        self.session = open_session(run.directory)
+        self.name, self._id, self._tokens = name, 0, []
+        self.zid = str(self.session.info.zid())
+        self._declare(f"@ros2_lv/0/{self.zid}/0/0/NN/%/%/{name}")
+
+    def _declare(self, key):
+        token = self.session.liveliness().declare_token(key)
+        self._tokens.append(token)
+        return token
+
+    def endpoint(self, kind, topic, support, qos="::,10:,:,:,,", type_hash=None):
+        self._id += 1
+        hash_ = type_hash or support.type_hash
+        package, _, name = support.name.split("/")
+        place = f"%{topic.strip('/').replace('/', '%')}/{package}::msg::dds_::{name}_/{hash_}/{qos}"
+        return self._declare(f"@ros2_lv/0/{self.zid}/0/{self._id}/{kind}/%/%/{self.name}/{place}")
+
+    def key(self, topic, support):
+        return topic_key(topic, support.name, support.type_hash)
+
+    def close(self):
+        self.session.close()
+
+
+@pytest.fixture
+def strangers():
+    made = []
+
+    def make(looked, **words):
+        made.append(Stranger(looked.peer.run, **words))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def signed(sequence, gid=b"s" * 16):
+    return struct.pack("<qqB", sequence, time.time_ns(), 16) + gid
+
+
+def details(looked, topic):
+    return looked.peer.graph().topics[topic].details
+
+
+async def published(looked, topic, count):
+    """Wait until so many messages were published on a topic of the graph."""
+    await looked.until(lambda: looked.graph.bus.topics[topic].published >= count)
+
+
+def warnings(capsys):
+    return [
+        line for line in capsys.readouterr().err.splitlines() if "warning" in line and "nobody publishes" not in line
+    ]
+
+
+# What leaves.
+
+
+async def test_nothing_is_encoded_until_somebody_listens_and_nothing_after(looked_at, monkeypatch):
+    encoded = Counter()
+    real = TypeSupport.encode.func
+
+    def counting(support):
+        encode = real(support)
+        return lambda message: encoded.update([support.name]) or encode(message)
+
+    patched = type(TypeSupport.encode)(counting)
+    patched.__set_name__(TypeSupport, "encode")
+    monkeypatch.setattr(TypeSupport, "encode", patched)
+    async with looked_at(Talker, Ear) as looked:
+        talker = looked.graph.node(Talker)
+        talker.numbers.publish(Int64(data=1))
+        talker.words.publish(String(data="a"))
+        topic = await looked.ask(lambda: looked.peer.graph().topic("numbers"))
+        assert encoded == {}
+
+        def listen_once(ready):
+            with looked.peer.listen(topic) as listener:
+                ready.set()
+                return listener.get(PATIENCE_S)
+
+        ready = threading.Event()
+        listening = asyncio.create_task(asyncio.to_thread(listen_once, ready))
+        while not listening.done():
+            talker.numbers.publish(Int64(data=2))
+            await asyncio.sleep(0.002)
+        assert (await listening).sequence > 1
+        assert set(encoded) == {"std_msgs/msg/Int64"}
+        outlet = talker.numbers
+        await looked.until(lambda: not outlet.is_received or outlet._outlet is None)
+        before = encoded.total()
+        talker.numbers.publish(Int64(data=3))
+        assert encoded.total() == before
+
+
+async def test_who_listens_and_asks_misses_nothing_that_comes_after_the_answer(looked_at, monkeypatch):
+    monkeypatch.setattr(Outlet, "_listen", lambda *_: None)  # as late as Zenoh can be with telling who listens
+    async with looked_at(Talker) as looked:
+        talker = looked.graph.node(Talker)
+        answered, talked = threading.Event(), threading.Event()
+
+        def listen():
+            with looked.peer.listen(looked.peer.graph().topic("numbers")) as listener:
+                looked.peer.ask("log", count=1, node=None, level=0)
+                answered.set()
+                assert talked.wait(PATIENCE_S)
+                return listener.get(PATIENCE_S)
+
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        assert await asyncio.to_thread(answered.wait, PATIENCE_S)
+        talker.numbers.publish(Int64(data=7))
+        talked.set()
+        assert (await listening).sequence == 1
+
+
+async def test_an_inlet_of_the_same_process_makes_nobody_encode(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        talker = looked.graph.node(Talker)
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+
+        def speak():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                speaker.publish({"data": 5})
+
+        await looked.ask(speak)
+        await looked.until(lambda: looked.graph.node(Ear).heard)
+        assert talker.numbers._outlet is None
+
+
+async def test_a_late_listener_gets_what_is_kept_then_what_follows_in_order(looked_at):
+    async with looked_at(Talker) as looked:
+        kept = looked.graph.node(Talker).kept
+        for number in range(1, 6):
+            kept.publish(Int64(data=number))
+        topic = await looked.ask(lambda: looked.peer.graph().topic("kept"))
+        type_ = await looked.ask(looked.peer.type, topic.type)
+
+        def listen(count, ready):
+            with looked.peer.listen(topic) as listener:
+                found = [listener.get(PATIENCE_S) for _ in range(3)]
+                ready.set()
+                found += [listener.get(PATIENCE_S) for _ in range(count)]
+                return [(each.sequence, type_.decode(each.payload)["data"]) for each in found], listener.lost
+
+        ready = threading.Event()
+        listening = asyncio.create_task(asyncio.to_thread(listen, 2, ready))
+        await looked.until(ready.is_set)
+        for number in (6, 7):
+            kept.publish(Int64(data=number))
+        assert await listening == ([(3, 3), (4, 4), (5, 5), (6, 6), (7, 7)], 0)
+
+
+async def test_large_images_leave_whole_and_in_order_and_small_ones_do_not_overtake(looked_at):
+    async with looked_at(Talker) as looked:
+        images = looked.graph.node(Talker).images
+        topic = await looked.ask(lambda: looked.peer.graph().topic("images"))
+        type_ = await looked.ask(looked.peer.type, topic.type)
+        data = np.arange(6_220_800, dtype=np.uint32).astype(np.uint8)
+        big = Image(height=1080, width=1920, encoding="rgb8", step=5760, data=data)
+        small = Image(height=1, width=1, encoding="mono8", step=1, data=data[:1])
+
+        received = []
+
+        def listen():
+            with looked.peer.listen(topic) as listener:
+                while len(received) < 4:
+                    received.append(listener.get(PATIENCE_S))
+                return listener.lost
+
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        await looked.until(lambda: images._outlet)
+        for count in (2, 4):
+            images.publish(big)
+            images.publish(small)
+            await looked.until(lambda count=count: len(received) == count)
+        assert await listening == 0
+        assert [each.sequence for each in received] == [1, 2, 3, 4]
+        decoded = type_.decode(received[2].payload)
+        assert bytes(decoded["data"]) == data.tobytes()
+
+
+async def test_what_cannot_be_put_into_bytes_is_told_once_and_the_local_subscription_has_it(looked_at, capsys):
+    async with looked_at(Talker) as looked:
+        words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
+        topic = await looked.ask(lambda: looked.peer.graph().topic("words"))
+
+        def listen(ready):
+            with looked.peer.listen(topic) as listener:
+                ready.set()
+                return listener.get(PATIENCE_S).payload
+
+        listening = asyncio.create_task(asyncio.to_thread(listen, threading.Event()))
+        await looked.until(lambda: words._outlet)
+        for text in ("\ud800", "\udfff", "fine"):
+            words.publish(String.model_construct(data=text))  # which checks nothing
+        assert b"fine" in await listening
+        assert here.queued == 3
+    assert len([line for line in warnings(capsys) if "cannot leave the process" in line]) == 1
+
+
+# What comes in.
+
+
+async def test_one_outside_is_a_publisher_while_it_is_there_and_what_it_sent_stays_counted(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        topic = looked.graph.bus.topics["/numbers"]
+
+        def speak():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                for number in range(100):
+                    speaker.publish({"data": number})
+
+        await looked.ask(speak)
+        await published(looked, "/numbers", 100)
+        assert looked.graph.node(Ear).heard == list(range(100))
+        await looked.until(lambda: len(topic.publishers) == 1)
+        (line,) = (each.statistics() for each in topic.subscriptions)
+        assert (topic.published, line.delivered, line.dropped) == (100, 100, 0)
+        assert [thread.name for thread in threading.enumerate() if "inlet" in thread.name] == []
+
+
+async def test_a_process_that_is_blocked_does_not_keep_others_from_publishing(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        before_s = looked.graph.clock.seconds()
+        with looked.peer.advertise("/numbers", type_):  # in the loop's own thread, which is the one that is to answer
+            assert 1 < looked.graph.clock.seconds() - before_s < 10
+
+
+async def test_one_that_leaves_is_gone_however_busy_the_others_are(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        topic, stop = looked.graph.bus.topics["/numbers"], threading.Event()
+
+        def go_on():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                while not stop.wait(0.005):
+                    speaker.publish({"data": 1})
+
+        going_on = asyncio.create_task(asyncio.to_thread(go_on))
+        await looked.until(lambda: len(topic.publishers) == 2)
+
+        def say_one_thing():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                speaker.publish({"data": 7})
+
+        await looked.ask(say_one_thing)
+        await looked.until(lambda: 7 in looked.graph.node(Ear).heard)
+        await looked.until(lambda: len(topic.publishers) == 2)
+        stop.set()
+        await going_on
+
+
+async def test_a_publisher_that_leaves_holds_nobody_up_while_zenoh_tells_who_listens(looked_at):
+    """Zenoh tells of listeners, and has what is kept repeated, in one thread, which needs the interpreter's lock."""
+    telling, ended, go_on, went_on = threading.Event(), threading.Event(), threading.Event(), []
+
+    def tell(_status) -> None:
+        telling.set()
+        went_on.append(go_on.wait(8.0))  # less than Zenoh itself waits for its thread
+
+    def let_go_on() -> None:
+        ended.wait(0.5)
+        go_on.set()
+
+    async with looked_at(Talker()) as looked:
+        session = looked.peer.session
+        way = session.declare_publisher("test_outside/plain")
+        way.declare_matching_listener(zenoh.handlers.Callback(tell, indirect=False))
+        other = await asyncio.to_thread(lambda: Peer(find_run("looked")))
+        listening = other.session.declare_subscriber("test_outside/plain", zenoh.handlers.RingChannel(1))
+        assert await asyncio.to_thread(telling.wait, PATIENCE_S)
+        helper = threading.Thread(target=let_go_on)
+        helper.start()
+        await looked.graph.stop()
+        ended.set()
+        await asyncio.to_thread(helper.join)
+        listening.undeclare()
+        await asyncio.to_thread(other.close)
+    assert went_on[0]
+
+
+async def test_each_subscription_hears_each_message_once_however_many_come(looked_at):
+    async with looked_at(Talker, Ear, Ear(name="second")) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        said, go = threading.Event(), threading.Event()
+
+        def speak():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                speaker.publish({"data": 1})
+                said.set()
+                assert go.wait(PATIENCE_S)
+                speaker.publish({"data": 2})
+
+        speaking = asyncio.create_task(asyncio.to_thread(speak))
+        await published(looked, "/numbers", 1)
+        late = looked.graph.subscribe(Int64, "numbers")
+        go.set()
+        await speaking
+        await published(looked, "/numbers", 2)
+        assert [looked.graph.node(name).heard for name in ("ear", "second")] == [[1, 2], [1, 2]]
+        assert (await anext(late)).data == 2
+        await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 1)
+
+
+async def test_what_one_outside_keeps_reaches_a_node_that_was_there_before_it_and_one_that_comes_later(looked_at):
+    class Late(Ear):
+        @subscription("map", qos=LATCHED)
+        def on_map(self, number: Int64) -> None:
+            self.heard.append(number.data)
+
+    async with looked_at(Talker, Late) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        leave = threading.Event()
+
+        def speak(topic):
+            with looked.peer.advertise(topic, type_, qos=to_text(LATCHED), settle=False) as speaker:
+                for number in range(1, 6):
+                    speaker.publish({"data": number})
+                leave.wait(PATIENCE_S)
+
+        speaking = [asyncio.create_task(asyncio.to_thread(speak, topic)) for topic in ("/map", "/later")]
+        await looked.until(lambda: looked.graph.node(Late).heard[-3:] == [3, 4, 5])
+        later = looked.graph.subscribe(Int64, "later", qos=LATCHED)
+        assert [(await asyncio.wait_for(anext(later), PATIENCE_S)).data for _ in range(3)] == [3, 4, 5]
+        leave.set()
+        await asyncio.gather(*speaking)
+
+
+async def test_gaps_are_counted_as_lost(looked_at, strangers):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        stranger.endpoint("MP", "/numbers", support)
+        await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 2)
+        for sequence in (1, 2, 5, 6, 4, 10):
+            payload = support.encode(Int64(data=sequence))
+            stranger.session.put(stranger.key("/numbers", support), payload, attachment=signed(sequence))
+        await published(looked, "/numbers", 6)
+        told = await looked.ask(details, looked, "/numbers")
+        assert told["losses"] == {"lost": 5}
+
+
+async def test_what_has_expired_on_its_way_is_no_message_any_more(looked_at, strangers):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        stranger.endpoint("MP", "/numbers", support, to_text(QoS(lifespan=600.0)))
+        await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 2)
+        for sequence, age_ns in ((1, 3600 * 10**9), (2, 0)):
+            told = Attachment(sequence, time.time_ns() - age_ns, b"s" * 16).encode()
+            stranger.session.put(
+                stranger.key("/numbers", support), support.encode(Int64(data=sequence)), attachment=told
+            )
+        await published(looked, "/numbers", 1)
+        await looked.until(lambda: looked.graph.node(Ear).heard)
+        assert looked.graph.node(Ear).heard == [2]
+        assert (await looked.ask(details, looked, "/numbers"))["losses"] == {"expired": 1}
+
+
+async def test_a_node_of_ros_2_is_a_peer_seen_heard_and_spoken_to(looked_at, strangers):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked, name="turtle"), TypeSupport(Int64)
+        got = []
+        sub = stranger.session.declare_subscriber(
+            stranger.key("/numbers", support), zenoh.handlers.Callback(got.append, indirect=False)
+        )
+        stranger.endpoint("MS", "/numbers", support)
+        stranger.endpoint("MP", "/numbers", support)
+        talker = looked.graph.node(Talker)
+        await looked.until(lambda: talker.numbers._outlet)
+        talker.numbers.publish(Int64(data=7))
+        await looked.until(lambda: got)
+        assert got[0].payload.to_bytes() == bytes.fromhex("00010000") + struct.pack("<q", 7)
+        sequence, _, length = struct.unpack_from("<qqB", got[0].attachment.to_bytes())
+        assert (sequence, length, len(got[0].attachment.to_bytes())) == (1, 16, 33)
+        await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 2)
+        stranger.session.put(stranger.key("/numbers", support), support.encode(Int64(data=8)), attachment=signed(1))
+        await looked.until(lambda: looked.graph.node(Ear).heard == [7, 8])
+
+        def graph():
+            everything = stranger.session.liveliness().get("@ros2_lv/0/**", timeout=PATIENCE_S)
+            return [Token.parse(str(reply.ok.key_expr)) for reply in everything]
+
+        tokens = await looked.ask(graph)
+        ours = {(each.kind, each.node_name, each.topic) for each in tokens if each.session != stranger.zid}
+        assert {
+            (Kind.NODE, "/talker", ""),
+            (Kind.PUBLISHER, "/talker", "/kept"),
+            (Kind.SUBSCRIPTION, "/ear", "/numbers"),
+        } <= ours
+        seen = await looked.ask(lambda: looked.peer.graph().topic("numbers"))
+        assert "/turtle" in {end.node for end in seen.publishers} & {end.node for end in seen.subscriptions}
+        sub.undeclare()
+
+
+async def test_a_latched_publisher_of_ros_2_reaches_a_node_that_comes_later(looked_at, strangers):
+    async with looked_at(Talker) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        keeping = zenoh.ext.declare_advanced_publisher(
+            stranger.session,
+            stranger.key("/map", support),
+            cache=zenoh.ext.CacheConfig(max_samples=7),
+            publisher_detection=True,
+            sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
+        )
+        stranger.endpoint("MP", "/map", support, ":1:,7:,:,:,,")
+        for number in (1, 2):
+            keeping.put(support.encode(Int64(data=number)), attachment=signed(number))
+        late = looked.graph.subscribe(Int64, "map", qos=LATCHED)
+        assert [(await asyncio.wait_for(anext(late), PATIENCE_S)).data for _ in range(2)] == [1, 2]
+        keeping.undeclare()
+
+
+async def test_a_blocking_queue_takes_what_comes_from_outside_as_it_has_room(looked_at):
+    class Slow(Node):
+        def __init__(self):
+            super().__init__()
+            self.heard = []
+
+        @subscription("numbers", qos=QoS(depth=2, overflow=Overflow.BLOCK))
+        async def on_number(self, number: Int64) -> None:
+            self.heard.append(number.data)
+            await asyncio.sleep(0.001)
+
+    async with looked_at(Slow) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+
+        def speak():
+            with looked.peer.advertise("/numbers", type_) as speaker:
+                for number in range(200):
+                    speaker.publish({"data": number})
+
+        await looked.ask(speak)
+        await looked.until(lambda: len(looked.graph.node(Slow).heard) == 200)
+        assert looked.graph.node(Slow).heard == list(range(200))
+        assert await looked.ask(lambda: details(looked, "/numbers")["losses"]) == {}
+
+
+async def test_a_blocking_queue_that_nobody_empties_refuses_and_says_so_once(looked_at, capsys):
+    async with looked_at(Talker) as looked:
+        stuck = looked.graph.subscribe(Int64, "stuck", qos=QoS(depth=1, overflow=Overflow.BLOCK, block_timeout_s=0.01))
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+
+        def speak():
+            with looked.peer.advertise("/stuck", type_) as speaker:
+                for number in range(5):
+                    speaker.publish({"data": number})
+
+        await looked.ask(speak)
+        async with asyncio.timeout(PATIENCE_S):
+            while (await looked.ask(details, looked, "/stuck"))["losses"].get("refused") != 4:
+                pass
+        assert stuck.queued == 1
+    assert len([line for line in warnings(capsys) if "has no room" in line]) == 1
+
+
+async def test_six_megabytes_come_in_whole(looked_at):
+    async with looked_at(ImageEar) as looked:
+        type_ = await looked.ask(looked.peer.type, "sensor_msgs/msg/Image")
+        data = np.ones(6_220_800, np.uint8)
+        payload = TypeSupport(Image).encode(Image(height=1080, width=1920, encoding="rgb8", step=5760, data=data))
+
+        def speak():
+            with looked.peer.advertise("/images", type_) as speaker:
+                speaker.publish_bytes(payload)
+
+        await looked.ask(speak)
+        await looked.until(lambda: looked.graph.node(ImageEar).shape)
+        assert looked.graph.node(ImageEar).shape == (1080, 1920, 6_220_800)
+
+
+@pytest.mark.parametrize(
+    ("node", "out", "into", "message", "plain"),
+    [
+        (MoodNode, "moods", "/wishes", Mood(words={"a": 1}, note=None), {"words": {"a": 1}, "note": None}),
+        (SensorNode, "sensors", "/sensors_in", Sensor(level=0.25, tags=("x",)), {"level": 0.25, "tags": ("x",)}),
+    ],
+)
+async def test_types_of_the_user_s_own_go_both_ways_and_a_peer_needs_no_class(
+    looked_at, node, out, into, message, plain
+):
+    async with looked_at(node) as looked:
+        here = getattr(looked.graph.node(node), out)
+        topic = await looked.ask(lambda: looked.peer.graph().topic(out))
+        type_ = await looked.ask(looked.peer.type, topic.type)
+
+        def listen():
+            with looked.peer.listen(topic) as listener:
+                return type_.decode(listener.get(PATIENCE_S).payload)
+
+        listening = asyncio.create_task(asyncio.to_thread(listen))
+        await looked.until(lambda: here._outlet)
+        here.publish(message)
+        assert await listening == plain
+
+        def speak():
+            with looked.peer.advertise(into, type_) as speaker:
+                speaker.publish(plain)
+
+        await looked.ask(speak)
+        assert await looked.until(lambda: looked.graph.node(node).heard) == message
+
+
+# What is kept out.
+
+
+async def test_one_that_does_not_fit_is_told_once_and_nothing_of_it_is_received(looked_at, strangers, capsys):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        weak, before = to_text(QoS(reliability=Reliability.BEST_EFFORT)), looked.graph.log.counts["warning"]
+        stranger.endpoint("MP", "/numbers", support, weak)
+        stranger.endpoint("MP", "/numbers", TypeSupport(Float64))
+        stranger.endpoint("MP", "/numbers", support, type_hash="RIHS01_" + "0" * 64)
+        stranger.endpoint("MP", "/numbers", support, "no QoS at all")
+        stranger.session.put(stranger.key("/numbers", support), support.encode(Int64(data=1)), attachment=signed(1))
+        await looked.until(lambda: looked.graph.log.counts["warning"] >= before + 4)
+        late = looked.graph.subscribe(Int64, "numbers")
+        await looked.ask(looked.peer.graph)
+        assert len(looked.graph.bus.topics["/numbers"].publishers) == 1
+        assert (looked.graph.node(Ear).heard, late.queued) == ([], 0)
+    told = warnings(capsys)
+    assert len(told) == 4, told
+    for words in (
+        "best_effort is offered",
+        "publishes std_msgs/msg/Float64",
+        "another definition",
+        "a QoS that cannot be",
+    ):
+        assert len([line for line in told if words in line]) == 1, told
+
+
+async def test_what_one_that_does_not_fit_sends_is_not_taken_for_another_one_s(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        weak = to_text(QoS(reliability=Reliability.BEST_EFFORT))
+
+        def speak():
+            with (
+                looked.peer.advertise("/numbers", type_) as good,
+                looked.peer.advertise("/numbers", type_, qos=weak) as bad,
+            ):
+                for number in range(5):
+                    good.publish({"data": number})
+                    bad.publish({"data": 100})
+            return True
+
+        await looked.ask(speak)
+        await published(looked, "/numbers", 5)
+        async with asyncio.timeout(PATIENCE_S):
+            while (await looked.ask(details, looked, "/numbers"))["losses"] != {"incompatible": 5}:
+                pass
+        assert looked.graph.node(Ear).heard == list(range(5))
+
+
+async def test_a_subscription_that_a_publisher_outside_does_not_fit_is_no_error_of_the_node(looked_at, capsys):
+    async with looked_at(Talker, Ear) as looked:
+        type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
+        come, leave = threading.Event(), threading.Event()
+
+        def speak():
+            with looked.peer.advertise("/numbers", type_):
+                come.set()
+                leave.wait(PATIENCE_S)
+
+        speaking = asyncio.create_task(asyncio.to_thread(speak))
+        topic = looked.graph.bus.topics["/numbers"]
+        await looked.until(lambda: len(topic.publishers) == 2)
+        looked.graph.node(Talker).numbers.close()
+        strict = looked.graph.subscribe(Int64, "numbers", qos=LATCHED)
+        await looked.until(lambda: topic.publishers == [])
+        strict.close()
+        await looked.until(lambda: len(topic.publishers) == 1)
+        leave.set()
+        await speaking
+    assert len([line for line in warnings(capsys) if "is not received on /numbers" in line]) == 1
+
+
+HOSTILE_QOS = [
+    "::,99999999999999999999999:,:,:,,",
+    "::,-5:,:,:,,",
+    "::,10:99999999999999999999999999999999,1:,:,,",
+    "::,10:,:,:7,,",
+    "3:3:3,1:,:,:4,,",
+]
+
+
+@pytest.mark.parametrize("qos", HOSTILE_QOS)
+async def test_a_token_with_any_qos_harms_nothing(looked_at, strangers, qos):
+    async with looked_at(Talker, Ear) as looked:
+        stranger, support = strangers(looked), TypeSupport(Int64)
+        stranger.endpoint("MP", "/numbers", support, qos)
+        await looked.ask(looked.peer.graph)
+        looked.graph.node(Talker).numbers.publish(Int64(data=1))
+        await looked.until(lambda: looked.graph.node(Ear).heard == [1])
+
+
+TYPES = {cls: TypeSupport(cls).name for cls in (String, Float64, Float64MultiArray, Image)}
+
+
+@pytest.mark.parametrize("cls", TYPES, ids=TYPES.get)
+async def test_malformed_bytes_are_counted_told_once_and_the_bus_goes_on(looked_at, strangers, capsys, cls):
+    class Hears(Node):
+        def __init__(self):
+            super().__init__()
+            self.heard = 0
+
+        def declare(self):
+            self.create_subscription(cls, "x", self.on_message)
+
+        def on_message(self, _message) -> None:
+            self.heard += 1
+
+    support = TypeSupport(cls)
+    hostile = [bytes.fromhex(case["cdr"]) for case in MALFORMED]
+    rng = np.random.default_rng(7)
+    whole = support.encode(cls())
+    for _ in range(300):
+        data = bytearray(whole)
+        for place in rng.integers(0, len(data), 3):
+            data[place] = int(rng.integers(0, 256))
+        hostile.append(bytes(data[: int(rng.integers(0, len(data) + 1))]))
+    refused = 0
+    for payload in hostile:
+        try:
+            support.decode(payload)
+        except MalformedMessage:
+            refused += 1
+    async with looked_at(Hears) as looked:
+        stranger = strangers(looked)
+        stranger.endpoint("MP", "/x", support)
+        topic = looked.graph.bus.topics["/x"]
+        await looked.until(lambda: topic.publishers)
+        for number, payload in enumerate(hostile, start=1):
+            await asyncio.to_thread(
+                stranger.session.put, stranger.key("/x", support), payload, attachment=signed(number)
+            )
+            while (
+                number % 10 == 0
+                and (await looked.ask(details, looked, "/x"))["losses"].get("malformed", 0) + (topic.published) < number
+            ):
+                pass  # the ring for images is a short one
+        await published(looked, "/x", len(hostile) - refused)
+        stranger.session.put(stranger.key("/x", support), whole, attachment=b"no attachment of ours")
+        stranger.session.put(stranger.key("/x", support), whole, attachment=signed(len(hostile) + 1))
+        await published(looked, "/x", len(hostile) - refused + 1)
+        told = await looked.ask(details, looked, "/x")
+        assert told["losses"] == {"malformed": refused + 1}
+    assert len([line for line in warnings(capsys) if "is no message" in line]) == 1
+
+
+async def test_tokens_that_are_none_are_passed_over(looked_at, strangers):
+    async with looked_at(Talker) as looked:
+        stranger = strangers(looked)
+        for key in ("@ros2_lv/0/x", "@ros2_lv/0/x/y/z/MP/%/%/n/%t/T/h/q", "@ros2_lv/0/é/1/1/NN/%/%/n"):
+            stranger._declare(key)
+        assert "/talker" in (await looked.ask(looked.peer.graph)).nodes
+
+
+async def test_a_description_that_is_not_its_hash_s_is_refused():
+    support = TypeSupport(Int64)
+    with pytest.raises(MalformedMessage, match="hash"):
+        ForeignType(support.name, "RIHS01_" + "0" * 64, support.description)
+    assert Attachment.decode(signed(3)).sequence == 3

@@ -1,0 +1,34 @@
+"""The last lines of a log: how many are kept, and which are asked for."""
+
+from busflow.log import LogRecord
+from busflow.wire.queries.log_book import DEPTH, LogBook
+
+
+def record(number, *, level="info", node="/arm", **values):
+    return LogRecord(number, level, node, f"line {number}", values)
+
+
+def test_the_last_lines_are_kept_and_all_are_counted():
+    book = LogBook()
+    for number in range(DEPTH + 5):
+        book.write(record(number))
+    kept = book.last(DEPTH * 2)
+    assert (len(kept), kept[0].text, kept[-1].text, book.written) == (DEPTH, "line 5", f"line {DEPTH + 4}", DEPTH + 5)
+    assert [line.stamp_ns for line in book.last(2)] == [DEPTH + 3, DEPTH + 4]
+    assert book.last(0) == []
+
+
+def test_lines_of_one_node_and_from_a_level_on():
+    book = LogBook()
+    for number, level in enumerate(("debug", "warning", "error", "critical")):
+        book.write(record(number, level=level, node=f"/n{number % 2}"))
+    assert [line.level for line in book.last(9, level=30)] == [30, 40, 50]
+    assert [line.level for line in book.last(9, node="/n0")] == [10, 40]
+    assert [line.level for line in book.last(1, node="/n0", level=20)] == [40]
+
+
+def test_values_are_text_as_they_were_then():
+    book, joints = LogBook(), [1]
+    book.write(record(1, joints=joints))
+    joints.append(2)
+    assert book.last(1)[0].text == "line 1 joints=[1]"

@@ -1,0 +1,151 @@
+"""What a run answers to good questions and to bad ones; and that it goes on after any."""
+
+import json
+import threading
+
+import pytest
+import zenoh
+
+from busflow import Node, Parameters, publisher, subscription
+from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
+from busflow.msgs.std_msgs import Int64, String
+from busflow.wire.queries import server as answers_module
+from busflow.wire.queries.server import PREFIX
+
+pytestmark = pytest.mark.asyncio
+
+
+class TalkerParameters(Parameters):
+    rate_hz: float = 5.0
+
+
+class Talker(Node):
+    parameters: TalkerParameters
+    numbers = publisher(Int64, "numbers")
+    words = publisher(String, "words")
+
+
+class Ear(Node):
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        pass
+
+
+def raw(peer, question, payload, **words):
+    """The replies to a question as it is, each decoded from JSON."""
+    replies = peer.session.get(f"{PREFIX}/main/{question}", payload=payload, timeout=10, **words)
+    return [json.loads(reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None]
+
+
+async def test_a_run_says_what_it_is(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        (told,) = await looked.ask(looked.peer.ask, "run")
+        assert (told["name"], told["nodes"], told["clock"], told["process"]) == ("looked", 2, "system", "main")
+        (report,) = await looked.ask(looked.peer.ask, "report")
+        assert {node["name"] for node in report["nodes"]} == {"/talker", "/ear"}
+        (graph,) = await looked.ask(looked.peer.ask, "graph")
+        topics = {topic["name"]: topic for topic in graph["topics"]}
+        assert topics["/numbers"]["subscriptions"][0]["delivered"] == 0
+        (parameters,) = await looked.ask(looked.peer.ask, "parameters", node="/talker")
+        assert [(each["name"], each["value"]) for each in parameters["/talker"]] == [("rate_hz", 5.0)]
+        (types,) = await looked.ask(looked.peer.ask, "types", names=["std_msgs/msg/Int64"])
+        assert list(types) == ["std_msgs/msg/Int64"]
+
+
+async def test_the_last_messages_are_found_on_volatile_topics_too(looked_at):
+    async with looked_at(Talker) as looked:
+        for number in range(3):
+            looked.graph.node(Talker).numbers.publish(Int64(data=number))
+        ((told, messages),) = await looked.ask(looked.peer.ask_for_messages, "history", topic="/numbers", count=5)
+        assert (told["depth"], told["published"], told["count"]) == (1, 3, 1)
+        type_ = await looked.ask(looked.peer.type, told["type"])
+        assert [(each.sequence, type_.decode(each.payload)["data"]) for each in messages] == [(3, 2)]
+
+
+async def test_what_goes_over_a_topic_is_counted_between_two_questions(looked_at):
+    async with looked_at(Talker, Ear) as looked:
+        for count in (0, 4):
+            for number in range(count):
+                looked.graph.node(Talker).numbers.publish(Int64(data=number))
+            (told,) = await looked.ask(looked.peer.ask, "measure", topic="/numbers", reader="me", sizes=True)
+            assert (told["count"], told["sizes"]["total"]) == (count, count * 12)
+
+
+@pytest.mark.parametrize(
+    ("question", "payload", "kind", "error"),
+    [
+        ("graph", b"not json", "JSONDecodeError", "Expecting value"),
+        ("graph", b"\xff\xff", "UnicodeDecodeError", "decode"),
+        ("graph", b"[]", "TypeError", "arguments are a JSON object"),
+        ("graph", b"[" * 100_000, "RecursionError", "recursion"),
+        ("graph", b'{"a": "' + b"x" * (1 << 20) + b'"}', "ValueError", "at most 1048576 are read"),
+        ("grpah", b"{}", "ValueError", "there is no question 'grpah'; did you mean 'graph'?"),
+        ("history", b"{}", "ValueError", "history needs the argument 'topic'"),
+        ("history", b'{"topic": "/nubmers"}', "NoSuchTarget", "did you mean '/numbers'"),
+        ("history", b'{"topic": ["/numbers"]}', "TypeError", ""),
+        ("history", b'{"topic": "/numbers", "count": "many"}', "ValueError", "many"),
+        ("history", b'{"topic": "/numbers", "count": 1e999}', "OverflowError", ""),
+        ("history", b'{"topic": "/numbers", "count": {}}', "TypeError", ""),
+        ("measure", b'{"topic": "/numbers"}', "ValueError", "measure needs the argument 'reader'"),
+        ("types", b'{"names": "std_msgs"}', "ValueError", "names is a list of type names"),
+        ("types", b'{"names": 7}', "ValueError", "names is a list of type names"),
+    ],
+)
+async def test_a_bad_question_is_answered_with_its_fault_and_the_run_goes_on(looked_at, question, payload, kind, error):
+    async with looked_at(Talker) as looked:
+        (told,) = await looked.ask(raw, looked.peer, question, payload)
+        assert error in told["error"]
+        assert kind in told["kind"]
+        assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
+
+
+async def test_an_unknown_target_is_that_error_for_a_peer_and_any_other_fault_a_plain_one(looked_at):
+    async with looked_at(Talker) as looked:
+        with pytest.raises(NoSuchTarget, match="there is no topic '/nubmers'"):
+            await looked.ask(looked.peer.ask, "history", topic="/nubmers")
+        with pytest.raises(BusflowError, match="names is a list"):
+            await looked.ask(looked.peer.ask, "types", names=7)
+
+
+async def test_a_fault_of_the_one_who_answers_is_told_on_both_sides(looked_at, monkeypatch, capsys):
+    async with looked_at(Talker) as looked:
+        monkeypatch.setattr(type(looked.graph), "report", lambda _graph: [].nothing)
+        (told,) = await looked.ask(raw, looked.peer, "report", b"{}")
+        assert told["kind"] == "AttributeError"
+        monkeypatch.undo()
+        assert (await looked.ask(looked.peer.ask, "report"))[0]["name"] == "graph"
+    assert "the question report was not answered" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("question", ["*", "**", "a/b", "g$*"])
+async def test_a_question_to_everything_harms_nothing(looked_at, question):
+    async with looked_at(Talker) as looked:
+        await looked.ask(raw, looked.peer, question, b"{}")
+        assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
+
+
+async def test_of_questions_that_wait_for_a_busy_loop_there_is_an_end(looked_at):
+    async with looked_at(Talker) as looked:
+        ended, answered = threading.Semaphore(0), []
+        count = answers_module._MOST_WAITING + 50
+
+        def flood():
+            for _ in range(count):
+                heard = zenoh.handlers.Callback(answered.append, drop=ended.release, indirect=False)
+                looked.peer.session.get(f"{PREFIX}/main/run", heard, timeout=60)
+            # The loop is held up by this very wait: what was not taken comes back at once.
+            for _ in range(50):
+                assert ended.acquire(timeout=60)
+
+        flood()
+        await looked.until(lambda: len(answered) >= answers_module._MOST_WAITING // 2)
+        assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
+
+
+async def test_a_run_whose_loop_is_blocked_does_not_answer_but_its_graph_is_seen(looked_at):
+    async with looked_at(Talker) as looked:
+        looked.peer._patience_s = 0.2
+        with pytest.raises(InspectionUnavailable, match=r"looked does not answer.* a handler blocks its event loop"):
+            looked.peer.ask("graph")  # on the loop itself, which waits for the answer
+        nodes = {token.node_name for token in looked.peer.tokens()}
+        assert {"/talker"} <= nodes

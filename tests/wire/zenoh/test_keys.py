@@ -1,0 +1,94 @@
+"""Keys, tokens and attachments as rmw_zenoh writes them."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow.errors import MalformedMessage
+from busflow.wire.zenoh.keys import Attachment, Kind, Token, topic_key
+
+HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+
+
+def test_a_topic_key_names_domain_topic_type_and_hash():
+    assert topic_key("/imu/data", "sensor_msgs/msg/Imu", HASH, domain=7) == (
+        f"7/imu/data/sensor_msgs::msg::dds_::Imu_/{HASH}"
+    )
+
+
+def test_a_node_s_token():
+    token = Token("aac3", 0, 0, Kind.NODE, "/", "talker")
+    assert str(token) == "@ros2_lv/0/aac3/0/0/NN/%/%/talker"
+
+
+def test_an_endpoint_s_token():
+    token = Token(
+        "aac3", 0, 10, Kind.PUBLISHER, "/left", "talker", "/left/chatter", "std_msgs/msg/String", HASH, ":1:,7:,:,:,,"
+    )
+    assert str(token) == (
+        f"@ros2_lv/0/aac3/0/10/MP/%/%left/talker/%left%chatter/std_msgs::msg::dds_::String_/{HASH}/:1:,7:,:,:,,"
+    )
+    assert token.node_name == "/left/talker"
+
+
+words = st.from_regex(r"[a-z][a-z0-9_]{0,8}", fullmatch=True)
+names = st.lists(words, min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
+
+
+@given(
+    st.builds(
+        Token,
+        session=st.from_regex(r"[0-9a-f]{1,32}", fullmatch=True),
+        node_id=st.integers(0, 999),
+        entity_id=st.integers(0, 999),
+        kind=st.sampled_from([kind for kind in Kind if kind is not Kind.NODE]),
+        namespace=names | st.just("/"),
+        node=words,
+        topic=names,
+        type=st.tuples(words, st.sampled_from(["msg", "srv"]), words).map("/".join),
+        hash=st.just(HASH),
+        qos=st.just(":1:,7:,:,:,,"),
+        enclave=names | st.just("/"),
+        domain=st.integers(0, 232),
+    )
+)
+def test_a_token_is_read_back_as_it_was_written(token):
+    assert Token.parse(str(token)) == token
+
+
+def test_a_field_that_a_newer_ros_adds_at_the_end_is_passed_over():
+    token = Token("a", 0, 1, Kind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, ":1:,7:,:,:,,")
+    assert Token.parse(f"{token}/backends:cpu") == token
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "@ros2_lv", "x/0/a/0/0/NN/%/%/n", "@ros2_lv/0/a/0/0/QQ/%/%/n", "@ros2_lv/0/a/x/0/NN/%/%/n",
+     "@ros2_lv/0/a/0/1/MP/%/%/n/%t", "@ros2_lv/0/a/0/1/MP/%/%/n/%t/String/h/q"],
+)  # fmt: skip
+def test_what_is_no_token_is_refused_with_its_text(text):
+    with pytest.raises(MalformedMessage) as caught:
+        Token.parse(text)
+    assert repr(text) in str(caught.value)
+
+
+def test_endpoints_have_gids_of_their_own():
+    tokens = [Token("a", 0, entity, Kind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, "") for entity in range(3)]
+    assert len({token.gid for token in tokens}) == 3
+    assert {len(token.gid) for token in tokens} == {16}
+
+
+def test_an_attachment_is_the_33_bytes_that_zenoh_s_serialiser_writes():
+    gid = bytes(range(16))
+    data = Attachment(5, 6, gid).encode()
+    assert data == bytes.fromhex("0500000000000000 0600000000000000 10") + gid
+    assert Attachment.decode(data) == Attachment(5, 6, gid)
+
+
+@given(st.binary(max_size=40))
+def test_foreign_bytes_are_an_attachment_or_refused(data):
+    try:
+        found = Attachment.decode(data)
+    except MalformedMessage:
+        return
+    assert found.encode() == data

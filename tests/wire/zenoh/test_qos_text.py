@@ -1,0 +1,77 @@
+"""QoS as rmw_zenoh writes it in tokens."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from busflow import QoS
+from busflow.bus.qos import PRESETS, Durability, Liveliness, Reliability
+from busflow.errors import MalformedMessage
+from busflow.wire.zenoh.qos_text import WireQoS, from_text, to_text
+
+nanoseconds = st.integers(1, 2**53)
+limits = st.none() | nanoseconds.map(lambda ns: ns / 1e9)
+
+
+@given(
+    st.builds(
+        QoS,
+        depth=st.integers(1, 2**31),
+        reliability=st.sampled_from(Reliability),
+        durability=st.sampled_from(Durability),
+        liveliness=st.sampled_from(Liveliness),
+        deadline_s=limits,
+        lifespan_s=limits,
+        lease_s=limits,
+    )
+)
+def test_what_is_written_is_read_back(qos):
+    found = from_text(to_text(qos))
+    assert (found.reliability, found.durability, found.history) == (qos.reliability, qos.durability, "keep_last")
+    assert (found.depth, found.liveliness) == (qos.depth, qos.liveliness)
+    for ns, seconds in (
+        (found.deadline_ns, qos.deadline_s),
+        (found.lifespan_ns, qos.lifespan_s),
+        (found.lease_ns, qos.lease_s),
+    ):
+        assert ns == (None if seconds is None else round(seconds * 1e9))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [  # recorded from rmw_zenoh, and its defaults
+        (":1:,7:,:,:,,", WireQoS(durability="transient_local", depth=7)),
+        ("::,10:,:,:,,", WireQoS(depth=10)),
+        ("::,:,:,:,,", WireQoS()),
+        ("2::,5:,:,:,,", WireQoS(reliability="best_effort", depth=5)),
+        ("::2,:,:,:,,", WireQoS(history="keep_all")),
+        ("::,:0,500000000:1,:3,2,5", WireQoS(deadline_ns=500_000_000, lifespan_ns=1_000_000_000,
+                                             liveliness="manual_by_topic", lease_ns=2_000_000_005)),
+    ],
+)  # fmt: skip
+def test_what_rmw_zenoh_writes_is_understood(text, expected):
+    assert from_text(text) == expected
+
+
+def test_the_presets_are_written_as_ros_2_writes_them():
+    assert to_text(PRESETS["default"]) == "::,10:,:,:0,,"
+    assert to_text(PRESETS["sensor_data"]) == "2::,5:,:,:0,,"
+    assert to_text(QoS(depth=42)) == "::,:,:,:,,"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", ":", "9::,:,:,:,,", "::,x:,:,:,,", "::,:,:,:", "::,:1:,:,,", "::,:,:,:,,:", "::,:1,2,3:,:,,", "a:b:c:d:e:f"],
+)
+def test_what_is_none_is_refused(text):
+    with pytest.raises(MalformedMessage, match="is no QoS"):
+        from_text(text)
+
+
+@given(st.text(alphabet="0123456789:,-x", max_size=40) | st.text(max_size=40))
+def test_any_text_is_a_qos_or_refused(text):
+    try:
+        found = from_text(text)
+    except MalformedMessage:
+        return
+    assert isinstance(found.depth, int)

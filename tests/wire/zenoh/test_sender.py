@@ -1,0 +1,99 @@
+"""The sender's thread: order, bounds, and what happens to what does not fit or fails."""
+
+import threading
+
+import pytest
+
+from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES, Sender
+
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def errors():
+    return []
+
+
+@pytest.fixture
+def sender(errors):
+    made = Sender("busflow.test", on_error=errors.append)
+    yield made
+    made.close()
+
+
+class Gate:
+    """Work that waits until it is let go on."""
+
+    def __init__(self):
+        self.entered, self.open = threading.Event(), threading.Event()
+
+    def __call__(self):
+        self.entered.set()
+        assert self.open.wait(PATIENCE_S)
+
+
+def settle(sender):
+    done = threading.Event()
+    sender.hand(done.set)
+    assert done.wait(PATIENCE_S)
+
+
+def test_nothing_runs_until_something_is_to_be_done(sender):
+    assert "busflow.test" not in [thread.name for thread in threading.enumerate()]
+    settle(sender)
+    assert "busflow.test" in [thread.name for thread in threading.enumerate()]
+
+
+def test_work_is_done_in_order_away_from_the_caller_s_thread(sender):
+    done = []
+    for number in range(50):
+        sender.hand(lambda number=number: done.append((number, threading.get_ident())))
+    settle(sender)
+    assert [number for number, _ in done] == list(range(50))
+    assert threading.get_ident() not in {thread for _, thread in done}
+
+
+def test_of_too_much_that_waits_the_oldest_is_dropped_and_counted(sender):
+    gate, done = Gate(), []
+    sender.hand(gate)
+    assert gate.entered.wait(PATIENCE_S)
+    for number in range(DEPTH + 2):
+        sender.hand(lambda number=number: done.append(number))
+    last = threading.Event()
+    sender.hand(last.set)
+    assert sender.dropped == 3
+    gate.open.set()
+    assert last.wait(PATIENCE_S)
+    assert done == list(range(3, DEPTH + 2))
+
+
+def test_what_waits_is_bounded_in_bytes_too_and_what_is_larger_still_goes_alone(sender):
+    gate, done, last = Gate(), [], threading.Event()
+    sender.hand(gate)
+    assert gate.entered.wait(PATIENCE_S)
+    for name, size in (("a", MOST_BYTES // 2), ("b", MOST_BYTES // 2), ("c", 1)):
+        sender.hand(lambda name=name: done.append(name), size)
+    assert sender.dropped == 1
+    sender.hand(last.set, MOST_BYTES * 2)
+    assert sender.dropped == 3
+    gate.open.set()
+    assert last.wait(PATIENCE_S)
+    assert done == []
+
+
+def test_work_that_fails_is_told_and_the_next_is_done(sender, errors):
+    sender.hand(lambda: 1 / 0)
+    settle(sender)
+    assert [type(error) for error in errors] == [ZeroDivisionError]
+
+
+def test_closing_drops_what_waits_and_ends_the_thread(sender):
+    gate, done = Gate(), []
+    sender.hand(gate)
+    assert gate.entered.wait(PATIENCE_S)
+    sender.hand(lambda: done.append("late"))
+    threading.Timer(0.05, gate.open.set).start()
+    sender.close()
+    sender.hand(lambda: done.append("later still"))
+    assert (done, sender.dropped) == ([], 2)
+    assert "busflow.test" not in [thread.name for thread in threading.enumerate()]
