@@ -8,13 +8,13 @@ import gc
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from busflow.runner.garbage import collected_in_steps
+from busflow.runner.garbage import StepwiseCollection
 
 LIVE = 600_000
 SECONDS = 2.0
@@ -32,7 +32,7 @@ def longest_pause_s(*, settled: bool) -> float:
 
     with ExitStack() as stack:
         if settled:
-            stack.enter_context(collected_in_steps())()
+            stack.enter_context(closing(StepwiseCollection())).begin()
         gc.callbacks.append(hear)
         stack.callback(gc.callbacks.remove, hear)
         _churn()

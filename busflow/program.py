@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 from collections.abc import Mapping
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +15,7 @@ import anyio
 from busflow.errors import ExitCode
 from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink
-from busflow.runner.garbage import collected_in_steps, look_at_everything
+from busflow.runner.garbage import StepwiseCollection
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
 from busflow.runner.orphan_tasks import catch_strays, forgotten_awaits_told, lost_on
@@ -118,7 +119,7 @@ def run_graph(
     async def main() -> None:
         guard.hear_first()
         await graph.start()
-        settle()
+        collection.begin()
         if for_s is not None:
             with anyio.move_on_after(for_s):
                 await graph.wait()
@@ -127,11 +128,11 @@ def run_graph(
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.around_s)
-    graph.on_restart.append(look_at_everything)
     if for_s is not None and graph.clock.kind == "system":
         graph.on_ready = partial(guard.end_after, for_s)
     told = forgotten_awaits_told(graph.log)
-    with guard, told, collected_in_steps() as settle, asyncio.Runner(loop_factory=loop_factory) as runner:
+    with guard, told, closing(StepwiseCollection()) as collection, asyncio.Runner(loop_factory=loop_factory) as runner:
+        graph.on_restart.append(lambda _unit: collection.leave_nothing_out())
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
         catch_strays(loop)
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gc
 import os
 import sys
 from collections.abc import AsyncGenerator, Mapping, Sequence
@@ -77,7 +76,6 @@ class Crew:
             LaunchError: the graph cannot run in these processes, with every problem.
             RecordingRefused, InvalidName: it cannot be recorded so.
         """
-        gc.freeze()  # as its members do, and for the same reason: a run ends within a second, on a busy machine too
         self._graph, self._name, self._outer, self._args = graph, name, outer, dict(args or {})
         self._event_loop, self._log = event_loop, graph.log.bind("busflow")
         plan = graph.plan()

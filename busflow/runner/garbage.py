@@ -9,8 +9,6 @@ and that needs no collector.
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
 
 THRESHOLDS = (1_000, 5, 200)
 """Steps of 1,000 objects hold a run up by 1 ms at most where steps of 5,000 took 3 to 5, and in all no longer."""
@@ -23,30 +21,32 @@ def is_frozen() -> bool:
     return gc.get_freeze_count() > 1000
 
 
-@contextmanager
-def collected_in_steps() -> Generator[Callable[[], None]]:
-    """Yields what is to be called once everything has started; at the end all is as it was.
+class StepwiseCollection:
+    """Collection of a run's garbage in small steps, from `begin` to `close`.
 
-    Who has set thresholds, frozen anything or turned the collector off has a policy, which stays.
+    A program that has set thresholds, frozen anything or turned the collector off has a policy, which stays.
     """
-    before = gc.get_threshold()
-    settled = False
 
-    def settle() -> None:
-        nonlocal settled
-        if gc.isenabled() and gc.get_threshold() in _PYTHONS_OWN and not is_frozen():
-            settled = True
+    def __init__(self) -> None:
+        self._thresholds: tuple[int, int, int] | None = None
+        """The thresholds to put back, or None while nothing of the collector is changed."""
+
+    def begin(self) -> None:
+        """Leave out what is there now, and collect what comes later in steps."""
+        thresholds = gc.get_threshold()
+        if self._thresholds is None and gc.isenabled() and thresholds in _PYTHONS_OWN and not is_frozen():
+            self._thresholds = thresholds
             gc.freeze()
             gc.set_threshold(*THRESHOLDS)
 
-    try:
-        yield settle
-    finally:
-        if settled:
+    def leave_nothing_out(self) -> None:
+        """Look also at what was there at the beginning, which may be garbage now."""
+        if self._thresholds is not None:
             gc.unfreeze()
-            gc.set_threshold(*before)
 
-
-def look_at_everything(_: object = None) -> None:
-    """Something that was there from the start may be garbage now: leave nothing out any more."""
-    gc.unfreeze()
+    def close(self) -> None:
+        """Put the collector back as it was."""
+        if self._thresholds is not None:
+            gc.unfreeze()
+            gc.set_threshold(*self._thresholds)
+            self._thresholds = None

@@ -2,13 +2,13 @@
 
 import asyncio
 import gc
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 import pytest
 
 import busflow
 from busflow import Node, timer
-from busflow.runner.garbage import THRESHOLDS, collected_in_steps, is_frozen, look_at_everything
+from busflow.runner.garbage import THRESHOLDS, StepwiseCollection, is_frozen
 
 
 class Looking(Node):
@@ -69,9 +69,11 @@ def test_who_has_a_policy_keeps_it(own):
         elif own == "frozen":
             gc.freeze()
         try:
-            with collected_in_steps() as settle:
-                settle()
+            with closing(StepwiseCollection()) as collection:
+                collection.begin()
                 assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
+                collection.leave_nothing_out()
+                assert is_frozen() is (own == "frozen")
             assert (gc.get_threshold(), is_frozen()) == (values, own == "frozen")
         finally:
             gc.enable()
@@ -87,12 +89,12 @@ def test_what_was_there_from_the_start_can_be_garbage_after_a_restart():
             gone.append(True)
 
     gone: list[bool] = []
-    with thresholds(700, 10, 10), collected_in_steps() as settle:
+    with thresholds(700, 10, 10), closing(StepwiseCollection()) as collection:
         ring = Ring()
-        settle()
+        collection.begin()
         del ring
         gc.collect()
         assert gone == []
-        look_at_everything()
+        collection.leave_nothing_out()
         gc.collect()
         assert gone == [True]
