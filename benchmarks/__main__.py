@@ -1,7 +1,7 @@
 """Entry: `python -m benchmarks` asks every question, of busflow and of what a user would pick instead.
 
 It prints tables; `--json FILE` writes every sample, `--write-docs` the tables and plots of docs/performance.md.
-Install the peers with `pip install '.[bench]'`; one that is not there is named as missing.
+Install the peers with `pip install --group bench` (pip 25.1 or newer); one that is not there is named as missing.
 """
 
 from __future__ import annotations

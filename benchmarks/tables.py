@@ -123,7 +123,7 @@ def notes(outcome: Outcome) -> Iterator[str]:
     """What stands below the tables of a question."""
     missing = ", ".join(f"{contender} ({why})" for contender, why in outcome.missing.items())
     if missing:
-        yield f"missing: {missing}. pip install '.[bench]' brings every peer."
+        yield f"missing: {missing}. pip install --group bench (pip 25.1 or newer) brings every peer."
     for what, why in outcome.failed.items():
         yield f"failed: {what}: {why}"
     if outcome.question.quoted:

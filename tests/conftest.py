@@ -20,11 +20,21 @@ from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
 
 # How long an example takes, or is drawn, says how busy the machine is.
-settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("any machine")
+ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("seeded", ON_ANY_MACHINE, derandomize=True)
+"""The same examples each time: whether a change passes does not depend on luck."""
+settings.register_profile("random", ON_ANY_MACHINE)
+"""Other examples each time: `pytest --hypothesis-profile=random`."""
+settings.load_profile("seeded")
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and with them whatever they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Have a single file's tests run in this process: most take less time than workers take to start."""
+    paths = {Path(argument.partition("::")[0]) for argument in config.args}
+    return 0 if len(paths) == 1 and all(path.is_file() for path in paths) else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -212,7 +212,9 @@ def project(tmp_path, monkeypatch):
     """A copy of the project as the current folder, whose own `plugins` are imported."""
     for part in ("configs", "plugins"):
         shutil.copytree(PROJECT / part, tmp_path / part, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(PROJECT / "pyproject.toml", tmp_path)
+    (tmp_path / "tests").mkdir()
+    for file in ("pyproject.toml", "tests/conftest.py"):
+        shutil.copy(PROJECT / file, tmp_path / file)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "100")
