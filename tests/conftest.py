@@ -23,8 +23,8 @@ from busflow.msgs.std_msgs import Int64
 ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("seeded", ON_ANY_MACHINE, derandomize=True)
 """The same examples each time: whether a change passes does not depend on luck."""
-settings.register_profile("random", ON_ANY_MACHINE)
-"""Other examples each time: `pytest --hypothesis-profile=random`."""
+settings.register_profile("random", ON_ANY_MACHINE, max_examples=500)
+"""Other and more examples each time: `pytest --hypothesis-profile=random`."""
 settings.load_profile("seeded")
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and with them whatever they start.

@@ -333,5 +333,5 @@ class BusModel(RuleBasedStateMachine):
             assert receiver.handed + list(receiver.queue) == receiver.arrived
 
 
-BusModel.TestCase.settings = settings(max_examples=150, stateful_step_count=50, deadline=None)
+BusModel.TestCase.settings = settings(stateful_step_count=50)
 TestBusModel = BusModel.TestCase

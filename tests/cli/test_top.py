@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import DataTable, RichLog, Static
+from textual.widgets import DataTable, Input, RichLog, Static
 
 from busflow.cli import main
 from busflow.cli.top.screen import Top
@@ -108,12 +108,19 @@ def test_a_chosen_topic_is_echoed_and_a_number_of_it_plotted():
         table.move_cursor(row=table.get_row_index("/imu/data"))
         await pilot.press("e")
         await until(pilot, lambda: "linear_acceleration:" in text(app, "message"))
-        await pilot.press("p", *"header.stamp.sec", "enter")
+        await plot(app, pilot, "header.stamp.sec")
         await until(pilot, lambda: "header.stamp.sec = " in text(app, "message"))
-        await pilot.press("p", *"nothing", "enter")
+        await plot(app, pilot, "nothing")
         await until(pilot, lambda: "there is no number nothing" in text(app, "message"))
 
     driven(play)
+
+
+async def plot(app: Top, pilot: Pilot[None], field: str) -> None:
+    """Answer what to plot; the field at once, since Textual waits a second after each key while messages come."""
+    await pilot.press("p")
+    app.query_one(Input).value = field
+    await pilot.press("enter")
 
 
 @pytest.mark.usefixtures("lab")

@@ -61,7 +61,7 @@ def test_explored():
 
 
 @pytest.mark.virtual_time
-@settings(deadline=None)
+@settings(deadline=None, max_examples=20)
 @given(st.integers())
 async def test_with_hypothesis(number):
     await asyncio.sleep(abs(number) % 100)

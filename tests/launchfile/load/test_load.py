@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
@@ -322,7 +322,6 @@ def test_a_hostile_node_name_is_refused_and_shown_harmlessly(folder, name: str):
     assert all(line == printable(line) for line in report.split("\n"))
 
 
-@settings(max_examples=200)
 @given(st.data())
 def test_any_tree_of_known_words_loads_or_is_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject):
     words = st.sampled_from(

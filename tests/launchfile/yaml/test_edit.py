@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
@@ -244,7 +244,6 @@ def at(data, path):
     return data
 
 
-@settings(max_examples=300)
 @given(documents(), st.data(), VALUES, st.sampled_from(["\n", "\r\n"]), st.booleans())
 @example(["a:", "- k: 1 # one", "b: 2"], None, {"k": 5}, "\n", False)
 def test_the_edited_text_holds_the_value_and_every_other_line_and_comment(lines, data, value, line_end, ends):

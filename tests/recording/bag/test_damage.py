@@ -11,7 +11,7 @@ from functools import cache
 import lz4.frame
 import pytest
 import zstandard
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, Footer, Header, Metadata, Schema
@@ -111,7 +111,6 @@ def test_a_bit_that_flips_is_noticed_or_changes_nothing(tmp_path, how):
         check_prefix(path, bytes(flipped), truth)
 
 
-@settings(max_examples=400, deadline=None)
 @given(data=st.data())
 def test_flipped_bits_are_noticed_or_change_nothing(tmp_path_factory, whole, data):
     content, truth = whole
@@ -121,7 +120,6 @@ def test_flipped_bits_are_noticed_or_change_nothing(tmp_path_factory, whole, dat
     check_prefix(tmp_path_factory.getbasetemp() / "flipped.mcap", bytes(flipped), truth)
 
 
-@settings(max_examples=200, deadline=None)
 @given(data=st.data())
 def test_bytes_that_are_put_anywhere_are_noticed_or_change_nothing(tmp_path_factory, whole, data):
     content, truth = whole
