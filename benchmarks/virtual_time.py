@@ -17,7 +17,7 @@ from busflow.launchfile.load.load import load
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64
 from busflow.testing import explore, harness, virtual_time
-from busflow.testing.trials import Trials
+from busflow.testing.expectations import Trials
 from plugins.sensor_processor import SensorProcessor
 from plugins.sensor_publisher import SensorPublisher
 

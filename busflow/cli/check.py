@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.importing import importing
 from busflow.cli.options.launch_file import Given, launch_file, refuse_other_kinds
+from busflow.cli.options.lazy_group import importing
 from busflow.errors import ExitCode, LaunchError, Problem, Severity
 from busflow.text import counted, printable
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.importing import importing
 from busflow.cli.options.launch_file import Given, duration, duration_or_off, launch_file
+from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailab
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.cli.terminal.shape import Shape
+    from busflow.cli.terminal.field_paths import Shape
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import TopicView
 
@@ -128,8 +128,8 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
     VALUES is the request as YAML; fields that it leaves out have their defaults.
     """
     from busflow.cli.terminal.abridged import Abridger
+    from busflow.cli.terminal.field_paths import shape_of
     from busflow.cli.terminal.one_line import python_form
-    from busflow.cli.terminal.shape import shape_of
     from busflow.cli.topic.typed_values import TypedValues
 
     with joined(run) as peer:

@@ -43,8 +43,7 @@ def test(
     """
     from busflow.cli.options.run import print_answer
     from busflow.cli.terminal.output import print_problems
-    from busflow.testing.expectations import expectation_problems, expectations_of
-    from busflow.testing.trials import Trials
+    from busflow.testing.expectations import Trials, expectation_problems, expectations_of
 
     if seeds is not None and seed is not None:
         raise click.UsageError("--seed is one alone, --seeds are several: not both", click.get_current_context())

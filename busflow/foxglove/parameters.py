@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, NoSuchTarget
-from busflow.interfaces.encoding.finite import finite
+from busflow.interfaces.encoding.json_form import finite
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:

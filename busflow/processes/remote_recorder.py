@@ -22,7 +22,7 @@ from busflow.node.parameter_messages import event_message
 from busflow.node.parameter_store import ParameterChange
 from busflow.node.parameters import ParameterInfo
 from busflow.recording.mcap.writer import McapWriter
-from busflow.recording.recorder.announcer import Announcer
+from busflow.recording.recorder.channels import Announcer
 from busflow.recording.recorder.destination import named, new_recording
 from busflow.recording.recorder.provenance import facts, ledger, library
 from busflow.recording.recorder.spool import Spool

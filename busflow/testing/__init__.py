@@ -10,12 +10,11 @@ if TYPE_CHECKING:
     from busflow.runner.loops.virtual import VirtualLoop
     from busflow.runner.loops.virtual_test import virtual_time
     from busflow.testing.exploration import explore
-    from busflow.testing.harnesses import Harness, harness
-    from busflow.testing.ledger import Ledger
+    from busflow.testing.harnesses import Harness, Ledger, harness
 
 _HOMES = {
     "Harness": "busflow.testing.harnesses",
-    "Ledger": "busflow.testing.ledger",
+    "Ledger": "busflow.testing.harnesses",
     "NotSeen": "busflow.errors",
     "Replay": "busflow.recording.replay.replay",
     "VirtualLoop": "busflow.runner.loops.virtual",

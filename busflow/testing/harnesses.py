@@ -9,11 +9,13 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import Counter, defaultdict, deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
+from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.call import Pair, Req, Res
 from busflow.bus.client import TIMEOUT_S
 from busflow.bus.publisher import Publisher
@@ -32,12 +34,53 @@ from busflow.runner.graph import Graph
 from busflow.runner.loops.stalls import waiting
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.sources import What
-from busflow.testing.ledger import Ledger
 from busflow.testing.link_faults import Faults
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.recording.recorder.options import Wanted
+
+
+@dataclass(frozen=True, slots=True)
+class Ledger:
+    """The lines of all subscriptions there are or were; in each, published = delivered + dropped + queued."""
+
+    lines: tuple[SubscriptionStatistics, ...]
+
+    @property
+    def published(self) -> int:
+        """How many messages were published, counted once for each subscription."""
+        return sum(line.published for line in self.lines)
+
+    @property
+    def delivered(self) -> int:
+        """How many were handed over."""
+        return sum(line.delivered for line in self.lines)
+
+    @property
+    def dropped(self) -> int:
+        """How many were lost, for whatever reason."""
+        return sum(line.dropped for line in self.lines)
+
+    @property
+    def queued(self) -> int:
+        """How many wait now."""
+        return sum(line.queued for line in self.lines)
+
+    def __iter__(self) -> Iterator[SubscriptionStatistics]:
+        return iter(self.lines)
+
+    def __str__(self) -> str:
+        return "\n".join(map(_shown, self.lines))
+
+
+def _shown(line: SubscriptionStatistics) -> str:
+    reasons = ", ".join(f"{count} {reason}" for reason, count in sorted(line.drops.items()))
+    return (
+        f"{line.node} on {line.topic}: {line.published} published = {line.delivered} delivered + "
+        f"{line.dropped} dropped{f' ({reasons})' if reasons else ''} + {line.queued} queued"
+    )
+
 
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)

@@ -6,7 +6,7 @@ import pytest
 
 from busflow.cli import main
 from busflow.launchfile.load.load import load
-from busflow.testing.trials import Trials
+from busflow.testing.expectations import Trials
 
 NODES = """
 import asyncio

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from busflow.launchfile.load.load import load
-from busflow.testing.trials import Trials
+from busflow.testing.expectations import Trials
 
 LAB = Path(__file__).parents[2] / "configs/lab1.yaml"
 BLOCK = 100

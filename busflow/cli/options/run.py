@@ -14,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from busflow.cli.terminal.output import print_json
-from busflow.interfaces.encoding.finite import finite
+from busflow.interfaces.encoding.json_form import finite
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer

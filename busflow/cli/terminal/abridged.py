@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from busflow.cli.terminal.shape import Shape
+from busflow.cli.terminal.field_paths import Shape
 from busflow.interfaces.encoding.description import Count
 
 TRUNCATED_AFTER = 128

@@ -1,15 +1,67 @@
-"""Paths: `linear_acceleration.z` or `points[0].x`, the way from a message to a value inside it."""
+"""Field paths: `linear_acceleration.z` or `points[0].x`, checked against the fields that a type has."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, cast
 
-from busflow.cli.terminal.shape import Shape
 from busflow.errors import InvalidInput, KeyPath, Place, Problem
-from busflow.interfaces.encoding.description import Count
+from busflow.interfaces.encoding.description import Count, IndividualDescription, fields_of, is_empty, types_in
 from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """The kind of a value: text, a number, a message with its fields, or a sequence of one of these."""
+
+    base: str
+    """`float64`, `string`, or the name of a message type."""
+    fields: Mapping[str, Shape] | None = None
+    """Those of a message."""
+    count: Count = Count.ONE
+    size: int = 0
+    """The length of a fixed array, the most of a bounded one."""
+
+    @property
+    def is_sequence(self) -> bool:
+        """Whether it holds several values."""
+        return self.count is not Count.ONE
+
+    @property
+    def item(self) -> Shape:
+        """What a sequence holds."""
+        return replace(self, count=Count.ONE, size=0)
+
+
+def shape_of(type_: ForeignType) -> Shape | None:
+    """The shape of a type's messages; None where it is described by JSON Schema, whose values may have several."""
+    return _Shapes(types_in(type_.description)).of(type_.name) if type_.is_ros else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Shapes:
+    types: Mapping[str, IndividualDescription]
+    made: dict[str, Shape] = field(default_factory=dict[str, Shape])
+
+    def of(self, name: str) -> Shape:
+        """The shape of a message type."""
+        if name not in self.made:
+            described = self.types[name]
+            members = () if is_empty(described) else fields_of(described)
+            fields = {
+                each.name: replace(
+                    self.of(each.base) if each.nested else Shape(each.base), count=each.count, size=each.size
+                )
+                for each in members
+            }
+            self.made[name] = Shape(name, fields)
+        return self.made[name]
+
 
 STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[\s*(?P<index>-?[0-9]{1,9})\s*\]", re.ASCII)
 

@@ -17,8 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, TypeAlias, cast
 
-from busflow.cli.terminal.field_paths import STEP, Absent, check_path, value_at
-from busflow.cli.terminal.shape import Shape
+from busflow.cli.terminal.field_paths import STEP, Absent, Shape, check_path, value_at
 from busflow.errors import InvalidInput, KeyPath, Place, Problem
 from busflow.text import did_you_mean, printable
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
-from busflow.cli.terminal.shape import Shape
+from busflow.cli.terminal.field_paths import Shape
 from busflow.text import printable
 
 _NUMBERS = frozenset({int, float, bool})

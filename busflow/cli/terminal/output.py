@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import click
 
 from busflow.errors import Problem
-from busflow.interfaces.encoding.finite import finite
+from busflow.interfaces.encoding.json_form import finite
 from busflow.text import printable
 
 _LABEL = re.compile(r"(^|: |  )(error|warning|info|fix):", re.MULTILINE)

@@ -11,7 +11,7 @@ from busflow.launchfile.yaml.document import parse
 from busflow.launchfile.yaml.value import Value
 
 if TYPE_CHECKING:
-    from busflow.cli.terminal.shape import Shape
+    from busflow.cli.terminal.field_paths import Shape
     from busflow.interfaces.encoding.foreign import ForeignType
 
 _LABEL = "VALUES"

@@ -1,4 +1,4 @@
-"""The JSON form: how messages travel that ROS cannot describe, with optional fields, unions or mappings.
+"""JSON form: messages that ROS cannot describe, with optional fields, unions or mappings.
 
 Their type is described by JSON Schema; the hash that stands for it is of the schema without what is only for people. No
 pydantic is imported here: the command line reads the form too.
@@ -8,13 +8,32 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.errors import InvalidDeclaration, MalformedMessage
 
 if TYPE_CHECKING:
     from busflow.interfaces.message import Message
+
+
+def finite(data: Any) -> Any:
+    """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers.
+
+    >>> finite({"range": [1.0, float("-inf")]})
+    {'range': [1.0, '-.inf']}
+    """
+    match data:
+        case float() if not math.isfinite(data):
+            return ".nan" if math.isnan(data) else f"{'-' * (data < 0)}.inf"
+        case Mapping():
+            return {str(key): finite(each) for key, each in cast("Mapping[object, object]", data).items()}
+        case list() | tuple():
+            return [finite(each) for each in cast("Sequence[object]", data)]
+        case _:
+            return data
+
 
 PREFIX = "JSON01_"
 """What a hash of this form begins with."""

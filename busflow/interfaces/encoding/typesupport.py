@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -23,10 +23,31 @@ from busflow.interfaces.encoding.description import (
     rihs01,
     service_types,
 )
-from busflow.interfaces.encoding.opaque import OpaqueMessage
 from busflow.interfaces.fields import ArrayKind, FieldType
-from busflow.interfaces.message import Message, ServiceType, constants_of, fields_of, is_ros_type, type_name
+from busflow.interfaces.message import Message, ServiceType, UInt8Array, constants_of, fields_of, is_ros_type, type_name
 from busflow.msgs.service_msgs import ServiceEventInfo
+
+if TYPE_CHECKING:
+    from busflow.interfaces.encoding.foreign import ForeignType
+
+
+class OpaqueMessage(Message, package="busflow"):
+    """Bytes of a type that is known by its description alone."""
+
+    payload: UInt8Array
+
+    if TYPE_CHECKING:  # pydantic would take them for fields
+        foreign: ClassVar[ForeignType]
+
+
+def opaque(foreign: ForeignType) -> type[OpaqueMessage]:
+    """A class of messages of a type; another one each time, since a topic goes by the class."""
+    made = type("Opaque", (OpaqueMessage,), {"__module__": __name__}, package="busflow")
+    made.__ros_name__ = foreign.name
+    cls = cast("type[OpaqueMessage]", made)
+    type.__setattr__(cls, "foreign", foreign)
+    return cls
+
 
 _BYTE_KINDS = {"uint8", "int8", "byte", "char"}
 _COUNTS = {

@@ -20,8 +20,7 @@ from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.facts import FACTS, Facts, Ledger, summed
 from busflow.recording.bag.mcap_file import McapFile
-from busflow.recording.bag.merge import Numbered, merged
-from busflow.recording.bag.series import Damage, Series, Survey
+from busflow.recording.bag.series import Damage, Numbered, Series, Survey, merged
 
 _DIGESTED = Struct("<IIIQQ")
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from busflow.errors import InvalidDeclaration, UnknownType
-from busflow.interfaces.encoding.opaque import OpaqueMessage, opaque
-from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.encoding.typesupport import OpaqueMessage, TypeSupport, opaque
 from busflow.interfaces.message import Message, find_type, type_name
 
 if TYPE_CHECKING:

@@ -20,9 +20,8 @@ from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
 from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, cast_of
-from busflow.recording.replay.replay_clock import ReplayClock
 from busflow.recording.replay.rerun import Rerun
-from busflow.recording.replay.ticks import ComingTicks
+from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual import VirtualLoop

@@ -22,11 +22,10 @@ from busflow.node.node import runtime_of
 from busflow.recording.recorder.ticks import TICKS
 from busflow.recording.replay.calls import Calls, plain_of
 from busflow.recording.replay.comparison import Check, Published
-from busflow.recording.replay.history import Past, change_of, tick_of
+from busflow.recording.replay.history import Past, change_of, loss_notes, shares, tick_of
 from busflow.recording.replay.inputs import Inputs
 from busflow.recording.replay.nodes import plain
-from busflow.recording.replay.replay_clock import ReplayClock
-from busflow.recording.replay.replay_losses import loss_notes, shares
+from busflow.recording.replay.ticks import ReplayClock
 from busflow.runner import rosout
 from busflow.text import counted
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import MalformedMessage
-from busflow.recording.bag.merge import renumbered
+from busflow.recording.bag.series import renumbered
 from busflow.recording.tools.target import new_directory, new_file
 from busflow.recording.tools.to_jsonl import JsonlFile
 

@@ -1,15 +1,32 @@
-"""Flat: the fields of a message side by side, those of messages inside it by their path, as tables have them."""
+"""Flat columns: the fields of a message side by side, nested ones by their path, and sequences as lists."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, is_empty, types_in
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel
+
+
+def listed(value: Any) -> Any:
+    """The data of a message, or of a part of one.
+
+    >>> listed({"covariance": memoryview(b"ab"), "names": ("left", "right")})
+    {'covariance': [97, 98], 'names': ['left', 'right']}
+    """
+    match value:
+        case dict():
+            return {name: listed(each) for name, each in cast("dict[str, Any]", value).items()}
+        case tuple() | list():
+            return [listed(each) for each in cast("tuple[Any, ...]", value)]
+        case memoryview():
+            return cast("memoryview[Any]", value).tolist()
+        case _:
+            return value
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TextIO
 
-from busflow.recording.tools.listed import listed
+from busflow.recording.tools.flat import listed
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Entry

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BagError
 from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, types_in
-from busflow.recording.tools.flat import columns
-from busflow.recording.tools.listed import listed
+from busflow.recording.tools.flat import columns, listed
 from busflow.recording.tools.sink import MOST_FILES, FileNames
 
 if TYPE_CHECKING:

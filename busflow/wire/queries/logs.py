@@ -1,14 +1,52 @@
-"""ParameterLog: the last changes of parameters in a run, numbered, so that whoever asks again misses none of them."""
+"""The last log lines and the last parameter changes of a run, kept for queries."""
 
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from busflow.log import LEVELS, LogRecord
+from busflow.runner.rosout import line_text
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
     from busflow.node.parameter_store import ParameterStore, SetResult
     from busflow.node.parameters import Parameters
+
+
+DEPTH = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """One line, as `/rosout` has it."""
+
+    stamp_ns: int
+    level: int
+    """As ROS 2 numbers it: 10 is debug, 50 critical."""
+    node: str
+    text: str
+
+
+class LogBook:
+    """Keeps the last lines; the values in them are text, so that nothing large is kept alive and nothing changes."""
+
+    def __init__(self) -> None:
+        self.written = 0
+        """How many lines there were, those included that are no longer kept."""
+        self._lines: deque[LogLine] = deque(maxlen=DEPTH)
+
+    def write(self, record: LogRecord) -> None:
+        """Keep a line; a sink of the run's log."""
+        self.written += 1
+        self._lines.append(LogLine(record.stamp_ns, LEVELS.get(record.level, 20), record.node, line_text(record)))
+
+    def last(self, count: int, *, node: str | None = None, level: int = 0) -> list[LogLine]:
+        """Up to `count` lines, the oldest first: of one node, from a level on."""
+        fit = [line for line in tuple(self._lines) if line.level >= level and node in (None, line.node)]
+        return fit[-count:] if count > 0 else []
+
 
 _KEPT = 1000
 

@@ -16,8 +16,7 @@ from busflow.node.parameter_messages import type_of
 from busflow.runner.report import service_reports
 from busflow.text import did_you_mean
 from busflow.wire.queries.kept_messages import History
-from busflow.wire.queries.log_book import DEPTH, LogBook
-from busflow.wire.queries.logs import ParameterLog
+from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
 from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.queries.server import Question, WithMessages

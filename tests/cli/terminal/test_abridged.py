@@ -3,7 +3,7 @@
 import pytest
 
 from busflow.cli.terminal.abridged import Abridger
-from busflow.cli.terminal.shape import shape_of
+from busflow.cli.terminal.field_paths import shape_of
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.rcl_interfaces import ParameterDescriptor

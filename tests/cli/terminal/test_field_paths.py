@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.cli.terminal.field_paths import Absent, parse_path, value_at
-from busflow.cli.terminal.shape import Shape
+from busflow.cli.terminal.field_paths import Absent, Shape, parse_path, value_at
 from busflow.errors import InvalidInput
 from busflow.interfaces.encoding.description import Count
 

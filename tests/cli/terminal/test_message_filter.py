@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from busflow.cli.terminal.field_paths import Shape, shape_of
 from busflow.cli.terminal.message_filter import MAX_LENGTH, parse_filter
-from busflow.cli.terminal.shape import Shape, shape_of
 from busflow.errors import InvalidInput
 from busflow.interfaces.encoding.description import Count
 from busflow.interfaces.encoding.foreign import ForeignType

@@ -5,8 +5,8 @@ import csv
 from hypothesis import given
 from hypothesis import strategies as st
 
+from busflow.cli.terminal.field_paths import Shape
 from busflow.cli.terminal.one_line import csv_line, python_form
-from busflow.cli.terminal.shape import Shape
 from busflow.interfaces.encoding.description import Count
 from busflow.text import UNSAFE
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from busflow.cli.terminal.shape import shape_of
+from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.errors import InvalidInput, LaunchError
 from busflow.interfaces.encoding.foreign import ForeignType

@@ -10,8 +10,7 @@ from mcap.writer import Writer
 from busflow import Node, subscription
 from busflow.errors import LaunchError
 from busflow.interfaces.encoding.foreign import ForeignType
-from busflow.interfaces.encoding.opaque import OpaqueMessage
-from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.encoding.typesupport import OpaqueMessage, TypeSupport
 from busflow.interfaces.message import Message, find_type
 from busflow.msgs.rosgraph_msgs import Clock
 from busflow.msgs.std_msgs import Float64, Int64, String

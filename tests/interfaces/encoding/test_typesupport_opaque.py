@@ -3,8 +3,7 @@
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.msg_text import parse
-from busflow.interfaces.encoding.opaque import opaque
-from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.interfaces.encoding.typesupport import TypeSupport, opaque
 
 
 def test_they_are_described_and_pass_as_the_bytes_that_they_came_as():

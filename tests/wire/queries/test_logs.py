@@ -1,7 +1,7 @@
 """The last lines of a log: how many are kept, and which are asked for."""
 
 from busflow.log import LogRecord
-from busflow.wire.queries.log_book import DEPTH, LogBook
+from busflow.wire.queries.logs import DEPTH, LogBook
 
 
 def record(number, *, level="info", node="/arm", **values):

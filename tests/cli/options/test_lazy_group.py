@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.cli.options.importing import importing
+from busflow.cli.options.lazy_group import importing
 
 ROOT = Path(__file__).parents[3]
 
