@@ -38,8 +38,7 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
 
     Of several files each is looked at alone; NAME:=VALUE is for those that have such an argument.
     """
-    from busflow.cli.options.run import print_answer
-    from busflow.cli.terminal.output import print_problems
+    from busflow.cli.terminal.output import print_answer, print_problems
 
     files = _files(given)
     reports: list[dict[str, object]] = []

@@ -20,7 +20,7 @@ def config(given: Given, as_json: bool) -> int:
 
     Parameters that nobody states are shown with the default that their plugin gives them.
     """
-    from busflow.cli.options.run import print_answer
+    from busflow.cli.terminal.output import print_answer
     from busflow.launchfile.check.resolved import lines, origins, resolve
 
     resolved = resolve(given.description())

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import busflow
-from busflow.cli.options.run import complete_runs, print_answer
-from busflow.cli.terminal.output import near, print_problems
+from busflow.cli.options.run import complete_runs
+from busflow.cli.terminal.output import near, print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 from busflow.text import counted

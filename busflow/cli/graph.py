@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.options.launch_file import Given, launch_file
-from busflow.cli.options.run import complete_runs, joined, print_answer
+from busflow.cli.options.run import complete_runs, joined
+from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import terminal_width
 
 if TYPE_CHECKING:

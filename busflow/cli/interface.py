@@ -10,7 +10,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_runs, joined, joins, print_answer
+from busflow.cli.options.run import complete_runs, joined, joins
+from busflow.cli.terminal.output import print_answer
 from busflow.errors import BusflowError, NoSuchRun, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, shipped_types
 from busflow.text import did_you_mean, printable

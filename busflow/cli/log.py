@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import complete_nodes, joined, joins, print_line
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.terminal.output import print_line, tell
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_nodes, joined, joins, print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.text import printable
 from busflow.wire.client.graph_view import is_hidden

@@ -14,7 +14,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_nodes, joined, joins, print_answer
+from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import NoSuchTarget
 from busflow.text import did_you_mean, printable

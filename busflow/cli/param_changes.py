@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from busflow.cli.options.run import complete_nodes, joined, joins, print_answer, print_line
+from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.param import complete_parameters, full_name, parameters_of
-from busflow.cli.terminal.output import near, tell
+from busflow.cli.terminal.output import near, print_answer, print_line, tell
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import counted, printable

@@ -9,8 +9,7 @@ from pathlib import Path
 import click
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import print_answer
-from busflow.cli.terminal.output import print_problems
+from busflow.cli.terminal.output import print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
 from busflow.node.plugins import built_in, find

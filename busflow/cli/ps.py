@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import print_line
-from busflow.cli.terminal.output import near, tell
+from busflow.cli.terminal.output import near, print_line, tell
 from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:

@@ -89,8 +89,7 @@ def replay(
 
 
 def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
-    from busflow.cli.options.run import print_answer
-    from busflow.cli.terminal.output import tell
+    from busflow.cli.terminal.output import print_answer, tell
     from busflow.errors import ExitCode
 
     if as_json:

@@ -8,7 +8,8 @@ import click
 
 from busflow.cli.options.launch_file import duration
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_services, full_type, joined, joins, print_answer
+from busflow.cli.options.run import complete_services, full_type, joined, joins
+from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import did_you_mean, printable

@@ -41,8 +41,7 @@ def test(
 
     A node that fails is wrong in any case.
     """
-    from busflow.cli.options.run import print_answer
-    from busflow.cli.terminal.output import print_problems
+    from busflow.cli.terminal.output import print_answer, print_problems
     from busflow.testing.expectations import Trials, expectation_problems, expectations_of
 
     if seeds is not None and seed is not None:

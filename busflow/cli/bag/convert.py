@@ -9,8 +9,7 @@ import click
 
 from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.options.bag import listed, named, reads, stretch, tell_damage, within
-from busflow.cli.options.run import line_of, print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import line_of, print_answer, tell
 from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.bag import listed, named, reads, tell_damage
-from busflow.cli.options.run import print_answer
+from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted, printable

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.bag import reads
-from busflow.cli.options.run import print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.cli.terminal.table import Column, bare, print_table
 from busflow.text import counted, printable
 

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.bag import refuse_beyond_end
-from busflow.cli.options.run import print_answer
-from busflow.cli.terminal.output import colour, tell
+from busflow.cli.terminal.output import colour, print_answer, tell
 from busflow.cli.terminal.player_console import Console
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink

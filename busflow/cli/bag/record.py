@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.options.launch_file import duration
-from busflow.cli.options.run import complete_runs, complete_topics, joined, print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.run import complete_runs, complete_topics, joined
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.errors import ExitCode
 from busflow.text import counted, printable
 

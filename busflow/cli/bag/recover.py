@@ -8,8 +8,7 @@ import click
 
 from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.options.bag import reads
-from busflow.cli.options.run import print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 

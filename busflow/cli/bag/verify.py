@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.options.bag import reads
-from busflow.cli.options.run import print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted

@@ -5,23 +5,17 @@ Zenoh is imported when a run is joined, so that `--help` costs nothing.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from busflow.cli.terminal.output import print_json
-from busflow.interfaces.encoding.json_form import finite
-
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import GraphView
 
-JSON_VERSION = 1
-"""What `version` says in all that is printed with `--json`: it grows when something there is taken away or changes."""
 COMPLETION_S = 0.5
 """How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
 
@@ -52,25 +46,6 @@ def joined(run: str | None) -> AbstractContextManager[Peer]:
     from busflow.wire.client.client import join
 
     return join(run)
-
-
-def print_answer(answer: Mapping[str, Any]) -> None:
-    """Print what a command found out, as one JSON object."""
-    print_json({"version": JSON_VERSION, **answer})
-
-
-def print_line(told: Mapping[str, Any]) -> None:
-    """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
-    click.echo(line_of(told))
-
-
-def line_of(told: Mapping[str, Any]) -> str:
-    """An object as one line of JSON, with the version."""
-    versioned = {"version": JSON_VERSION, **told}
-    try:
-        return json.dumps(versioned, default=str, allow_nan=False)
-    except ValueError:  # infinity or NaN; a picture's million numbers are not looked at one by one to find none
-        return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
 def full_type(name: str, kind: str = "msg") -> str:

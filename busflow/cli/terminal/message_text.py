@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, Protocol
 
-from busflow.cli.options.run import line_of
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import Shape, parse_path, shape_at, shape_of, value_at
 from busflow.cli.terminal.message_filter import Filter, parse_filter
 from busflow.cli.terminal.one_line import csv_line
+from busflow.cli.terminal.output import line_of
 from busflow.cli.terminal.yaml_text import yaml_lines
 from busflow.errors import KeyPath
 from busflow.text import printable

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import click
 
@@ -15,6 +16,9 @@ from busflow.text import printable
 
 _LABEL = re.compile(r"(^|: |  )(error|warning|info|fix):", re.MULTILINE)
 _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan", "fix": "green"}
+
+JSON_VERSION = 1
+"""What `version` says in all that is printed with `--json`: it grows when something there is taken away or changes."""
 
 
 def colour() -> bool | None:
@@ -45,6 +49,25 @@ def print_json(data: object) -> None:
 def json_text(data: object) -> str:
     """Data as JSON that every reader accepts; ASCII only, so that nothing in it can steer a terminal."""
     return json.dumps(finite(data), indent=2, default=str, allow_nan=False)
+
+
+def print_answer(answer: Mapping[str, Any]) -> None:
+    """Print what a command found out, as one JSON object."""
+    print_json({"version": JSON_VERSION, **answer})
+
+
+def print_line(told: Mapping[str, Any]) -> None:
+    """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
+    click.echo(line_of(told))
+
+
+def line_of(told: Mapping[str, Any]) -> str:
+    """An object as one line of JSON, with the version."""
+    versioned = {"version": JSON_VERSION, **told}
+    try:
+        return json.dumps(versioned, default=str, allow_nan=False)
+    except ValueError:  # infinity or NaN; a picture's million numbers are not looked at one by one to find none
+        return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
 def near(file: str) -> str:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import print_line
 from busflow.cli.terminal.field_paths import shape_of
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_line, tell
 from busflow.cli.topic.echoing import agreed_type, tell_if_silent
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
 from busflow.errors import ExitCode, InvalidInput, Problem

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import complete_topics, joined, joins, print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.run import complete_topics, joined, joins
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.text import printable
 
 if TYPE_CHECKING:

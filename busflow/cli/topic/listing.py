@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins, print_answer
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins
+from busflow.cli.terminal.output import print_answer, tell
 from busflow.cli.terminal.table import print_text
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.bus.names import check_full_topic_name
-from busflow.cli.options.run import full_type, print_line
+from busflow.cli.options.run import full_type
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.one_line import python_form
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_line, tell
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem

@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from busflow.cli.options.run import complete_topics, joined, joins, print_answer
+from busflow.cli.options.run import complete_topics, joined, joins
+from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.run_summary import TOPIC_COLUMNS, topic_rows
 from busflow.cli.terminal.table import print_table
 

@@ -14,6 +14,7 @@ from busflow.interfaces.encoding import json_form
 from busflow.interfaces.encoding import msg_text as definition
 from busflow.interfaces.encoding.cdr import Codec
 from busflow.interfaces.encoding.description import (
+    SERVICE_EVENT_INFO,
     Count,
     Field,
     IndividualDescription,
@@ -24,8 +25,16 @@ from busflow.interfaces.encoding.description import (
     service_types,
 )
 from busflow.interfaces.fields import ArrayKind, FieldType
-from busflow.interfaces.message import Message, ServiceType, UInt8Array, constants_of, fields_of, is_ros_type, type_name
-from busflow.msgs.service_msgs import ServiceEventInfo
+from busflow.interfaces.message import (
+    Message,
+    ServiceType,
+    UInt8Array,
+    constants_of,
+    fields_of,
+    find_type,
+    is_ros_type,
+    type_name,
+)
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
@@ -171,7 +180,8 @@ def describe(cls: type[Message | ServiceType]) -> TypeDescription:
     """
     types: dict[str, IndividualDescription] = {}
     if issubclass(cls, ServiceType):
-        for part in (cls.Request, cls.Response, ServiceEventInfo):
+        event_info = cast("type[Message]", find_type(SERVICE_EVENT_INFO))
+        for part in (cls.Request, cls.Response, event_info):
             _describe_all(part, types)
         types |= {each["type_name"]: each for each in service_types(type_name(cls))}
     else:

@@ -24,8 +24,17 @@ from busflow.text import printable
 from busflow.wire.client.graph_view import GraphView, TopicView, view
 from busflow.wire.client.listener import MOST_BYTES, Listener, Received
 from busflow.wire.client.speaker import Speaker, speaking
-from busflow.wire.queries.server import PREFIX, READING
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH, PATIENCE, Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.keys import (
+    DOMAIN,
+    GRAPH,
+    PATIENCE,
+    QUERY_PREFIX,
+    READ_ONLY_QUERIES,
+    Attachment,
+    Kind,
+    Token,
+    topic_key,
+)
 from busflow.wire.zenoh.refusal import refusal, service_refusal
 from busflow.wire.zenoh.run_directory import AT, FoundRun, find_run
 
@@ -106,7 +115,7 @@ class Peer:
 
     def ask_for_messages(self, question: str, **arguments: Any) -> list[tuple[Any, list[Received]]]:
         """As `ask`; with each answer the messages that came before it."""
-        if question not in READING:
+        if question not in READ_ONLY_QUERIES:
             self.require(question.replace("_", " "))
         messages: dict[str, list[Received]] = {}
         found: list[tuple[Any, list[Received]]] = []
@@ -145,9 +154,9 @@ class Peer:
     def processes(self) -> Mapping[str, str]:
         """The name of each process of the run, by its session; a run in one process does not tell it."""
         found: dict[str, str] = {}
-        for reply in self.session.liveliness().get(f"{PREFIX}/*/shown/*/*", timeout=self._patience_s):
+        for reply in self.session.liveliness().get(f"{QUERY_PREFIX}/*/shown/*/*", timeout=self._patience_s):
             if reply.ok is not None:
-                process, _, session, _ = str(reply.ok.key_expr).removeprefix(f"{PREFIX}/").split("/")
+                process, _, session, _ = str(reply.ok.key_expr).removeprefix(f"{QUERY_PREFIX}/").split("/")
                 found[session] = process
         return found
 
@@ -319,7 +328,7 @@ class Peer:
 
     def _replies(self, question: str, arguments: Mapping[str, Any], timeout_s: float) -> Any:
         return self.session.get(
-            f"{PREFIX}/*/{question}",
+            f"{QUERY_PREFIX}/*/{question}",
             payload=json.dumps(arguments),
             congestion_control=zenoh.CongestionControl.DROP,
             consolidation=zenoh.ConsolidationMode.NONE,

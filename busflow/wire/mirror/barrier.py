@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.wire.queries.server import PREFIX
+from busflow.wire.zenoh.keys import QUERY_PREFIX
 
 if TYPE_CHECKING:
     from busflow.wire.mirror.mirror import Mirror
@@ -71,7 +71,7 @@ class Barrier:
         self._mirror.presence.on_change.append(self._look_soon)
         callback: Any = zenoh.handlers.Callback(hear, indirect=False)
         for word in (f"{_SHOWN}/**", f"{_LINKED}/{self._zid}/*"):
-            key = f"{PREFIX}/*/{word}"
+            key = f"{QUERY_PREFIX}/*/{word}"
             self._ways.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
         self._look()
 
@@ -107,7 +107,7 @@ class Barrier:
             waker.cancel()
 
     def _on_token(self, text: str, alive: bool) -> None:
-        process, word, *rest = text.removeprefix(f"{PREFIX}/").split("/")
+        process, word, *rest = text.removeprefix(f"{QUERY_PREFIX}/").split("/")
         if process == self._process:
             if word == _SHOWN and rest[0] != self._zid:
                 self._tell(process, alive)
@@ -154,13 +154,13 @@ class Barrier:
         liveliness = self._session.liveliness()
         count = self._mirror.shown
         if self._shown is None or self._shown[0] != count:
-            key = f"{PREFIX}/{self._process}/{_SHOWN}/{self._zid}/{count}"
+            key = f"{QUERY_PREFIX}/{self._process}/{_SHOWN}/{self._zid}/{count}"
             former, self._shown = self._shown, (count, liveliness.declare_token(key))
             if former is not None:
                 former[1].undeclare()
         for process, (session, expected) in self._others.items():
             if process not in self._links and self._mirror.presence.count(session) >= expected:
                 self._links[process] = liveliness.declare_token(
-                    f"{PREFIX}/{self._process}/{_LINKED}/{session}/{self._zid}"
+                    f"{QUERY_PREFIX}/{self._process}/{_LINKED}/{session}/{self._zid}"
                 )
         self._changed.set()

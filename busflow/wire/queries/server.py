@@ -22,6 +22,7 @@ import zenoh
 
 from busflow.errors import BusflowError
 from busflow.text import did_you_mean, printable
+from busflow.wire.zenoh.keys import QUERY_PREFIX
 from busflow.wire.zenoh.refusal import encode_refusal
 
 if TYPE_CHECKING:
@@ -29,12 +30,6 @@ if TYPE_CHECKING:
 
     from busflow.wire.zenoh.sender import Sender
 
-PREFIX = "@busflow/1"
-READING = (
-    *("run", "report", "graph", "types", "services", "history", "measure"),
-    *("parameters", "parameter_changes", "log"),
-)
-"""The questions that leave the run as it was: who may only look may ask them."""
 _ARGUMENT_BYTES = 1 << 20
 _MOST_WAITING = 64
 """Questions that may wait for the loop. One more is not taken: who asks a blocked run over and over is told nothing."""
@@ -68,7 +63,7 @@ class Answers:
         """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
         self._questions, self._sender, self._log, self._on_loop = questions, sender, log, on_loop
         self._room = threading.Semaphore(_MOST_WAITING)
-        self._key = f"{PREFIX}/{process}/"
+        self._key = f"{QUERY_PREFIX}/{process}/"
         self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._hear, indirect=False))
 
     def close(self) -> None:

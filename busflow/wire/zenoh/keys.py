@@ -17,6 +17,13 @@ from busflow.errors import MalformedMessage
 
 DOMAIN = 0
 GRAPH = "@ros2_lv"
+QUERY_PREFIX = "@busflow/1"
+"""Queries to the processes of a run travel under `@busflow/1/<process>/<query>`."""
+READ_ONLY_QUERIES = (
+    *("run", "report", "graph", "types", "services", "history", "measure"),
+    *("parameters", "parameter_changes", "log"),
+)
+"""Queries that leave the run as it was: a client that may only read may send them."""
 PATIENCE = "timeout"
 """The parameter of a query that says for how many seconds the answer of a service is waited for."""
 _GID_BYTES = 16

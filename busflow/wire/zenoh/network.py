@@ -14,15 +14,14 @@ from typing import Any
 from busflow.launchfile.check.credentials import Credentials, credentials_of
 from busflow.launchfile.model.network import TCP, TLS, Endpoint, NetworkSpec
 from busflow.launchfile.model.roles import Role
-from busflow.wire.queries.server import PREFIX, READING
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH
+from busflow.wire.zenoh.keys import DOMAIN, GRAPH, QUERY_PREFIX, READ_ONLY_QUERIES
 
 _RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
 """How often a machine that is not there is looked for."""
 _TAKING = ("put", "delete", "reply", "liveliness_token", "declare_queryable")
 _DOING = (*_TAKING, "declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber")
 """All that Zenoh knows of."""
-_DATA, _KEPT, _GRAPH, _QUESTIONS = f"{DOMAIN}/**", f"{DOMAIN}/**/@adv/**", f"{GRAPH}/**", f"{PREFIX}/**"
+_DATA, _KEPT, _GRAPH, _QUESTIONS = f"{DOMAIN}/**", f"{DOMAIN}/**/@adv/**", f"{GRAPH}/**", f"{QUERY_PREFIX}/**"
 _EVERYTHING = (_DATA, _KEPT, _GRAPH, _QUESTIONS)
 
 
@@ -85,7 +84,8 @@ def _reading() -> Iterator[dict[str, Any]]:
     yield _rule("look", ("liveliness_query", "declare_liveliness_subscriber"), inwards, (_GRAPH, _KEPT, _QUESTIONS))
     own = [f"{GRAPH}/*/*/*/*/{kind}/**" for kind in ("NN", "MS")]
     yield _rule("be-seen", ("liveliness_token",), inwards, own)
-    yield _rule("ask", ("query",), inwards, (_KEPT, *(f"{PREFIX}/*/{question}" for question in READING)))
+    reading = (f"{QUERY_PREFIX}/*/{query}" for query in READ_ONLY_QUERIES)
+    yield _rule("ask", ("query",), inwards, (_KEPT, *reading))
 
 
 def _rule(name: str, messages: Sequence[str], flows: Sequence[str], keys: Sequence[str]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from busflow import Node, Parameters, publisher, subscription
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
 from busflow.msgs.std_msgs import Int64, String
 from busflow.wire.queries import server as answers_module
-from busflow.wire.queries.server import PREFIX
+from busflow.wire.zenoh.keys import QUERY_PREFIX
 
 pytestmark = pytest.mark.asyncio
 
@@ -33,7 +33,7 @@ class Ear(Node):
 
 def raw(peer, question, payload, **words):
     """The replies to a question as it is, each decoded from JSON."""
-    replies = peer.session.get(f"{PREFIX}/main/{question}", payload=payload, timeout=10, **words)
+    replies = peer.session.get(f"{QUERY_PREFIX}/main/{question}", payload=payload, timeout=10, **words)
     return [json.loads(reply.ok.payload.to_bytes()) for reply in replies if reply.ok is not None]
 
 
@@ -132,7 +132,7 @@ async def test_of_questions_that_wait_for_a_busy_loop_there_is_an_end(looked_at)
         def flood():
             for _ in range(count):
                 heard = zenoh.handlers.Callback(answered.append, drop=ended.release, indirect=False)
-                looked.peer.session.get(f"{PREFIX}/main/run", heard, timeout=60)
+                looked.peer.session.get(f"{QUERY_PREFIX}/main/run", heard, timeout=60)
             # The loop is held up by this very wait: what was not taken comes back at once.
             for _ in range(50):
                 assert ended.acquire(timeout=60)
