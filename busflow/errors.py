@@ -257,7 +257,7 @@ class Deadlock(BusflowError):
 
 
 class PluginError(BusflowError):
-    """A plugin cannot be found or imported; `problem.place` is the line of the plugin's code at fault."""
+    """A plugin or an installed command cannot be found or imported; `problem.place` is its line of code at fault."""
 
     exit_code = ExitCode.USAGE
 
@@ -345,6 +345,17 @@ class LaunchError(BusflowError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         super().__init__("\n".join(problem.render() for problem in self.problems))
+
+
+def how_to_install(*parts: str) -> str:
+    """How parts of this project are installed: none of it is published yet, so all of it comes from a clone.
+
+    >>> how_to_install(".[top]"), how_to_install(".", "./ui")
+    ("in a clone of busflow: pip install '.[top]'", 'in a clone of busflow: pip install . ./ui')
+    """
+    import shlex
+
+    return f"in a clone of busflow: pip install {shlex.join(parts)}"
 
 
 def _sentence(fault: Fault) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import click
 
 import busflow
-from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.root import Root
 from busflow.cli.terminal.output import colour, tell
 from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
@@ -29,7 +29,7 @@ _COMMANDS = {
     "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),
     "replay": ("busflow.cli.replay:replay", "Run nodes anew on a recording and compare with it."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
-    "foxglove": ("busflow.cli.foxglove:foxglove", "Serve a running graph to Foxglove and Lichtblick."),
+    "foxglove": ("", "Serve a running graph to Foxglove and Lichtblick."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
     "interface": ("busflow.cli.interface:interface", "Look at message and service types."),
@@ -39,6 +39,8 @@ _COMMANDS = {
     "certs": ("busflow.cli.certs:certs", "Make the certificates that link machines."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
+_APART = {"foxglove": "ui"}
+"""Those that another distribution of this project provides, each with its folder there."""
 _HELP = """A robot's node graph that you pip install.
 
 \b
@@ -103,7 +105,7 @@ def _leave_memory_behind() -> None:
 
 def _answer(arguments: list[str]) -> int:
     """Run the command; whatever goes wrong is told once, on standard error."""
-    root = LazyGroup("busflow", _COMMANDS, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
+    root = Root(_COMMANDS, _APART, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
     root.params += _OPTIONS
     if "_BUSFLOW_COMPLETE" in os.environ:
         from click.shell_completion import shell_complete
@@ -121,7 +123,7 @@ def _answer(arguments: list[str]) -> int:
         return ExitCode.USAGE
 
 
-def _invoke(root: click.Group, context: click.Context) -> int:
+def _invoke(root: Root, context: click.Context) -> int:
     try:
         return int(root.invoke(context) or ExitCode.OK)
     except BusflowError as error:
@@ -133,7 +135,7 @@ def _invoke(root: click.Group, context: click.Context) -> int:
         raise
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
         _tell_traceback(error)
-        tell("error: this is a bug in busflow; please report it with the lines above")
+        tell(f"error: this is a bug in {root.owner(context.invoked_subcommand)}; please report it with the lines above")
         return ExitCode.FAILED
 
 

@@ -15,6 +15,7 @@ import click
 
 import busflow
 from busflow.cli.options.run import complete_runs
+from busflow.cli.root import Root
 from busflow.cli.terminal.output import near, print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
@@ -43,7 +44,8 @@ class _Examined:
 @click.command(epilog=_EXAMPLES)
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Only this run; see busflow ps.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def doctor(run: str | None, as_json: bool) -> int:
+@click.pass_context
+def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
     """Tell versions, run directories and runs, and what is wrong in each graph that runs; exit code 3 if something is.
 
     Directories that dead runs have left are removed.
@@ -51,7 +53,7 @@ def doctor(run: str | None, as_json: bool) -> int:
     from busflow.wire.zenoh.run_directory import folders
 
     places = folders()
-    findings = [*_about_versions(), *_about(places)]
+    findings = [*_about_versions(), *_about_commands(context), *_about(places)]
     examined = [_examine(present) for present in _present(run, findings)]
     findings += [problem for each in examined for problem in each.findings]
     if as_json:
@@ -96,6 +98,12 @@ def _about_versions() -> Iterator[Problem]:
         require_zenoh()
     except InspectionUnavailable as error:
         yield Problem("no-zenoh", f"runs cannot be looked into: {error}", "pip install eclipse-zenoh")
+
+
+def _about_commands(context: click.Context) -> Iterator[Problem]:
+    root = context.find_root().command
+    if isinstance(root, Root):
+        yield from root.problems()
 
 
 def _about(folders: list[Folder]) -> Iterator[Problem]:

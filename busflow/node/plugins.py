@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard, cast
 
 from busflow.errors import BusflowError, Place, PluginError, Problem
+from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.text import did_you_mean
 from busflow.validation import tracebacks as blame
@@ -62,7 +63,7 @@ def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
         for path in _plugins_in(Path(folder)):
             for summary in _summaries(path):
                 found.setdefault(summary.name, summary)
-    for entry in _entry_points():
+    for entry in entry_points(GROUP):
         found.setdefault(entry.name, _summary_of_installed(entry.name, entry.module, entry.attr))
     return sorted(found.values(), key=lambda summary: summary.name)
 
@@ -97,7 +98,7 @@ def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node
     if name in _BUILT_IN:
         module, _, attr = _BUILT_IN[name].partition(":")
         return getattr(importlib.import_module(module), attr)
-    for entry in _entry_points():
+    for entry in entry_points(GROUP):
         if entry.name == name:
             return _load_installed(entry, wanted)
     raise _not_found(name, places)
@@ -317,28 +318,6 @@ def _error(code: str, message: str, fix: str) -> PluginError:
 # Looking without importing -------------------------------------------------------------------------------
 
 
-def _entry_points() -> Iterable[EntryPoint]:
-    """What is installed; importlib.metadata takes 30 ms to import, and is asked only where it may know something."""
-    others = any(hasattr(finder, "find_distributions") for finder in sys.meta_path if finder is not PathFinder)
-    if not others and not any(_may_offer_nodes(entry or ".") for entry in sys.path):
-        return ()
-    from importlib.metadata import entry_points
-
-    return entry_points(group=GROUP)
-
-
-def _may_offer_nodes(entry: str) -> bool:
-    """Whether an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
-    try:
-        folders = [each for each in Path(entry).iterdir() if each.suffix in {".dist-info", ".egg-info"}]
-    except FileNotFoundError:
-        return False
-    except OSError:
-        return True
-    files = [each / "entry_points.txt" for each in folders]
-    return any(GROUP.encode() in file.read_bytes() for file in files if file.is_file())
-
-
 def _plugins_in(folder: Path, name: str | None = None) -> list[Path]:
     """The `x.py` and `x/` of a folder that may be plugins; only those called `name` if it is given."""
     if name is not None:
@@ -371,16 +350,11 @@ def _summaries(path: Path) -> list[PluginSummary]:
 
 
 def _summary_of_installed(name: str, module: str, attr: str) -> PluginSummary:
-    """Follows the module's name from folder to folder: `importlib.util.find_spec` would import parents."""
-    spec, search = None, None
-    parts = module.split(".")
-    for end in range(1, len(parts) + 1):
-        spec = PathFinder.find_spec(".".join(parts[:end]), search)
-        search = spec.submodule_search_locations if spec else []
-    if spec and spec.origin:
+    file = source_of(module)
+    if file is not None:
         with suppress(*UNREADABLE):
-            known = Outline().of_file(Path(spec.origin))
-            own = (each for each in known.values() if str(each.file) == spec.origin)
+            known = Outline().of_file(file)
+            own = (each for each in known.values() if each.file == file)
             found = known.get(attr) or next(own, None)
             if found:
                 return PluginSummary(name, found.summary, str(found.file), found.line)

@@ -6,12 +6,15 @@ import gc
 import importlib
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.runner.garbage import is_frozen
 from busflow.text import did_you_mean
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem  # importing it costs what only the tab key needs
 
 
 @contextmanager
@@ -39,6 +42,11 @@ class LazyGroup(click.Group):
         super().__init__(name, help=help, no_args_is_help=False, **settings)
         self._lazy = lazy
 
+    @property
+    def rows(self) -> list[tuple[str, str]]:
+        """Each command with its line of help."""
+        return [(name, line) for name, (_, line) in self._lazy.items()]
+
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's signature
         """The commands in the order in which they were given."""
         return list(self._lazy)
@@ -53,7 +61,14 @@ class LazyGroup(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's signature
         """List the commands by the help that was given with them."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, line) for name, (_, line) in self._lazy.items()])
+            formatter.write_dl(self.rows)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """The commands that begin so, with their lines of help."""
+        from click.shell_completion import CompletionItem
+
+        verbs = [CompletionItem(name, help=line) for name, line in self.rows if name.startswith(incomplete)]
+        return [*verbs, *click.Command.shell_complete(self, ctx, incomplete)]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Without a command, show what there is."""
@@ -67,5 +82,7 @@ class LazyGroup(click.Group):
         """The command that is meant, or an error with the nearest one."""
         name = args[0]
         if name not in self._lazy and not ctx.resilient_parsing:
-            ctx.fail(f"there is no command {name!r}: {did_you_mean(name, self._lazy)}")
+            known = self.list_commands(ctx)
+            if name not in known:
+                ctx.fail(f"there is no command {name!r}: {did_you_mean(name, known)}")
         return super().resolve_command(ctx, args)

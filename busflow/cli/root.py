@@ -1,0 +1,157 @@
+"""Root: the group of all commands, busflow's own and those that other distributions offer by entry points.
+
+An entry point of the group `busflow.commands` has the verb for a name and a click command for a value. It is imported
+when the verb is used, and not to list it. No distribution replaces a verb of busflow's own.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from busflow.cli.options.lazy_group import LazyGroup
+from busflow.errors import PluginError, Problem, Severity, how_to_install
+from busflow.node.entry_points import entry_points, source_of
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+GROUP = "busflow.commands"
+"""The entry point group under which an installed distribution offers its commands."""
+
+
+class Root(LazyGroup):
+    """The commands of busflow and of the distributions that are installed beside it."""
+
+    def __init__(self, lazy: Mapping[str, tuple[str, str]], apart: Mapping[str, str], **settings: Any) -> None:
+        """The group `busflow`.
+
+        Args:
+            lazy: busflow's commands, as `LazyGroup` has them; of those in `apart`, what is imported is not looked at.
+            apart: the verbs that another distribution of this project provides, each with its folder in the clone.
+            settings: those of a click group.
+        """
+        super().__init__("busflow", lazy, **settings)
+        self._apart, self._own = apart, lazy.keys() - apart.keys()
+
+    @property
+    def rows(self) -> list[tuple[str, str]]:
+        """Each command with its line of help, those of unknown distributions last."""
+        others = [(verb, _summary(found)) for verb, found in self._offers.items() if verb not in self._lazy]
+        return [*super().rows, *others]
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands, those of unknown distributions last."""
+        return list(dict.fromkeys([*super().list_commands(ctx), *self._offers]))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command, imported now.
+
+        Raises:
+            PluginError: its distribution is not installed, or cannot be used.
+        """
+        if cmd_name in self._own:
+            return super().get_command(ctx, cmd_name)
+        try:
+            return self._load(cmd_name)
+        except PluginError:
+            if ctx.resilient_parsing:  # a shell completes, and would show the error in the middle of what is typed
+                return None
+            raise
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands, and below them what is installed and cannot be used."""
+        super().format_commands(ctx, formatter)
+        for problem in self.problems():
+            formatter.write_paragraph()
+            formatter.write_text(problem.render().replace("\n", ";"))
+
+    def owner(self, verb: str | None) -> str:
+        """Whose mistake it is if a command does not work: busflow, or the distribution that provides it."""
+        found = self._offers.get(verb or "")
+        return "busflow" if found is None or verb in self._own else _distribution(found[0])
+
+    def problems(self) -> Iterator[Problem]:
+        """The entry points that are not used, and why."""
+        for verb, found in self._offers.items():
+            if verb in self._own:
+                names = " and ".join(map(_distribution, found))
+                message = f"the command {printable(verb)} of {names} is not used: busflow has one of this name"
+                yield Problem(
+                    "command-shadowed", message, f"{_removal(found[0])}, or rename it", None, Severity.WARNING
+                )
+            elif len(found) > 1:
+                yield _ambiguity(found)
+
+    @cached_property
+    def _offers(self) -> dict[str, list[EntryPoint]]:
+        """The entry points by their verbs, in the order of the alphabet."""
+        found: dict[str, list[EntryPoint]] = {}
+        for each in sorted(entry_points(GROUP), key=lambda entry: (entry.name, _distribution(entry), entry.value)):
+            found.setdefault(each.name, []).append(each)
+        return found
+
+    def _load(self, verb: str) -> click.Command | None:
+        found = self._offers.get(verb, [])
+        if len(found) > 1:
+            raise PluginError(_ambiguity(found))
+        if found:
+            return _imported(found[0])
+        if verb not in self._apart:
+            return None
+        folder = self._apart[verb]
+        message = f"busflow {verb} is a command of busflow-{folder}, which is not installed here"
+        raise PluginError(Problem("command-missing", message, how_to_install(".", f"./{folder}")))
+
+
+def _imported(entry: EntryPoint) -> click.Command:
+    where = f"{_distribution(entry)} (entry point {GROUP}: {entry.name} = {entry.value})"
+    try:
+        command = entry.load()
+    except (Exception, SystemExit) as error:
+        from busflow.validation import tracebacks
+
+        message = f"busflow {entry.name} cannot be imported from {where}: {tracebacks.reason(error)}"
+        fix = f"install it anew, or do without: {_removal(entry)}"
+        if isinstance(error, ModuleNotFoundError) and error.name:
+            fix = f"install what provides {error.name!r} into the environment {sys.prefix}"
+        raise PluginError(Problem("command-import", message, fix, tracebacks.blame(error))) from error
+    if not isinstance(command, click.Command):
+        message = f"busflow {entry.name} cannot be used: in {where} is no click command"
+        raise PluginError(Problem("no-command", message, _removal(entry)))
+    return command
+
+
+def _ambiguity(found: list[EntryPoint]) -> Problem:
+    names = " and ".join(f"{_distribution(each)} ({each.value})" for each in found)
+    message = f"busflow {found[0].name} is offered more than once, by {names}"
+    return Problem("command-ambiguous", message, f"keep one: {_removal(found[-1])}")
+
+
+def _distribution(entry: EntryPoint) -> str:
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unknown distribution"
+
+
+def _removal(entry: EntryPoint) -> str:
+    return f"pip uninstall {entry.dist.name if entry.dist else '…'}"
+
+
+def _summary(found: list[EntryPoint]) -> str:
+    """What a command's docstring says first, read and not imported; without one, whose command it is."""
+    import ast
+
+    entry = found[0]
+    file = source_of(entry.module)
+    with suppress(OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        for statement in ast.parse(file.read_bytes()).body if file else ():
+            if isinstance(statement, ast.FunctionDef) and statement.name == entry.attr:
+                text = ast.get_docstring(statement) or ""
+                if text:
+                    return printable(text.partition("\n")[0])
+    return printable(f"A command of {' and '.join(map(_distribution, found))}.")

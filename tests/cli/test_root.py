@@ -1,0 +1,243 @@
+"""The commands of other distributions: found by entry points, imported when used, and explained where they fail."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+Install = Callable[..., Path]
+
+LIDAR = '''
+"""Commands of a lidar."""
+
+import sys
+
+import click
+
+from busflow.errors import NoSuchTarget
+
+
+@click.command()
+@click.option("--speed", type=int, default=1)
+def spin(speed: int) -> int:
+    """Spin the lidar.
+
+    As fast as it goes.
+    """
+    click.echo(f"spins at {speed}")
+    return 3 if speed > 9 else 0
+
+
+@click.command()
+def stop() -> None:
+    raise NoSuchTarget("there is no lidar")
+
+
+@click.command()
+def fail() -> None:
+    raise KeyError("a mistake")
+
+
+number = 5
+'''
+
+ANEW = "install it anew, or do without: pip uninstall mine"
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
+    """Makes a distribution of one module that offers commands, as if it was installed."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def install(distribution: str, *entry_points: str, source: str = LIDAR) -> Path:
+        module = distribution.replace("-", "_")
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        (tmp_path / f"{module}.py").write_text(source)
+        metadata = tmp_path / f"{module}-1.0.dist-info"
+        metadata.mkdir()
+        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
+        (metadata / "entry_points.txt").write_text("\n".join(["[busflow.commands]", *entry_points, ""]))
+        return tmp_path
+
+    return install
+
+
+def test_a_command_is_listed_without_importing_it_and_imported_when_it_is_used(install: Install, capsys: Captured):
+    install("mine", "spin = mine:spin", "number = mine:number")
+    assert main(["--help"]) == 0
+    out = capsys.readouterr().out
+    assert re.search(
+        r"new +Make a small project .*\n  number +A command of mine 1\.0\.\n  spin +Spin the lidar\.\n", out
+    )
+    assert "mine" not in sys.modules
+    assert main(["spin", "--speed", "10"]) == 3
+    assert capsys.readouterr().out == "spins at 10\n"
+    assert "mine" in sys.modules
+
+
+def test_a_command_of_its_own_imports_no_metadata(install: Install):
+    site = install("mine", "spin = mine:spin")
+    code = (
+        "import sys; from busflow.cli import main; main(['plugins', 'info', '--help'])\n"
+        "print([name for name in ('importlib.metadata', 'mine') if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=site)
+    assert done.stderr == "[]\n"
+
+
+def test_a_verb_that_is_mistyped_is_compared_with_installed_ones_too(install: Install, capsys: Captured):
+    install("mine", "spin = mine:spin")
+    assert main(["spinn"]) == 2
+    assert "there is no command 'spinn': did you mean 'spin'?" in capsys.readouterr().err
+
+
+def test_an_error_of_a_command_is_told_as_those_of_busflow_are(install: Install, capsys: Captured):
+    install("mine", "stop = mine:stop")
+    assert main(["stop"]) == 4
+    assert capsys.readouterr().err == "error: there is no lidar\n"
+
+
+def test_a_mistake_in_a_command_is_told_as_its_distributions(install: Install, capsys: Captured):
+    install("mine", "fail = mine:fail")
+    assert main(["fail"]) == 1
+    assert capsys.readouterr().err.splitlines()[-2:] == [
+        "KeyError: 'a mistake'",
+        "error: this is a bug in mine 1.0; please report it with the lines above",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("source", "told", "fix"),
+    [
+        (
+            "raise ValueError('no device')",
+            "ValueError: no device",
+            ANEW,
+        ),
+        ("import sys; sys.exit(5)", "SystemExit: 5", ANEW),
+        ("def f(:", "SyntaxError: invalid syntax", ANEW),
+        (
+            "import no_such_module",
+            "ModuleNotFoundError: No module named 'no_such_module'",
+            f"install what provides 'no_such_module' into the environment {sys.prefix}",
+        ),
+    ],
+)
+def test_a_command_that_cannot_be_imported_is_one_error(
+    install: Install, capsys: Captured, source: str, told: str, fix: str
+):
+    site = install("mine", "spin = mine:spin", source=source)
+    assert main(["spin", "--help"]) == 2
+    first, *_, last = capsys.readouterr().err.splitlines()
+    place, _, message = first.partition(" error: ")
+    assert re.fullmatch(rf"{re.escape(str(site))}/mine\.py:1:\d+:", place)
+    where = "mine 1.0 (entry point busflow.commands: spin = mine:spin)"
+    assert message == f"busflow spin cannot be imported from {where}: {told}"
+    assert last == f"  fix: {fix}"
+
+
+def test_the_traceback_of_a_failing_import_is_shown_on_request(install: Install, capsys: Captured):
+    install("mine", "spin = mine:spin", source="raise ValueError('no device')")
+    assert main(["--traceback", "spin"]) == 2
+    err = capsys.readouterr().err
+    assert "Traceback (most recent call last)" in err
+    assert "\nValueError: no device\n" in err
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (
+            "mine:none",
+            "busflow spin cannot be imported from mine 1.0 (entry point busflow.commands: spin = mine:none): ",
+        ),
+        ("mine:number", "in mine 1.0 (entry point busflow.commands: spin = mine:number) is no click command"),
+    ],
+)
+def test_what_is_no_command_is_refused(install: Install, capsys: Captured, value: str, told: str):
+    install("mine", f"spin = {value}")
+    assert main(["spin"]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_verb_that_two_distributions_offer_is_refused(install: Install, capsys: Captured):
+    for name in ("yours", "mine"):
+        install(name, f"spin = {name}:spin")
+    assert main(["spin"]) == 2
+    refusal = [
+        "error: busflow spin is offered more than once, by mine 1.0 (mine:spin) and yours 1.0 (yours:spin)",
+        "  fix: keep one: pip uninstall yours",
+    ]
+    assert capsys.readouterr().err.splitlines() == refusal
+    assert main(["--help"]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert " ".join(" ".join(refusal).split()).replace(" fix:", "; fix:") in shown
+    assert not {"mine", "yours"} & sys.modules.keys()
+
+
+def test_no_distribution_replaces_a_command_of_busflow(install: Install, capsys: Captured):
+    install("mine", "plugins = mine:spin")
+    assert main(["plugins", "list", "--json"]) == 0
+    assert '"plugins"' in capsys.readouterr().out
+    assert "mine" not in sys.modules
+    assert main(["--help"]) == 0
+    told = "warning: the command plugins of mine 1.0 is not used: busflow has one of this name; fix: pip uninstall mine"
+    assert told in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.usefixtures("place")
+def test_the_doctor_finds_commands_that_cannot_be_used(install: Install, capsys: Captured):
+    install("mine", "plugins = mine:spin", "spin = mine:spin")
+    assert main(["doctor"]) == 3
+    assert "warning: the command plugins of mine 1.0 is not used" in capsys.readouterr().out
+
+
+class TestCompletion:
+    @staticmethod
+    def completed(capsys: Captured, monkeypatch: pytest.MonkeyPatch, words: str) -> list[str]:
+        monkeypatch.setenv("_BUSFLOW_COMPLETE", "bash_complete")
+        monkeypatch.setenv("COMP_WORDS", f"busflow {words}")
+        monkeypatch.setenv("COMP_CWORD", str(len(words.split(" "))))
+        main([])
+        captured = capsys.readouterr()
+        assert captured.err == ""
+        return [line.partition(",")[2] for line in captured.out.splitlines()]
+
+    def test_a_verb_is_completed_without_importing_any(
+        self, install: Install, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    ):
+        install("mine", "spin = mine:spin")
+        assert self.completed(capsys, monkeypatch, "s") == ["service", "schema", "spin"]
+        assert "mine" not in sys.modules
+
+    def test_an_option_of_an_installed_command_is_completed(
+        self, install: Install, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    ):
+        install("mine", "spin = mine:spin")
+        assert self.completed(capsys, monkeypatch, "spin --s") == ["--speed"]
+
+    def test_a_command_that_cannot_be_imported_completes_to_nothing_in_silence(
+        self, install: Install, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+    ):
+        install("mine", "spin = mine:spin", source="raise ValueError('no device')")
+        assert "spin" in self.completed(capsys, monkeypatch, "s")
+        assert "--speed" not in self.completed(capsys, monkeypatch, "spin --s")
+
+
+def test_a_command_of_a_distribution_that_is_not_installed_says_what_to_install(
+    capsys: Captured, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("busflow.cli.root.entry_points", lambda _group: ())  # busflow-ui may be installed here
+    assert main(["foxglove", "--port", "0"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.splitlines() == [
+        "error: busflow foxglove is a command of busflow-ui, which is not installed here",
+        "  fix: in a clone of busflow: pip install . ./ui",
+    ]
