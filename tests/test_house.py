@@ -13,9 +13,11 @@ import pytest
 import busflow
 
 ROOT = Path(__file__).parents[1]
-PRODUCT = sorted([*ROOT.glob("busflow/**/*.py"), *ROOT.glob("plugins/**/*.py")])
+UI = ROOT / "ui"
+"""The distribution busflow-ui, to which the same rules apply; a source distribution of busflow has none."""
+PRODUCT = sorted(path for part in ("busflow", "plugins", "ui/busflow_ui") for path in ROOT.glob(f"{part}/**/*.py"))
 EVERYTHING = sorted(
-    [*PRODUCT, *ROOT.glob("tests/**/*.py"), *ROOT.glob("benchmarks/**/*.py"), *ROOT.glob("docs/**/*.py")]
+    [*PRODUCT, *(path for part in ("tests", "benchmarks", "docs", "ui/tests") for path in ROOT.glob(f"{part}/**/*.py"))]
 )
 TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 
@@ -83,6 +85,7 @@ def dotted(node: ast.expr) -> str:
 def test_the_files_to_check_are_found():
     assert ROOT / "busflow/clock.py" in PRODUCT
     assert ROOT / "tests/test_house.py" in EVERYTHING
+    assert (UI / "busflow_ui/__init__.py" in PRODUCT) is (UI / "tests/conftest.py" in EVERYTHING) is UI.exists()
 
 
 def test_no_function_is_longer_than_a_screen():

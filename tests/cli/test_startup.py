@@ -43,7 +43,6 @@ IMPORTS = (
         "topic --help",
         "topic echo --help",
         "topic pub --help",
-        "foxglove --help",
     ],
 )
 def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):

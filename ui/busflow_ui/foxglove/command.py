@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import click
 
-from busflow.cli.options.run import complete_runs, complete_topics, joined
-from busflow.cli.terminal.output import tell
+from busflow.cli.commands import complete_runs, complete_topics, joined, tell
 
 if TYPE_CHECKING:
-    from busflow.foxglove.admission import Admission
-    from busflow.wire.client.client import Peer
+    from busflow.cli.commands import Peer
+    from busflow_ui.foxglove.admission import Admission
 
 _EXAMPLES = """\b
 Examples:
@@ -57,15 +55,11 @@ def foxglove(
 
     Each PATTERN is one more of those of --topics.
     """
-    try:
-        import_module("websockets.asyncio.server")  # what is older than that is of no use
-    except ImportError:
-        raise click.UsageError("busflow foxglove needs one more package: pip install 'busflow[foxglove]'") from None
     if more and not topics:
         raise click.UsageError(f"unexpected {more[0]!r}; patterns follow --topics")
     import asyncio
 
-    from busflow.foxglove.admission import Admission
+    from busflow_ui.foxglove.admission import Admission
 
     with joined(run) as peer:
         asyncio.run(_serve(peer, host, port, (*topics, *more), Admission(host, origins), read_only=read_only))
@@ -76,8 +70,8 @@ def foxglove(
 async def _serve(
     peer: Peer, host: str, port: int, topics: tuple[str, ...], admission: Admission, *, read_only: bool
 ) -> None:
-    from busflow.foxglove.admission import is_local
-    from busflow.foxglove.bridge import Bridge
+    from busflow_ui.foxglove.admission import is_local
+    from busflow_ui.foxglove.bridge import Bridge
 
     bridge = Bridge(peer, topics, read_only=read_only, tell=tell)
     try:

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import MalformedMessage
-from busflow.foxglove import protocol
-from busflow.foxglove.connections import Connections
-from busflow.foxglove.protocol import Level
+from busflow_ui.foxglove import protocol
+from busflow_ui.foxglove.connections import Connections
+from busflow_ui.foxglove.protocol import Level
 
 SCHEMA = "string data\n"
 VALUES = st.none() | st.integers() | st.text(max_size=3) | st.floats()

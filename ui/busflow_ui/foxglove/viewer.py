@@ -18,22 +18,20 @@ from websockets.exceptions import ConnectionClosed
 
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceUnavailable
-from busflow.foxglove import protocol
-from busflow.foxglove.connections import Connections
-from busflow.foxglove.protocol import Level
-from busflow.foxglove.publications import Publications
 from busflow.text import counted, printable
+from busflow_ui.foxglove import protocol
+from busflow_ui.foxglove.connections import Connections
+from busflow_ui.foxglove.protocol import Level
+from busflow_ui.foxglove.publications import Publications
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from websockets.asyncio.server import ServerConnection
 
-    from busflow.foxglove.catalogue import Catalogue, Change, Channel
-    from busflow.foxglove.parameters import RunParameters
-    from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import GraphView
-    from busflow.wire.client.listener import Listener
+    from busflow.cli.commands import GraphView, Listener, Peer
+    from busflow_ui.foxglove.catalogue import Catalogue, Change, Channel
+    from busflow_ui.foxglove.parameters import RunParameters
 
 _DEPTH = 1000
 _MOST_BYTES = 16 * 1024 * 1024

@@ -12,8 +12,6 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pytest
-
-pytest.importorskip("websockets", reason="busflow[foxglove] is not installed; what is said then has a test of its own")
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -24,6 +22,7 @@ from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
 from busflow.wire.client.client import join
+from tests.cli.test_startup import HEAVY, IMPORTS
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]
@@ -199,6 +198,14 @@ def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         return code, err
 
     return refused
+
+
+def test_its_help_imports_nothing_heavy():
+    code = IMPORTS.replace("sys.argv[1]", repr(f"{','.join(HEAVY)},zenoh,websockets"))
+    done = subprocess.run([sys.executable, "-c", code, "", "foxglove", "--help"], capture_output=True, text=True)
+    assert done.stderr == "imported: []\n"
+    assert done.returncode == 0
+    assert "--read-only" in done.stdout
 
 
 # Topics.

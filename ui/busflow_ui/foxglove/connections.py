@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
-    from busflow.wire.client.graph_view import EndView, GraphView
+    from busflow.cli.commands import EndView, GraphView
 
 Ends: TypeAlias = Mapping[str, tuple[str, ...]]
 """The nodes by the name of the topic or service."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from busflow.foxglove.admission import Admission, is_local
+from busflow_ui.foxglove.admission import Admission, is_local
 
 
 @pytest.mark.parametrize(

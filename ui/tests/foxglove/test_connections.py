@@ -5,7 +5,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.foxglove.connections import Connections
+from busflow_ui.foxglove.connections import Connections
 
 ENDS = st.dictionaries(
     st.sampled_from(["/a", "/b", "/c"]), st.lists(st.sampled_from(["/x", "/y"]), min_size=1, unique=True).map(tuple)

@@ -10,16 +10,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from busflow.bus.names import full_topic_name_fault
-from busflow.bus.patterns import Selection
+from busflow.cli.commands import GraphView, Selection, TopicView, full_topic_name_fault, known_type
 from busflow.errors import BusflowError, InspectionUnavailable, NoSuchTarget
 from busflow.text import did_you_mean, printable
-from busflow.wire.client.graph_view import GraphView, TopicView
-from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.interfaces.encoding.foreign import ForeignType
-    from busflow.wire.client.client import Peer, ServiceKind
+    from busflow.cli.commands import ForeignType, Peer, ServiceKind
 
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"

@@ -6,18 +6,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from busflow.bus.names import check_full_topic_name
+from busflow.cli.commands import check_full_topic_name, decode_json, known_type
 from busflow.errors import IncompatibleType, MalformedMessage, NoSuchTarget
-from busflow.interfaces.encoding.json_form import decode
 from busflow.text import printable
-from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.foxglove.protocol import ClientChannel
-    from busflow.interfaces.encoding.foreign import ForeignType
-    from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import GraphView
-    from busflow.wire.client.speaker import Speaker
+    from busflow.cli.commands import ForeignType, GraphView, Peer, Speaker
+    from busflow_ui.foxglove.protocol import ClientChannel
 
 ENCODINGS = ("cdr", "json")
 """What viewers may publish in, the one that is meant first where they have a choice."""
@@ -85,7 +80,7 @@ class Publications:
         if found is None:
             raise NoSuchTarget(f"nothing is published under the number {id_}; advertise it first")
         if found.is_json and found.type.is_ros:
-            found.speaker.publish(decode(payload, found.type.name))
+            found.speaker.publish(decode_json(payload, found.type.name))
         else:
             found.type.decode(payload)  # what cannot be read is told to who sent it, and not to the nodes
             found.speaker.publish_bytes(payload)

@@ -18,25 +18,24 @@ from websockets.frames import CloseCode
 from websockets.typing import Subprotocol
 
 import busflow
-from busflow.bus.patterns import Selection
+from busflow.cli.commands import Selection
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import BusflowError, InvalidInput, MalformedMessage, Problem
-from busflow.foxglove import protocol
-from busflow.foxglove.catalogue import Catalogue, Change
-from busflow.foxglove.connections import Connections
-from busflow.foxglove.parameters import RunParameters
-from busflow.foxglove.protocol import SUBPROTOCOLS, Level
-from busflow.foxglove.publications import ENCODINGS
-from busflow.foxglove.viewer import Viewer
 from busflow.text import counted, printable
+from busflow_ui.foxglove import protocol
+from busflow_ui.foxglove.catalogue import Catalogue, Change
+from busflow_ui.foxglove.connections import Connections
+from busflow_ui.foxglove.parameters import RunParameters
+from busflow_ui.foxglove.protocol import SUBPROTOCOLS, Level
+from busflow_ui.foxglove.publications import ENCODINGS
+from busflow_ui.foxglove.viewer import Viewer
 
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
-    from busflow.foxglove.admission import Admission
-    from busflow.foxglove.catalogue import Offer
-    from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import GraphView
+    from busflow.cli.commands import GraphView, Peer
+    from busflow_ui.foxglove.admission import Admission
+    from busflow_ui.foxglove.catalogue import Offer
 
 _LOOK_S = 1.0
 """How often it is looked what there is, while somebody is connected."""

@@ -6,13 +6,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
-pytest.importorskip("websockets", reason="busflow[foxglove] is not installed; what is said then has a test of its own")
 from websockets.asyncio.client import connect
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from busflow.foxglove.viewer import Viewer
+from busflow_ui.foxglove.viewer import Viewer
 
 PATIENCE_S = 60.0
 CALL = struct.pack("<BIII", 2, 1, 7, 3) + b"cdr"
