@@ -32,6 +32,7 @@ from sybil.parsers.markdown.lexers import RawFencedCodeBlockLexer
 
 from busflow.bus.qos import PRESETS, QoS
 from busflow.cli import _COMMANDS as COMMANDS
+from busflow.cli import commands
 from busflow.cli import main as busflow
 from busflow.cli.run import run
 from busflow.launchfile.load.load import load
@@ -242,6 +243,21 @@ def test_the_snippets_of(page):
 def test_links_between_pages_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
         assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_no_page_and_no_message_has_pip_look_for_what_is_not_published():
+    sources = [path for part in ("busflow", "plugins", "benchmarks", "ui") for path in (PROJECT / part).rglob("*.py")]
+    files = [*PAGES, PROJECT / "CHANGELOG.md", *(PROJECT / "busflow/cli/templates").iterdir(), *sources]
+    asked = re.compile(r"""pip install (-\S+ )*["']?busflow""")
+    assert [str(path) for path in files if path.is_file() and asked.search(path.read_text("utf-8"))] == []
+
+
+def test_the_page_on_commands_names_all_that_they_may_use():
+    page = (PROJECT / "docs/commands.md").read_text("utf-8")
+    rows = re.findall(r"^\| (`.*?) \| (.*) \|$", page, re.MULTILINE)
+    assert sorted(name for row, _ in rows for name in re.findall(r"`(\w+)`", row)) == sorted(commands.__all__)
+    members = next(re.findall(r"`(\w+)`", told)[1:] for row, told in rows if row == "`Peer`")
+    assert set(members) <= {*dir(commands.Peer), "run"}
 
 
 def test_the_page_on_launch_files_names_every_key():

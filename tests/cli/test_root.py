@@ -1,5 +1,6 @@
 """The commands of other distributions: found by entry points, imported when used, and explained where they fail."""
 
+import json
 import re
 import subprocess
 import sys
@@ -79,6 +80,19 @@ def test_a_command_is_listed_without_importing_it_and_imported_when_it_is_used(i
     assert main(["spin", "--speed", "10"]) == 3
     assert capsys.readouterr().out == "spins at 10\n"
     assert "mine" in sys.modules
+
+
+@pytest.mark.usefixtures("lab")
+def test_the_command_of_the_page_on_commands_works(install: Install, capsys: Captured):
+    page = (Path(__file__).parents[2] / "docs/commands.md").read_text("utf-8")
+    source = re.findall(r"^```python.*?\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[0]
+    install("my-commands", "census = my_commands:census", source=source)
+    assert main(["--help"]) == 0
+    assert re.search(r"^  census +Count the nodes of a running graph\.$", capsys.readouterr().out, re.MULTILINE)
+    assert main(["census"]) == 0
+    assert main(["census", "--json"]) == 0
+    plain, *as_json = capsys.readouterr().out.splitlines()
+    assert (plain, json.loads("\n".join(as_json))) == ("2 nodes", {"version": 1, "nodes": 2})
 
 
 def test_a_command_of_its_own_imports_no_metadata(install: Install):

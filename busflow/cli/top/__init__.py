@@ -7,6 +7,8 @@ from importlib.util import find_spec
 
 import click
 
+from busflow.errors import how_to_install
+
 _EXAMPLES = """\b
 Examples:
   busflow top
@@ -28,7 +30,7 @@ def top(run_name: str | None, interval: float) -> int:
     Keys: e echoes the chosen topic, p plots a number of it, space pauses, q ends.
     """
     if find_spec("textual") is None:
-        raise click.UsageError("busflow top needs one more package: pip install 'busflow[top]'")
+        raise click.UsageError(f"busflow top needs one more package; {how_to_install('.[top]')}")
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise click.UsageError("busflow top needs a terminal; busflow topic stats --json is for scripts")
     from busflow.cli.top.screen import Top

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import BagError
+from busflow.errors import BagError, how_to_install
 from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, types_in
 from busflow.recording.tools.flat import columns, listed
 from busflow.recording.tools.sink import MOST_FILES, FileNames
@@ -99,7 +99,7 @@ def _arrow() -> tuple[Any, Any]:
     try:
         return import_module("pyarrow"), import_module("pyarrow.parquet")
     except ImportError:
-        fix = "pip install 'busflow[parquet]'"
+        fix = how_to_install(".[parquet]")
         raise BagError("Parquet is written with pyarrow, which is not here", fix=fix) from None
 
 

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, TypeAlias, get_args
 
 from busflow.clock import monotonic
-from busflow.errors import LaunchError, Problem
+from busflow.errors import LaunchError, Problem, how_to_install
 from busflow.runner.loops.system import LoopFactory, new_event_loop
 from busflow.text import did_you_mean, printable
 
@@ -33,7 +33,7 @@ def chosen_loop(name: str, *, simulated: bool = False) -> LoopFactory:
         return _uvloop()
     except ImportError as error:
         told = f"the event loop {name} needs one more package ({error})"
-        raise LaunchError([Problem("event-loop", told, f"pip install 'busflow[{name}]'")]) from None
+        raise LaunchError([Problem("event-loop", told, how_to_install(f".[{name}]"))]) from None
 
 
 def _uvloop() -> Callable[[], Any]:

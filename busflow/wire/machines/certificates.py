@@ -1,7 +1,6 @@
 """Certificates: a small authority in a folder, and a certificate for each machine and for each who may look in.
 
-They are made with `cryptography`, an extra (`pip install 'busflow[certs]'`): it is needed where certificates are made,
-and on no robot.
+They are made with `cryptography`, the extra `certs`: it is needed where certificates are made, and on no robot.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from busflow.clock import SystemClock
-from busflow.errors import CertificateError
+from busflow.errors import CertificateError, how_to_install
 from busflow.launchfile.model.roles import NAME
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ def require_cryptography() -> None:
     """
     if find_spec("cryptography") is None:
         text = "certificates are made with cryptography, which is not installed here"
-        raise CertificateError(f"{text}: pip install 'busflow[certs]'")
+        raise CertificateError(f"{text}; {how_to_install('.[certs]')}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,7 +105,9 @@ def test_parquet_has_the_types_of_ros_and_lists(tmp_path):
 
 def test_parquet_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(BagError, match=r"pyarrow, which is not here; pip install 'busflow\[parquet\]'"):
+    with pytest.raises(
+        BagError, match=r"pyarrow, which is not here; in a clone of busflow: pip install '\.\[parquet\]'"
+    ):
         converted(BAGS / "talker", tmp_path / "tables", "parquet")
     assert list(tmp_path.iterdir()) == []
 

@@ -16,7 +16,7 @@ from busflow.runner.loops.system import new_event_loop
 
 @pytest.fixture
 def new_uvloop():
-    pytest.importorskip("uvloop", reason="uvloop is not installed: pip install 'busflow[uvloop]'")
+    pytest.importorskip("uvloop", reason="uvloop is not installed: pip install '.[uvloop]'")
     return chosen_loop("uvloop")
 
 
@@ -39,7 +39,7 @@ def test_what_cannot_be_had_is_refused_with_what_to_do(name, options, told):
 
 def test_where_it_is_not_installed_it_is_said_how(monkeypatch):
     monkeypatch.setitem(sys.modules, "uvloop", None)
-    with pytest.raises(LaunchError, match=r"fix: pip install 'busflow\[uvloop\]'") as refused:
+    with pytest.raises(LaunchError, match=r"fix: in a clone of busflow: pip install '\.\[uvloop\]'") as refused:
         busflow.run(Node(name="node"), event_loop="uvloop")
     assert refused.value.exit_code == 2
 
