@@ -1,44 +1,30 @@
-"""`${…}`: names, literals, comparisons, `and`, `or`, `not`, `in`. A closed language: nothing is ever evaluated as code.
+"""`${…}` in the texts of a launch file: what the names in it stand for, and what becomes of its value.
 
 A value that is exactly one `${…}` keeps its type; inside a longer text it becomes text. `$${` is a literal `${`.
 """
 
 from __future__ import annotations
 
-import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, cast
 
 from busflow.errors import LaunchError, Place, Problem
+from busflow.launchfile.load.language import MAX_LENGTH, Dialect, Evaluate, InvalidExpression, parse
 from busflow.launchfile.yaml.scalar import plain_scalar
 from busflow.launchfile.yaml.value import Origin, Scalar, Source, Value
-from busflow.text import did_you_mean, printable
+from busflow.text import did_you_mean
 from busflow.validation.faults import shown
 
-MAX_LENGTH = 1000
-"""Characters of one expression."""
-MAX_DEPTH = 32
 MAX_SUBSTITUTED = 1 << 20
 """Characters, or items of lists, that all the expressions of one load may put in: no small file becomes a huge one."""
 
 Result: TypeAlias = tuple[Any, Origin | None]
 """A value as plain data, and the origin of the name it was taken from."""
-_Thunk: TypeAlias = Callable[[], Result]
 
-_TOKEN = re.compile(
-    r"\s*(?:(?P<number>-?[0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?)|(?P<text>'[^']*'|\"[^\"]*\")"
-    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*)|(?P<sign>==|!=|<=|>=|[<>()\[\],}]))"
-)
+_NAMES = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*"
 _ENVIRONMENT = re.compile(r"\s*env\.(?P<name>[A-Za-z_][A-Za-z0-9_]*)\s*(?::(?P<kind>[-?])(?P<rest>[^{}]*))?\}")
-_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
-_WORDS = {"true": True, "false": False, "null": None}
 
 
 @dataclass(slots=True)
@@ -77,8 +63,7 @@ class Template:
         self._scope = scope
         self._as_text = as_text
         self._at: int = 0
-        self._taken: int = 0  # where the last token that was taken begins
-        self._depth: int = 0
+        self._through: Origin | None = None
 
     def evaluate(self) -> Result:
         """The text, or the value of the only expression that makes it up."""
@@ -118,11 +103,17 @@ class Template:
             self._at = found.end()
             ends_text = self._at == len(self._text)
             return self._environment(found, start, typed=whole and ends_text and not self._as_text)
-        thunk = self._or()
-        self._expect("}")
-        if self._at - start > MAX_LENGTH:
-            raise self._error(f"an expression has at most {MAX_LENGTH} characters", "make it shorter", start)
-        return thunk()
+        self._through = None
+        dialect = Dialect(_NAMES, self._name, cast("Callable[[str], float]", plain_scalar), shown, closing="}")
+        try:
+            expression = parse(self._text, dialect, start)
+            self._at = expression.end
+            return expression.evaluate(None), self._through if expression.is_operand else None
+        except InvalidExpression as error:
+            if error.start >= len(self._text):
+                message, fix = "the expression is never closed with '}'", "write ${…}; for a literal ${ write $${"
+                raise self._error(message, fix, error.start) from None
+            raise self._error(error.message, error.fix, error.start) from None
 
     def _environment(self, found: re.Match[str], start: int, *, typed: bool) -> Result:
         name, kind, rest = found["name"], found["kind"], found["rest"] or ""
@@ -138,100 +129,13 @@ class Template:
             raise self._error(f"the environment variable {name} is not UTF-8", f"set {name} to a text", start)
         return _typed(text) if typed else text, origin
 
-    def _or(self) -> _Thunk:
-        left = self._and()
-        while self._take("or"):
-            left = self._either(self._taken, left, self._and(), "or", stop=True)
-        return left
-
-    def _and(self) -> _Thunk:
-        left = self._not()
-        while self._take("and"):
-            left = self._either(self._taken, left, self._not(), "and", stop=False)
-        return left
-
-    def _not(self) -> _Thunk:
-        if not self._take("not"):
-            return self._comparison()
-        at = self._taken
-        inner = self._nested(self._not)
-        return lambda: (not self._truth(inner(), "not", at), None)
-
-    def _comparison(self) -> _Thunk:
-        left = self._primary()
-        sign = self._take("==", "!=", "<", "<=", ">", ">=", "in", "not")
-        if sign is None:
-            return left
-        at = self._taken
-        if sign == "not":
-            self._expect("in")
-        right = self._primary()
-        if sign in {"==", "!="}:
-            return lambda: (_equal(left()[0], right()[0]) is (sign == "=="), None)
-        if sign in {"in", "not"}:
-            return lambda: (self._within(left()[0], right()[0], at) is (sign == "in"), None)
-        return lambda: (self._ordered(sign, left()[0], right()[0], at), None)
-
-    def _primary(self) -> _Thunk:
-        start = self._at
-        token = _TOKEN.match(self._text, start)
-        if token is None:
-            raise self._unexpected()
-        self._at = token.end()
-        if token["text"] is not None:
-            text = token["text"][1:-1]
-            return lambda: (text, None)
-        if token["number"] is not None:
-            return self._number(token["number"], start)
-        if token["name"] is not None:
-            return self._name(token["name"], token.start("name"))
-        if token["sign"] == "(":
-            inner = self._nested(self._or)
-            self._expect(")")
-            return inner
-        if token["sign"] == "[":
-            return self._list()
-        self._at = start
-        raise self._unexpected()
-
-    def _number(self, text: str, start: int) -> _Thunk:
-        try:
-            number = plain_scalar(text)
-        except ValueError as error:
-            raise self._error(str(error), None, start) from None
-        return lambda: (number, None)
-
-    def _list(self) -> _Thunk:
-        items: list[_Thunk] = []
-        while not self._take("]"):
-            if items:
-                self._expect(",")
-            items.append(self._nested(self._or))
-        return lambda: ([item()[0] for item in items], None)
-
-    def _name(self, name: str, start: int) -> _Thunk:
+    def _name(self, name: str, start: int) -> Evaluate:
+        """What a name stands for."""
         group, _, member = name.partition(".")
-        if name in _WORDS:
-            return lambda: (_WORDS[name], None)
-        if group == "args" and member:
-            self._scope.used.add(member)
-            if member in self._scope.broken:
-                raise LaunchError([])
-            value = self._scope.args.get(member)
-            if value is None:
-                fix = did_you_mean(member, self._scope.args)
-                self._scope.used.update(self._scope.args)  # one of them was meant: none is told to be useless
-                raise self._error(f"unknown argument {member}", fix, start, len(name))
-            return lambda: (value.data, value.origin.through or value.origin)
-        if group == "env" and member:
-            text = self._scope.env.get(member)
-            if self._text.startswith((":-", ":?"), self._at):
-                raise self._error("what follows env.… and ':' cannot hold braces", "use an argument", self._at, 2)
-            if text is None:
-                raise self._error(f"the environment variable {member} is not set", f"set {member}", start, len(name))
-            return lambda: (_typed(text), Origin(Source.ENVIRONMENT))
-        if group == "each" and member:
-            return self._each(member, start)
+        look_up = {"args": self._argument, "env": self._variable, "each": self._each}.get(group)
+        if look_up is not None and member:
+            data, self._through = look_up(member, start)
+            return lambda _: data
         fix = f"quote a text: '{name}'; a name is args.… or env.…"
         if name in self._scope.args:
             fix = f"write args.{name}"
@@ -239,7 +143,26 @@ class Template:
             fix = f"write env.{name}"
         raise self._error(f"unknown name {name}", fix, start, len(name))
 
-    def _each(self, member: str, start: int) -> _Thunk:
+    def _argument(self, member: str, start: int) -> Result:
+        self._scope.used.add(member)
+        if member in self._scope.broken:
+            raise LaunchError([])
+        value = self._scope.args.get(member)
+        if value is None:
+            fix = did_you_mean(member, self._scope.args)
+            self._scope.used.update(self._scope.args)  # one of them was meant: none is told to be useless
+            raise self._error(f"unknown argument {member}", fix, start, len(member) + 5)
+        return value.data, value.origin.through or value.origin
+
+    def _variable(self, member: str, start: int) -> Result:
+        text, end = self._scope.env.get(member), start + len(member) + 4
+        if self._text.startswith((":-", ":?"), end):
+            raise self._error("what follows env.… and ':' cannot hold braces", "use an argument", end, 2)
+        if text is None:
+            raise self._error(f"the environment variable {member} is not set", f"set {member}", start, len(member) + 4)
+        return _typed(text), Origin(Source.ENVIRONMENT)
+
+    def _each(self, member: str, start: int) -> Result:
         known, path = self._scope.each, tuple(member.split("."))
         if not known:
             fix = "add `for_each: {side: [left, right]}` to the entry"
@@ -250,66 +173,7 @@ class Template:
             members = found.members if found is not None else known
             fix = did_you_mean(path[-1], members) if members else f"each.{path[0]} is {shown(found and found.data)}"
             raise self._error(f"there is no each.{member}", fix, start, len(member) + 5)
-        return lambda: (value.data, value.origin.through or value.origin)
-
-    def _either(self, at: int, left: _Thunk, right: _Thunk, word: str, *, stop: bool) -> _Thunk:
-        def both() -> Result:
-            first = self._truth(left(), word, at)
-            return (stop if first is stop else self._truth(right(), word, at)), None
-
-        return both
-
-    def _truth(self, result: Result, word: str, at: int) -> bool:
-        if not isinstance(result[0], bool):
-            raise self._error(f"'{word}' needs true or false, got {shown(result[0])}", "compare it with something", at)
-        return result[0]
-
-    def _ordered(self, sign: str, left: object, right: object, at: int) -> bool:
-        kinds = {_kind(left), _kind(right)}
-        if kinds not in ({"number"}, {"text"}):
-            raise self._error(
-                f"'{sign}' cannot compare {shown(left)} with {shown(right)}", "compare like with like", at
-            )
-        return _COMPARISONS[sign](left, right)
-
-    def _within(self, item: object, container: object, at: int) -> bool:
-        if isinstance(container, list):
-            return any(_equal(item, each) for each in cast("list[Any]", container))
-        if isinstance(container, str) and isinstance(item, str):
-            return item in container
-        raise self._error(f"'in' cannot look for {shown(item)} in {shown(container)}", "give it a list: [1, 2]", at)
-
-    def _nested(self, parse: Callable[[], _Thunk]) -> _Thunk:
-        self._depth += 1
-        if self._depth > MAX_DEPTH:
-            raise self._error(f"an expression nests at most {MAX_DEPTH} levels", "make it simpler", self._at)
-        thunk = parse()
-        self._depth -= 1
-        return thunk
-
-    def _take(self, *words: str) -> str | None:
-        """The next token if it is one of these."""
-        token = _TOKEN.match(self._text, self._at)
-        found = token and (token["name"] or token["sign"])
-        if token is None or found not in words:
-            return None
-        self._at = token.end()
-        self._taken = token.end() - len(found)
-        return found
-
-    def _expect(self, word: str) -> None:
-        if self._take(word) is None:
-            raise self._unexpected(f"'{word}' is missing")
-
-    def _unexpected(self, what: str = "a value is missing") -> LaunchError:
-        rest = self._text[self._at :].lstrip()
-        start = len(self._text) - len(rest)
-        if not rest:
-            return self._error(
-                "the expression is never closed with '}'", "write ${…}; for a literal ${ write $${", start
-            )
-        advice = "an expression compares and combines, it does not calculate" if rest[0] in "+-*/%" else None
-        return self._error(f"{what} before {printable(rest[0])!r} in the expression", advice, start)
+        return value.data, value.origin.through or value.origin
 
     def _error(self, message: str, fix: str | None, start: int, width: int = 1) -> LaunchError:
         origin = self._value.origin
@@ -325,19 +189,6 @@ def _typed(text: str) -> Scalar:
         return plain_scalar(text.strip())
     except ValueError:
         return text
-
-
-def _equal(left: object, right: object) -> bool:
-    """Equality of values of one kind: `true` is not 1."""
-    return _kind(left) == _kind(right) and left == right
-
-
-def _kind(value: object) -> str:
-    if isinstance(value, bool) or value is None:
-        return "bool" if value is not None else "null"
-    if isinstance(value, (int, float)):
-        return "number"
-    return "text" if isinstance(value, str) else "list"
 
 
 def _within_place(place: Place | None, text: str, start: int, width: int) -> Place | None:

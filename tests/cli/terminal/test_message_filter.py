@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.cli.terminal.field_paths import Shape, shape_of
-from busflow.cli.terminal.message_filter import MAX_LENGTH, parse_filter
+from busflow.cli.terminal.message_filter import parse_filter
 from busflow.errors import InvalidInput
 from busflow.interfaces.encoding.description import Count
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.launchfile.load.language import MAX_LENGTH
 from busflow.msgs.sensor_msgs import JointState
 
 MESSAGE = {
@@ -44,6 +45,7 @@ JOINTS = shape_of(ForeignType(SUPPORT.name, SUPPORT.type_hash, SUPPORT.descripti
         "'link' in header.frame_id",
         '"c" not in name',
         "2 in position",
+        "position[0] in [1, 5] and not position[ 1 ] in[data, [2]]",
         "7 % 4 == 3 and 7 / 2 == 3.5",
         "1 / (data - 0.5) > 1e308",
         "0 / 0 != 0 / 0",
@@ -107,7 +109,7 @@ def test_a_caret_shows_the_field_that_is_not_there():
     ("text", "told"),
     [
         ("name > 3", "cannot compare ('a', 'b') with 3"),
-        ("data and ok", "'and' needs true or false, not 0.5"),
+        ("data and ok", "'and' needs true or false, got 0.5"),
         ("data", "a filter needs true or false"),
         ("header + 1 > 0", "calculates with numbers"),
         ("3 in data", "cannot look for 3 in 0.5"),
