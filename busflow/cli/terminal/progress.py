@@ -1,22 +1,31 @@
-"""A progress bar for what takes long, where somebody looks at a terminal."""
+"""A progress bar for what takes long, where standard error is a terminal."""
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from itertools import repeat
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from click._termui_impl import ProgressBar
 
 _STEPS = 2000
 """After so many messages it is shown for the first time, and moved: less would cost more than the work itself."""
+_ERASE_LINE_ABOVE = "\x1b[A\x1b[2K"
 
 
 @contextmanager
 def progress(what: str, total: Callable[[], int] | None = None) -> Generator[Callable[[], None]]:
-    """What is called for each message while the block lasts; `total` tells how many there are.
+    """Yield a function to call for each message while the block lasts; `total` counts those to come, if that is known.
 
-    Rich is imported when the bar is first shown, so that what is quick does not wait for it.
+    The bar shows the count and the time left. It is gone when the block ends, however it ends.
     """
-    if not (sys.stderr and sys.stderr.isatty()):
+    if not (sys.stderr and sys.stderr.isatty()) or os.environ.get("TERM") == "dumb":
         yield lambda: None
         return
     bar = _Bar(what, None if total is None else total())
@@ -27,29 +36,28 @@ def progress(what: str, total: Callable[[], int] | None = None) -> Generator[Cal
 
 
 class _Bar:
-    """The bar, once there is something to show."""
+    """The bar, shown once the work has taken a while."""
 
     def __init__(self, what: str, total: int | None) -> None:
         self._what, self._total = what, total
         self._done = 0
-        self._move: Callable[[int], None] | None = None
-        self.close: Callable[[], None] = lambda: None
+        self._shown: ProgressBar[None] | None = None
 
     def step(self) -> None:
-        """One more message is done."""
+        """Count one more message."""
         self._done += 1
         if self._done % _STEPS == 0:
             self._show()
 
-    def _show(self) -> None:
-        if self._move is None:
-            from rich.console import Console
-            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    def close(self) -> None:
+        """Take the bar away and give the cursor back."""
+        if self._shown is not None:
+            self._shown.render_finish()
+            click.echo(_ERASE_LINE_ABOVE, file=sys.stderr, nl=False)
 
-            columns = (TextColumn(self._what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-            shown = Progress(*columns, console=Console(stderr=True), transient=True)
-            task = shown.add_task(self._what, total=self._total)
-            shown.start()
-            self.close = shown.stop
-            self._move = lambda done: shown.update(task, completed=done)
-        self._move(self._done)
+    def _show(self) -> None:
+        if self._shown is None:
+            self._shown = click.progressbar(
+                repeat(None), length=self._total, label=self._what, file=sys.stderr, show_pos=True, width=0
+            )
+        self._shown.update(_STEPS)

@@ -88,4 +88,5 @@ def test_a_bar_is_shown_where_somebody_looks_at_a_terminal(tmp_path):
     os.close(leader)
     assert (done.returncode, done.stdout) == (0, b"out: 9000 messages\n")
     assert "converting" in shown
-    assert "/9000" in shown
+    assert "8000/9000" in shown
+    assert shown.endswith("\x1b[?25h\r\n\x1b[A\x1b[2K")
