@@ -13,7 +13,7 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_runs, joined, joins
 from busflow.cli.terminal.output import print_answer
 from busflow.errors import BusflowError, NoSuchRun, NoSuchTarget
-from busflow.interfaces.encoding.builtin_types import Comments, shipped_types
+from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> int
 @joins
 def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> int:
     """Show TYPE as a .msg or .srv file has it, with the types inside it indented."""
-    known = _shipped() if run is None else _known(run)
+    known = _builtin() if run is None else _known(run)
     try:
         full = _full(name, known)
     except NoSuchTarget:  # only the running graph can know it
@@ -96,7 +96,7 @@ def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_j
         print_answer({"name": full, "description": parts if len(parts) > 1 else next(iter(parts.values()))})
         return 0
     depth = 0 if no_comments else 99 if all_comments else 1
-    lines = _comment_lines(full) if depth and full in shipped_types().services else []
+    lines = _comment_lines(full) if depth and full in builtin_types().services else []
     for number, (part, description) in enumerate(_descriptions(full, known)):
         lines += ["---"] * (number > 0)
         lines += _lines(part, description, depth)
@@ -135,10 +135,10 @@ def packages(run: str | None, as_json: bool) -> int:
 # Which types there are.
 
 
-def _shipped() -> _Known:
+def _builtin() -> _Known:
     """What busflow brings."""
-    shipped = shipped_types()
-    return _Known((*shipped.messages, *shipped.services), {})
+    builtin = builtin_types()
+    return _Known((*builtin.messages, *builtin.services), {})
 
 
 def _known(run: str | None) -> _Known:
@@ -152,12 +152,12 @@ def _known(run: str | None) -> _Known:
     except NoSuchRun:
         if run is not None:
             raise
-    except BusflowError:  # a run that hangs keeps nobody from looking at what is shipped
+    except BusflowError:  # a run that hangs keeps nobody from looking at what is built in
         if run is not None:
             raise
     services = {each["type"]: each for each in told.values() if "request" in each}
     told = {name: each for name, each in told.items() if "request" not in each} | services
-    return _Known(tuple(sorted({*_shipped().names, *told})), told)
+    return _Known(tuple(sorted({*_builtin().names, *told})), told)
 
 
 def _full(name: str, known: _Known) -> str:
@@ -175,11 +175,11 @@ def _packages(known: _Known) -> list[str]:
 
 def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
     """The description of a message; of a service those of its two halves."""
-    shipped = shipped_types()
-    if name in shipped.messages:
-        yield name, shipped.description(name)
-    elif name in shipped.services:
-        yield from ((f"{name}_{part}", shipped.description(f"{name}_{part}")) for part in ("Request", "Response"))
+    builtin = builtin_types()
+    if name in builtin.messages:
+        yield name, builtin.description(name)
+    elif name in builtin.services:
+        yield from ((f"{name}_{part}", builtin.description(f"{name}_{part}")) for part in ("Request", "Response"))
     elif "request" in known.told[name]:
         halves = known.told[name]
         yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))
@@ -228,6 +228,6 @@ def _comment_lines(name: str) -> list[str]:
 
 def _comments(name: str) -> Comments:
     try:
-        return shipped_types().comments(name)
+        return builtin_types().comments(name)
     except KeyError:  # a type of the user's: the run does not tell its comments
         return Comments()

@@ -16,7 +16,7 @@ from busflow.cli.terminal.output import tell
 from busflow.cli.terminal.player_console import Console
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
-from busflow.interfaces.encoding.builtin_types import shipped_types
+from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.recording.bag.bag import Bag
@@ -145,7 +145,7 @@ class _Into:
         return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos, settle=False))
 
     def _advertised_clock(self, ends: ExitStack) -> Speaker:
-        description = shipped_types().description(_CLOCK_TYPE)
+        description = builtin_types().description(_CLOCK_TYPE)
         clock_type = ForeignType(_CLOCK_TYPE, rihs01(description), description)
         return ends.enter_context(self._peer.advertise(CLOCK, clock_type, settle=False))
 

@@ -135,7 +135,7 @@ def _json_type(channel: Channel) -> ForeignType:
 def _description(channel: Channel) -> Any:
     """The description of a ROS 2 type: what the bag says, or what busflow knows of a type that the bag only names."""
     from busflow.interfaces.encoding import msg_text as definition
-    from busflow.interfaces.encoding.builtin_types import shipped_types
+    from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01
     from busflow.recording.bag.service_event import event_description, tells_of_a_service
 
@@ -144,12 +144,12 @@ def _description(channel: Channel) -> Any:
             if tells_of_a_service(channel.type_name, channel.definition):
                 return event_description(channel.type_name, channel.definition)
             return definition.parse(channel.type_name, channel.definition)
-        shipped = shipped_types().description(channel.type_name)
+        builtin = builtin_types().description(channel.type_name)
     except MalformedMessage as error:
         raise channel._unreadable(f"has a definition that cannot be read: {error}") from None  # noqa: SLF001  # as above
     except KeyError:
         how = f"as {channel.definition_encoding}" if channel.definition else "nowhere in the bag"
         raise channel._unreadable(f"is described {how}; ros2msg is read") from None  # noqa: SLF001  # as above
-    if channel.type_hash not in (None, rihs01(shipped)):
+    if channel.type_hash not in (None, rihs01(builtin)):
         raise channel._unreadable("is another version of the type than the one that busflow brings")  # noqa: SLF001  # as above
-    return shipped
+    return builtin

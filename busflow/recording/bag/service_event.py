@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from busflow.interfaces.encoding.builtin_types import shipped_types
+from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.interfaces.encoding.description import (
     SERVICE_EVENT_INFO,
     TypeDescription,
@@ -42,7 +42,7 @@ def event_description(name: str, text: str) -> TypeDescription:
     parts = [
         parse(f"{service}_Request", request + others),
         parse(f"{service}_Response", f"{response}\n{others}"),
-        shipped_types().description(SERVICE_EVENT_INFO),
+        builtin_types().description(SERVICE_EVENT_INFO),
     ]
     types = {part: each for whole in parts for part, each in types_in(whole).items()}
     return check(assemble(name, types | {each["type_name"]: each for each in service_types(service)}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from busflow.errors import NoSuchTarget, UnknownType
-from busflow.interfaces.encoding.builtin_types import shipped_types
+from busflow.interfaces.encoding.builtin_types import builtin_types
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignTy
         return peer.type(name, type_hash)
     except NoSuchTarget:
         if "/" not in name:
-            known = shipped_types().messages
+            known = builtin_types().messages
             raise UnknownType(f"no type {printable(name)!r}; {did_you_mean(name, known)}") from None
         found = _own(name)
         if type_hash not in (None, found.type_hash):
