@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from struct import Struct
@@ -43,12 +44,14 @@ class Bag:
         """Why the bag itself, not one of its files, is known not to have been finished."""
         self.report: Mapping[str, object] = {}
         """The account of a run of several processes, of whom each file has only one's own."""
+        self._kept_open = ExitStack()
         self._open()
         self.series = self._grouped()
         """Its files, in groups whose messages were numbered together: one, or one of each process and life."""
 
     def close(self) -> None:
-        """Let go of it; files are open only while they are read."""
+        """Let go of it: of MCAP, files are open only while they are read."""
+        self._kept_open.close()
 
     def __enter__(self) -> Self:
         return self
@@ -184,12 +187,13 @@ class Bag:
 
         found = directory(self.path)
         self.unfinished, self.report = found.unfinished, found.report
-        if found.storage == "mcap":
+        if found.storage == "mcap" and not found.compressed:
             self.files = self._files(found.files)
-        else:
-            from busflow.recording.bag.sqlite_file import SqliteFile
+            return
+        from busflow.recording.bag.rosbags_file import RosbagsFile
 
-            self.files = tuple(SqliteFile(each) for each in found.files)
+        parts = [(self.path, found.files)] if found.compressed else [(each, (each,)) for each in found.files]
+        self.files = tuple(self._kept_open.enter_context(closing(RosbagsFile(*part))) for part in parts)
 
     def _files(self, paths: Sequence[Path]) -> tuple[BagFile, ...]:
         """The files of a directory; one of a process that was killed before it had recorded anything may be none.

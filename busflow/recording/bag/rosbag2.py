@@ -30,6 +30,8 @@ class Directory:
 
     files: tuple[Path, ...]
     storage: str
+    compressed: bool = False
+    """Whether its files, or the messages in them, are."""
     unfinished: BagError | None = None
     """Why it is known not to have been finished."""
     report: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -49,7 +51,8 @@ def directory(path: Path) -> Directory:
         told = _information(raw, path)
         storage = _storage(told, path)
         files = tuple(_confined(path, each) for each in _names(told, path))
-        return Directory(files, storage, *_of_busflow(told, path))
+        compressed = str(told.get("compression_mode") or "none").lower() != "none"
+        return Directory(files, storage, compressed, *_of_busflow(told, path))
     except OSError as error:
         raise BagError(f"it cannot be read: {error.strerror}", file=str(path)) from None
 
@@ -96,13 +99,9 @@ def _of_busflow(told: Mapping[str, Any], path: Path) -> tuple[BagError | None, M
 
 def _storage(told: Mapping[str, Any], path: Path) -> str:
     storage = told.get("storage_identifier")
-    mode = told.get("compression_mode") or ""
-    name = str(path / METADATA)
-    fix = "ros2 bag convert writes it as mcap"
     if storage not in STORAGES:
-        raise BagError(f"it is stored as {storage!r}; mcap and sqlite3 are read", file=name, fix=fix)
-    if mode and str(mode).lower() != "none":
-        raise BagError(f"each {str(mode).lower()} of it is compressed, which is not read", file=name, fix=fix)
+        reason = f"it is stored as {storage!r}; mcap and sqlite3 are read"
+        raise BagError(reason, file=str(path / METADATA), fix="ros2 bag convert writes it as mcap")
     return str(storage)
 
 
@@ -140,7 +139,9 @@ def _without_metadata(path: Path) -> Directory:
             reason = f"it has no {METADATA}: its recorder was killed, or still records"
             files = sorted(found, key=_numbered)[:MOST_FILES]
             return Directory(
-                tuple(_confined(path, each.name) for each in files), storage, BagError(reason, file=str(path))
+                tuple(_confined(path, each.name) for each in files),
+                storage,
+                unfinished=BagError(reason, file=str(path)),
             )
     raise BagError(f"the directory has no {METADATA} and no recording", file=str(path))
 

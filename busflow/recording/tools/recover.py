@@ -49,7 +49,9 @@ def recover(source: Path, target: Path, on_message: Callable[[], None] = lambda:
     with Bag(source) as bag:
         paths = [each.path for each in bag.files if isinstance(each, McapFile)]
         if len(paths) < len(bag.files):
-            raise BagError("a database of rosbag2 is not recovered", file=str(source), fix="sqlite3 has .recover")
+            raise BagError(
+                "a database, or a compressed bag, is not recovered", file=str(source), fix="sqlite3 has .recover"
+            )
         if len(bag.series) > 1:
             fix = "busflow bag convert --to mcap makes one of what can be read; or recover each file by its name"
             raise BagError("it has a file for each process, in no order of their own", file=str(source), fix=fix)

@@ -9,9 +9,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from busflow.errors import BagError, how_to_install
 from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, types_in
-from busflow.recording.tools.flat import columns, listed
+from busflow.recording.tools.flat import columns
 from busflow.recording.tools.sink import MOST_FILES, FileNames
 
 if TYPE_CHECKING:
@@ -75,7 +77,7 @@ class _Table:
 
     def add(self, entry: Entry) -> None:
         message = self._channel.plain(entry.payload)
-        values = [entry.log_time_ns, entry.sequence, *(listed(each.value(message)) for each in self._columns)]
+        values = [entry.log_time_ns, entry.sequence, *(_value(each.value(message)) for each in self._columns)]
         for column, value in zip(self._rows, values, strict=True):
             column.append(value)
         self._bytes += len(entry.payload)
@@ -92,6 +94,11 @@ class _Table:
         for rows in self._rows:
             rows.clear()
         self._bytes = 0
+
+
+def _value(value: Any) -> Any:
+    """A field's value as Arrow takes it at once: an array of numbers by its buffer, not number by number."""
+    return np.asarray(value) if isinstance(value, memoryview) else value
 
 
 def _arrow() -> tuple[Any, Any]:
