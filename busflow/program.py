@@ -93,7 +93,7 @@ def inspectable(graph: Graph, name: bool | str) -> Graph:
     """
     if name is False:
         return graph
-    from busflow.wire.mirror.inspection import inspect
+    from busflow.wire.mirror.membership import inspect
 
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
     file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from busflow.errors import ExitCode
 from busflow.node.backoff import Backoff
 from busflow.node.supervision import Restart
+from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
-from busflow.processes.memory import Memory
 from busflow.processes.pipe import record_of
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
-from busflow.processes.assignment import Assignment
-from busflow.processes.memory import tell_changes
+from busflow.processes.assignment import Assignment, tell_changes
 from busflow.processes.pipe import Voice
 from busflow.program import run_graph
 from busflow.runner.graph import Graph

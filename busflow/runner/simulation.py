@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, contextmanager
-from typing import Any
+from typing import Any, cast
 
-from busflow.clock import SimClock
+from busflow.bus.endpoint import Endpoint
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import QoS, Reliability
+from busflow.bus.subscription import Subscription
+from busflow.clock import SimClock, Time
+from busflow.errors import IncompatibleType
+from busflow.interfaces.message import type_name
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
-from busflow.runner.following import Following
+from busflow.msgs.rosgraph_msgs import Clock
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.loops.virtual import VirtualLoop
@@ -38,3 +44,61 @@ def simulated_graph(
                 show(graph)  # before there is anything to be seen
                 graph.on_start.append(following.invite)
         yield graph, lambda: loop
+
+
+TOPIC = "/clock"
+_NODE = "/_clock"
+_QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
+"""What every simulator offers."""
+
+
+class Following:
+    """Moves a loop's time as a graph's simulator says.
+
+    Before the first message it is 0, as in ROS 2; then the stamps begin where the simulator does, and no time has
+    passed. Forwards, what was due meanwhile comes once, and timers count the ticks that they missed. Backwards, a timer
+    starts anew if its last tick is in the future now, and otherwise waits for the stamp of its next tick. A sleep lasts
+    as long as it was to.
+    """
+
+    def __init__(self, graph: Graph, clock: SimClock, loop: VirtualLoop) -> None:
+        """Listen from the first publisher of the topic on; the graph has yet to be started."""
+        self._clock, self._loop, self._bus = clock, loop, graph.bus
+        self._heard = self._began = False
+        clock.start_at(Time(0))
+        graph.bus.on_attach.append(self._on_attach)
+
+    def invite(self) -> None:
+        """Receive the topic, so that a simulator in another process is heard once this run can be looked into."""
+        endpoint = Endpoint(_NODE, TOPIC, Clock, _QOS, "the run's clock", TOPIC)
+        subscription = Subscription(Clock, endpoint, _pass_over)
+        self._bus.attach_subscription(subscription, lambda _error, _message: None)
+        subscription.open()
+
+    def _on_attach(self, attached: object) -> None:
+        if not isinstance(attached, Publisher) or self._heard:
+            return
+        publisher = cast("Publisher[Any]", attached)
+        if publisher.topic == TOPIC:
+            if publisher.type is not Clock:
+                actual, wanted = type_name(publisher.type), type_name(Clock)
+                raise IncompatibleType(f"{TOPIC} carries {actual}; a run whose time follows it needs {wanted}")
+            self._heard = True
+            self._bus.tap(self._bus.topics[TOPIC], self._follow)
+
+    def _follow(self, message: Clock) -> None:
+        stamp = Time.from_msg(message.clock)
+        by = stamp - self._clock.now()
+        if not self._began:
+            self._began = True
+            self._clock.start_at(stamp)
+        elif by.nanoseconds >= 0:
+            self._loop.move_to(self._loop.time_ns() + by.nanoseconds)
+        else:
+            self._clock.jump(by)
+            for hear in tuple(self._clock.on_jump):
+                hear(by)
+
+
+def _pass_over(_message: Clock) -> None:
+    """The message was heard before any queue had it."""

@@ -28,11 +28,11 @@ from busflow.interfaces.message import Message, type_name
 from busflow.launchfile.model.description import ClockMode
 from busflow.log import LogRecord
 from busflow.node.node import Node, runtime_of
-from busflow.runner.following import TOPIC as CLOCK
-from busflow.runner.following import Following
 from busflow.runner.graph import Graph
 from busflow.runner.loops.stalls import waiting
 from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.simulation import TOPIC as CLOCK
+from busflow.runner.simulation import Following
 from busflow.runner.sources import What
 from busflow.testing.link_faults import Faults
 from busflow.text import did_you_mean

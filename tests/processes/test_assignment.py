@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from busflow.errors import ProcessFailed
-from busflow.processes.assignment import Assignment
-from busflow.processes.memory import Memory
+from busflow.processes.assignment import Assignment, Memory
 from busflow.wire.zenoh.run_directory import RunCard
 
 WHOLE = Assignment(

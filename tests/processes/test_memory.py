@@ -8,7 +8,7 @@ from pydantic import Field
 from busflow import Graph, Node, Parameters, publisher, timer
 from busflow.msgs.std_msgs import Int64
 from busflow.node.node import runtime_of
-from busflow.processes.memory import Memory, tell_changes
+from busflow.processes.assignment import Memory, tell_changes
 from busflow.testing import harness, virtual_time
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from busflow.wire.zenoh.session import open_session
+from busflow.clock import SystemClock
+from busflow.errors import InspectionUnavailable
+from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
+from busflow.wire.zenoh.session import SOCKET, open_session
 
 if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
@@ -20,6 +24,12 @@ if TYPE_CHECKING:
         """A graph, and the launch files it comes from."""
 
         descriptions: list[LaunchDescription]
+
+    class Startable(Inspected, Protocol):
+        """A graph that says when it starts, and when it ends."""
+
+        on_start: list[Callable[[], None]]
+        on_end: list[Callable[[], None]]
 
 
 class Membership:
@@ -78,3 +88,70 @@ class Membership:
         """Leave the run, when all nodes have ended."""
         if self._mirror is not None:
             self._mirror.close()
+
+
+def inspect(graph: Startable, *, name: str, file: str = "", history: Mapping[str, int] | None = None) -> None:
+    """Let a graph be looked into from when it starts until it has ended.
+
+    Where that cannot be (no Zenoh, no safe directory), the graph's log says why, and it runs all the same.
+
+    Args:
+        graph: what is yet to be started.
+        name: the name under which it is found; another one of that name makes it `name-2`.
+        file: its launch file.
+        history: by final topic name, how many messages are kept for `--last`.
+    """
+    inspection = Inspection(graph, name=name, file=file, history=history or {})
+    graph.on_start.append(inspection.begin)
+    graph.on_end.append(inspection.end)
+
+
+class Inspection:
+    """A graph's directory and session, while it has them."""
+
+    def __init__(self, graph: Startable, *, name: str, file: str, history: Mapping[str, int]) -> None:
+        self._graph, self._name, self._file, self._history = graph, name, file, history
+        self._log = graph.log.bind("busflow")
+        self._directory: RunDirectory | None = None
+        self._mirror: Mirror | None = None
+
+    def begin(self) -> None:
+        """Be found, on the event loop, before the first end of a topic comes."""
+        try:
+            self._directory = RunDirectory.claim(self._name)
+            self._show(self._directory)
+        except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a graph from running
+            known = isinstance(error, (InspectionUnavailable, OSError))
+            why = str(error) if known else f"{type(error).__name__}: {error}"
+            self._log.warning(f"this run cannot be looked into: {why}")
+            self.end()
+
+    def end(self) -> None:
+        """Be found no more."""
+        mirror, self._mirror = self._mirror, None
+        directory, self._directory = self._directory, None
+        try:
+            if mirror is not None:
+                mirror.close()
+        finally:
+            if directory is not None:
+                directory.close()
+
+    def _show(self, directory: RunDirectory) -> None:
+        session = open_session(directory.path, listen=SOCKET)
+        from busflow.wire.mirror.mirror import Mirror  # which needs Zenoh
+
+        name, process = directory.path.name, SOCKET.removesuffix(".sock")
+        started_ns = SystemClock().now().nanoseconds  # whatever time the graph lives in
+        card = RunCard(name, os.getpid(), started_ns, self._file, _version())
+        self._mirror = Mirror(self._graph, session, card, process, self._history)
+        self._mirror.begin()
+        directory.write_card(card)
+        if name != self._name:
+            self._log.info(f"other terminals find this run as {name}")
+
+
+def _version() -> str:
+    import busflow
+
+    return busflow.__version__
