@@ -31,7 +31,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import Message
 from busflow.msgs.geometry_msgs import Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
-from busflow.program import recorded
+from busflow.recording.recorder.recorder import record_graph
 from busflow.runner.graph import Graph
 
 JOINTS = 31
@@ -175,7 +175,9 @@ class Humanoid(Node):
 
 def humanoid_share(path: Path | None, seconds: float, rate_hz: float) -> float:
     """The share of a core that a run takes, ticks that a busy machine has missed made up for."""
-    graph = recorded(Graph([Humanoid(rate_hz=rate_hz)]), False if path is None else path)
+    graph = Graph([Humanoid(rate_hz=rate_hz)])
+    if path is not None:
+        record_graph(graph, path)
     share = 0.0
 
     async def main() -> None:

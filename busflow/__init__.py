@@ -54,8 +54,8 @@ if TYPE_CHECKING:
     from busflow.node.supervision import RestartPolicy as RestartPolicy
     from busflow.node.supervision import supervised as supervised
     from busflow.program import launch as launch
+    from busflow.program import run as run
     from busflow.runner.graph import Graph as Graph
-    from busflow.script import run as run
 
 _HOMES = {
     "BusflowError": "errors",
@@ -102,7 +102,7 @@ _HOMES = {
     "on_event": "node.handlers",
     "on_parameters": "node.handlers",
     "publisher": "node.declarations",
-    "run": "script",
+    "run": "program",
     "service": "node.handlers",
     "subscription": "node.handlers",
     "supervised": "node.supervision",

@@ -1,28 +1,29 @@
-"""A graph and the program around it: `launch(...)` inside one that has an event loop, `run_graph` with signals."""
+"""A graph in a Python program: `launch` beside an event loop that runs already, `run` as the whole program."""
 
 from __future__ import annotations
 
-import asyncio
+import os
 import sys
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import anyio
-
-from busflow.errors import ExitCode
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
+from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink
-from busflow.runner.garbage import StepwiseCollection
 from busflow.runner.graph import Graph
-from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
-from busflow.runner.orphan_tasks import catch_strays, forgotten_awaits_told, lost_on
-from busflow.runner.signals import SignalGuard
-from busflow.runner.sources import What
+from busflow.runner.loops.choice import LoopName, chosen_loop
+from busflow.runner.loops.system import LoopFactory
+from busflow.runner.run import run_graph
+from busflow.runner.sources import What, described, is_simulated
+from busflow.runner.watchdog import BOUND_S
 
 if TYPE_CHECKING:
+    from busflow.processes.crew import Crew
     from busflow.recording.recorder.options import Wanted
 
 
@@ -60,7 +61,75 @@ def launch(
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
     graph.on_start.append(partial(_tell_of_processes, graph))
-    return inspectable(recorded(graph, record), inspect)
+    return _observed(graph, record, inspect)
+
+
+def run(
+    *what: What,
+    args: Mapping[str, object] | None = None,
+    seed: int | None = None,
+    inspect: bool | str = True,
+    watchdog: float | None = BOUND_S,
+    record: Wanted | None = None,
+    one_process: bool = False,
+    machine: str | None = None,
+    event_loop: LoopName = "busflow",
+) -> ExitCode:
+    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
+
+    On the system's time, and where it follows `/clock`, other terminals can look into it, under the name that `inspect`
+    may give, unless it is False.
+    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
+    launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
+    machines, what it places on `machine` runs, or what it places on none. Each process has an
+    event loop of its own, which is busflow's or, on real time, "uvloop" (an extra).
+    A failure is told on standard error, as `busflow run` tells it.
+
+    Raises:
+        LaunchError: the graph cannot run.
+    """
+    outer = dict(os.environ)
+    ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
+    descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
+    sink = console_sink(sys.stderr, colour=False)
+    simulated = any(map(is_simulated, descriptions))
+    new_loop = chosen_loop(event_loop, simulated=simulated)
+    with _stated(descriptions):
+        if simulated:
+            from busflow.runner.simulation import simulated_graph
+
+            show = None if inspect is False else partial(_observed, record=False, inspect=inspect)
+            with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
+                return _told(_observed(graph, record, inspect=False), loop_factory)
+        ready = [
+            on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
+            for each in ready
+        ]
+        spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
+        graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
+        if not spread or one_process:
+            return _told(_observed(graph, record, inspect), new_loop)
+        _check_that_it_can_be_spread(what, spread[0], inspect)
+        crew = _manned(graph, spread[0], inspect, outer, args or {}, record, event_loop)
+        return _told(graph, new_loop, crew)
+
+
+def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:
+    """The graph, which is recorded if `record` or its launch file says so, and which other terminals can look into.
+
+    Raises:
+        InvalidParameter: these keys of a recording cannot be, with every reason.
+        InvalidName: one of the patterns is none.
+    """
+    if record or (record is None and any(each.record for each in graph.descriptions)):
+        from busflow.recording.recorder.recorder import record_graph
+
+        record_graph(graph, record)
+    if inspect is not False:
+        from busflow.wire.mirror.membership import inspectable
+
+        inspectable(graph, inspect)
+    return graph
 
 
 def _tell_of_processes(graph: Graph) -> None:
@@ -72,79 +141,79 @@ def _tell_of_processes(graph: Graph) -> None:
         graph.log.bind("busflow").info(told, processes=", ".join(names))
 
 
-def recorded(graph: Graph, wanted: Wanted | None) -> Graph:
-    """The graph, which is recorded as `wanted` says, or as its launch file does.
-
-    Raises:
-        InvalidParameter: these keys cannot be, with every reason.
-        InvalidName: one of the patterns is none.
-    """
-    if wanted or (wanted is None and any(each.record for each in graph.descriptions)):
-        from busflow.recording.recorder.recorder import record_graph
-
-        record_graph(graph, wanted)
-    return graph
-
-
-def inspectable(graph: Graph, name: bool | str) -> Graph:
-    """The graph, which other terminals of this user can look into while it runs, unless `name` is False.
-
-    True stands for the launch file's name, or that of the program where there is none.
-    """
-    if name is False:
-        return graph
-    from busflow.wire.mirror.membership import inspect
-
-    own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
-    file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
-    topics = [topic for each in graph.descriptions for topic in each.topics]
-    history = {topic.topic: topic.history for topic in topics if topic.history is not None}
-    inspect(graph, name=own if name is True else name, file=file, history=history)
-    return graph
-
-
-def run_graph(
+def _manned(
     graph: Graph,
-    *,
-    for_s: float | None = None,
-    loop_factory: LoopFactory = new_event_loop,
-) -> ExitCode:
-    """Run a graph with signals, for a time if one is given; once it has started, its garbage is collected in steps.
+    spread: LaunchDescription,
+    name: bool | str,
+    outer: Mapping[str, str],
+    args: Mapping[str, object],
+    record: Wanted | None,
+    event_loop: LoopName,
+) -> Crew:
+    """The other processes of a graph, which end with it."""
+    from busflow.processes.crew import Crew  # which needs Zenoh, as its members do
+    from busflow.recording.recorder.options import spec_of
+
+    file = str(spread.files[0].absolute())
+    known_as = name if isinstance(name, str) else graph.name
+    more: dict[str, Any] = {
+        "network": spread.network if spread.here is not None else None,
+        "record": spec_of(record, spread.record),
+        "event_loop": event_loop,
+    }
+    return Crew(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+
+
+def _is_spread(description: LaunchDescription) -> bool:
+    """Whether it is run by more than this process, on this machine or on others."""
+    return bool(placed(description).others) or description.here is not None
+
+
+def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription, inspect: bool | str) -> None:
+    """Refuse what other processes could not be told.
 
     Raises:
-        LaunchError: the graph cannot run.
-        NodeFailed: a node failed.
+        LaunchError: saying what to do instead.
     """
+    place = spread.processes[0].origin.place if spread.processes else None
+    told = fix = ""
+    if sum(isinstance(each, str | Path | LaunchDescription) for each in what) > 1:
+        told = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
+        fix = "include the others in it"
+    elif not any(isinstance(each, str | Path) for each in what):
+        told = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
+        fix = "give run() the file itself"
+    elif inspect is False:
+        told = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
+        fix = "leave it out"
+    if told:
+        raise LaunchError([Problem("processes", told, f"{fix}; or run(…, one_process=True)", place)])
 
-    async def main() -> None:
-        guard.hear_first()
-        await graph.start()
-        collection.begin()
-        if for_s is not None:
-            with anyio.move_on_after(for_s):
-                await graph.wait()
-            await graph.clock.settle()
-            await graph.stop()
-        await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.around_s)
-    if for_s is not None and graph.clock.kind == "system":
-        graph.on_ready = partial(guard.end_after, for_s)
-    told = forgotten_awaits_told(graph.log)
-    with guard, told, closing(StepwiseCollection()) as collection, asyncio.Runner(loop_factory=loop_factory) as runner:
-        graph.on_restart.append(lambda _unit: collection.leave_nothing_out())
-        guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
-        catch_strays(loop)
-        try:
-            runner.run(main())
-        finally:  # what still works in threads of its own does not keep the program from ending
-            guard.count_down(graph.exit_code)
-    for lost in lost_on(loop):
-        graph.give_up(lost)
-    graph.check()
+@contextmanager
+def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
+    """The environment with the variables that launch files state, and then as it was."""
+    stated = {name: value for each in descriptions for name, value in each.environment.items()}
+    before = {name: os.environ.get(name) for name in stated}
+    os.environ.update(stated)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+
+
+def _told(graph: Graph, loop_factory: LoopFactory, crew: Crew | None = None) -> ExitCode:
+    try:
+        run_graph(graph, loop_factory=loop_factory)
+    except NodeFailed:
+        sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
+    except (IncompleteRecording, Stray) as error:
+        sys.stderr.write(f"error: {error}\n")
+    finally:
+        if crew:
+            crew.finish()
+            sys.stderr.writelines(f"error: {text}\n" for text in crew.failures)
     return graph.exit_code
-
-
-def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:
-    """Whether a run gets to its end: its nodes are over, also while the disk holds up the loop, or the loop is free."""
-    return graph.has_finished or answers(loop) or graph.has_finished

@@ -20,11 +20,11 @@ from busflow.launchfile.check.here import on_machine
 from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.placement import Spread, placed
 from busflow.log import console_sink, json_sink
-from busflow.program import inspectable, recorded, run_graph
 from busflow.runner.graph import Graph
 from busflow.runner.live_edit import Watch
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import LoopFactory
+from busflow.runner.run import run_graph
 from busflow.runner.sources import is_simulated
 
 if TYPE_CHECKING:
@@ -96,8 +96,10 @@ class Run:
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                if self._crew is None:  # which has each process record itself
-                    recorded(graph, self._record)
+                if self._crew is None and self._record is not None:  # a crew has each process record itself
+                    from busflow.recording.recorder.recorder import record_graph
+
+                    record_graph(graph, self._record)
                 graph.tells_at_end = self._for_people
                 code = self._run(graph, for_s, loop_factory)
         except LaunchError:
@@ -122,11 +124,19 @@ class Run:
             graph = Graph([self._description], **self._options)
             if self._watch:
                 Watch(graph, self._description, partial(self._given.read, self._outer))
-            return nullcontext((inspectable(graph, self._inspect), self._new_loop))
+            self._show(graph)
+            return nullcontext((graph, self._new_loop))
         from busflow.runner.simulation import simulated_graph
 
-        show = None if self._inspect is False else partial(inspectable, name=self._inspect)
+        show = None if self._inspect is False else self._show
         return simulated_graph([self._description], show=show, **self._options)
+
+    def _show(self, graph: Graph) -> None:
+        """Let other terminals look into the graph, unless that is not wanted."""
+        if self._inspect is not False:
+            from busflow.wire.mirror.membership import inspectable
+
+            inspectable(graph, self._inspect)
 
     @staticmethod
     def _refuse(stated: bool, option: str, why: str) -> None:

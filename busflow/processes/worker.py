@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
 from busflow.processes.assignment import Assignment, tell_changes
 from busflow.processes.pipe import Voice
-from busflow.program import run_graph
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
+from busflow.runner.run import run_graph
 from busflow.wire.mirror.membership import Membership
 
 if TYPE_CHECKING:

@@ -19,12 +19,13 @@ from busflow.cli.terminal.player_console import Console
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
-from busflow.program import inspectable, run_graph
 from busflow.recording.bag.bag import Bag
 from busflow.recording.player.player import Player
 from busflow.recording.player.tape import chosen
 from busflow.runner.graph import Graph
+from busflow.runner.run import run_graph
 from busflow.text import counted, printable
+from busflow.wire.mirror.membership import inspectable
 
 if TYPE_CHECKING:
     from busflow.recording.player.playing import Playing
@@ -57,10 +58,10 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
 
     graph = Graph([supervised(player, on_exit="shutdown")], sinks=(sink,), embedded=True)
     console = Console(_GraphControls(graph, player))
-    name = _UNFIT.sub("_", Path(asked["file"]).stem) or "play"
+    inspectable(graph, _UNFIT.sub("_", Path(asked["file"]).stem) or "play")
     try:
         with console.shown():
-            code = run_graph(inspectable(graph, name))
+            code = run_graph(graph)
     except NodeFailed:
         for failure in graph.failures:
             tell(f"error: {failure.render()}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import yaml
 
-from busflow.errors import BagError
+from busflow.errors import BagError, how_to_install
 from busflow.recording.bag.bag_file import SINCE, UNTIL, Overview
 from busflow.recording.bag.channel import Channel, Entry
 
@@ -111,7 +111,7 @@ class RosbagsFile:
             from rosbags.rosbag2 import Reader
         except ImportError:
             reason = "a database, or a compressed bag, is read with rosbags, which is not installed"
-            raise BagError(reason, file=str(self.path), fix="pip install '.[rosbags]', in a clone of busflow") from None
+            raise BagError(reason, file=str(self.path), fix=how_to_install(".[rosbags]")) from None
         reader = Reader(self.path)
         reader.open()
         return reader

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from busflow.bus.client import Client
 from busflow.bus.patterns import Selection
@@ -41,47 +41,22 @@ from busflow.runner.rosout import log_message
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached, Bus
+    from busflow.bus.bus import Attached
     from busflow.bus.call import Call
     from busflow.bus.service import Service
     from busflow.bus.topic import Topic
-    from busflow.clock import Clock
-    from busflow.errors import BusflowError
     from busflow.interfaces.message import Message
-    from busflow.launchfile.model.description import LaunchDescription, RecordSpec
-    from busflow.log import Log, LogRecord
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.log import LogRecord
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
-    from busflow.runner.report import Report
-
-    class Recorded(Protocol):
-        """What is needed of a graph."""
-
-        name: str
-        seed: int
-        clock: Clock
-        bus: Bus
-        log: Log
-        descriptions: list[LaunchDescription]
-        on_start: list[Callable[[], None]]
-        on_end: list[Callable[[], None]]
-        around_s: float
-        recording: Callable[[], RecordingReport] | None
-
-        def report(self) -> Report:
-            """What the run has come to so far."""
-            ...
-
-        def give_up(self, error: BusflowError) -> None:
-            """End the run, for a reason that is no node's."""
-            ...
-
+    from busflow.runner.graph import Graph
 
 _SERVICE_QOS = _TICKS_QOS = QoS()
 _LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
 
 
-def record_graph(graph: Recorded, wanted: Wanted | None) -> None:
+def record_graph(graph: Graph, wanted: Wanted | None) -> None:
     """Record a graph that is yet to be started, until it has ended; None is as its launch file says.
 
     Raises:
@@ -94,7 +69,7 @@ def record_graph(graph: Recorded, wanted: Wanted | None) -> None:
     _listen(graph, Recorder(graph, spec))
 
 
-def record_share(graph: Recorded, share: Share) -> None:
+def record_share(graph: Graph, share: Share) -> None:
     """Record a graph that is yet to be started, being one process of a run of which each records itself.
 
     Raises:
@@ -103,7 +78,7 @@ def record_share(graph: Recorded, share: Share) -> None:
     _listen(graph, Recorder(graph, share.spec, share))
 
 
-def _listen(graph: Recorded, recorder: Recorder) -> None:
+def _listen(graph: Graph, recorder: Recorder) -> None:
     graph.on_start.append(recorder.begin)
     graph.on_end.append(recorder.end)
     graph.recording = recorder.report
@@ -113,7 +88,7 @@ def _listen(graph: Recorded, recorder: Recorder) -> None:
 class Recorder:
     """Writes one run, or a process's share of one, into one file."""
 
-    def __init__(self, graph: Recorded, spec: RecordSpec, share: Share | None = None) -> None:
+    def __init__(self, graph: Graph, spec: RecordSpec, share: Share | None = None) -> None:
         """A recorder of what `spec` says, which begins when the graph starts."""
         self._graph, self._spec, self._share = graph, spec, share
         self._clock, self._log = graph.clock, graph.log.bind("busflow")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable
@@ -13,23 +14,10 @@ from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
 from busflow.wire.zenoh.session import SOCKET, open_session
 
 if TYPE_CHECKING:
-    from busflow.launchfile.model.description import LaunchDescription
+    from busflow.runner.graph import Graph
     from busflow.wire.mirror.barrier import Barrier
     from busflow.wire.mirror.mirror import Mirror
-    from busflow.wire.queries.queries import Inspected
     from busflow.wire.zenoh.network import Network
-    from busflow.wire.zenoh.run_directory import RunCard
-
-    class Described(Inspected, Protocol):
-        """A graph, and the launch files it comes from."""
-
-        descriptions: list[LaunchDescription]
-
-    class Startable(Inspected, Protocol):
-        """A graph that says when it starts, and when it ends."""
-
-        on_start: list[Callable[[], None]]
-        on_end: list[Callable[[], None]]
 
 
 class Membership:
@@ -37,7 +25,7 @@ class Membership:
 
     def __init__(
         self,
-        graph: Described,
+        graph: Graph,
         directory: Path,
         card: RunCard,
         *,
@@ -90,18 +78,21 @@ class Membership:
             self._mirror.close()
 
 
-def inspect(graph: Startable, *, name: str, file: str = "", history: Mapping[str, int] | None = None) -> None:
-    """Let a graph be looked into from when it starts until it has ended.
+def inspectable(graph: Graph, name: bool | str = True) -> None:
+    """Let other terminals of this user look into a graph from when it starts until it has ended.
 
     Where that cannot be (no Zenoh, no safe directory), the graph's log says why, and it runs all the same.
 
     Args:
         graph: what is yet to be started.
-        name: the name under which it is found; another one of that name makes it `name-2`.
-        file: its launch file.
-        history: by final topic name, how many messages are kept for `--last`.
+        name: the name under which it is found, where True stands for the launch file's, or that of the program where
+            there is none; another run of that name makes it `name-2`.
     """
-    inspection = Inspection(graph, name=name, file=file, history=history or {})
+    own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
+    file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
+    topics = [topic for each in graph.descriptions for topic in each.topics]
+    history = {topic.topic: topic.history for topic in topics if topic.history is not None}
+    inspection = Inspection(graph, name=own if name is True else str(name), file=file, history=history)
     graph.on_start.append(inspection.begin)
     graph.on_end.append(inspection.end)
 
@@ -109,7 +100,7 @@ def inspect(graph: Startable, *, name: str, file: str = "", history: Mapping[str
 class Inspection:
     """A graph's directory and session, while it has them."""
 
-    def __init__(self, graph: Startable, *, name: str, file: str, history: Mapping[str, int]) -> None:
+    def __init__(self, graph: Graph, *, name: str, file: str, history: Mapping[str, int]) -> None:
         self._graph, self._name, self._file, self._history = graph, name, file, history
         self._log = graph.log.bind("busflow")
         self._directory: RunDirectory | None = None

@@ -33,7 +33,7 @@ from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import Neighbours
 from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.queries.kept_messages import History
-from busflow.wire.queries.queries import Inspected, Questions
+from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
 from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Kind, Token, split_name
 from busflow.wire.zenoh.qos_text import to_text
@@ -42,6 +42,7 @@ from busflow.wire.zenoh.sender import Sender
 if TYPE_CHECKING:
     from busflow.bus.bus import Attached
     from busflow.bus.bus import End as AnyEnd
+    from busflow.runner.graph import Graph
     from busflow.wire.zenoh.run_directory import RunCard
 
 End = Publisher[Any] | Subscription[Any]
@@ -52,7 +53,7 @@ class Mirror:
 
     def __init__(
         self,
-        graph: Inspected,
+        graph: Graph,
         session: zenoh.Session,
         card: RunCard,
         process: str,

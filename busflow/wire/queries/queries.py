@@ -23,35 +23,15 @@ from busflow.wire.queries.server import Question, WithMessages
 from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Bus
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.topic import Topic
-    from busflow.clock import Clock
     from busflow.interfaces.encoding.typesupport import TypeSupport
-    from busflow.log import Log
     from busflow.node.parameter_store import LiveParameter
-    from busflow.runner.report import Report
-    from busflow.runner.rosout import Rosout
+    from busflow.runner.graph import Graph
     from busflow.runner.supervisor import Unit
     from busflow.wire.zenoh.run_directory import RunCard
 
 _NO_GID = bytes(16)
-
-
-class Inspected(Protocol):
-    """What is needed of a graph."""
-
-    name: str
-    seed: int
-    clock: Clock
-    bus: Bus
-    log: Log
-    rosout: Rosout
-    units: list[Unit]
-
-    def report(self) -> Report:
-        """What the run has come to so far."""
-        ...
 
 
 class Supports(Protocol):
@@ -67,7 +47,7 @@ class Questions:
 
     def __init__(
         self,
-        graph: Inspected,
+        graph: Graph,
         card: RunCard,
         process: str,
         supports: Supports,
