@@ -25,6 +25,7 @@ import busflow
 from busflow import Node, publisher, subscription
 from busflow.msgs.std_msgs import Float64, UInt8MultiArray
 from busflow.wire.client.client import join
+from busflow.wire.mirror.membership import Inspection
 from busflow.wire.zenoh.session import open_session
 
 SIZES = {"8 B": 8, "320 B": 320, "64 KB": 65_536, "1 MB": 1 << 20, "6 MB": 6_220_800}
@@ -135,7 +136,7 @@ async def send(kind: str, size: int, count: int, rate: float | None) -> dict[str
 
 def busflow_session(graph: busflow.Graph) -> zenoh.Session:
     """The session that the graph has already, so that both ways share one link."""
-    (inspection,) = (hear.__self__ for hear in graph.on_end)
+    (inspection,) = (each for each in graph.extensions if isinstance(each, Inspection))
     return inspection._mirror._session  # noqa: SLF001  # one link for both, or the comparison is none
 
 

@@ -15,6 +15,7 @@ from busflow.launchfile.check.here import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink
+from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import LoopName, chosen_loop
 from busflow.runner.loops.system import LoopFactory
@@ -60,7 +61,7 @@ def launch(
     """
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
-    graph.on_start.append(partial(_tell_of_processes, graph))
+    graph.attach(_PlacementNote(graph))
     return _observed(graph, record, inspect)
 
 
@@ -132,13 +133,19 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
     return graph
 
 
-def _tell_of_processes(graph: Graph) -> None:
-    """Say that what a launch file puts into several processes is in one."""
-    placements = map(placed, graph.descriptions)
-    names = [process for each in placements for process in (*each.others, *each.elsewhere)]
-    if names:
-        told = "all nodes run in this process: busflow run, and busflow.run(FILE), start the others"
-        graph.log.bind("busflow").info(told, processes=", ".join(names))
+class _PlacementNote(Extension):
+    """A line of the log where a launch file puts into several processes what is in one."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+
+    def begin(self) -> None:
+        """Write the line."""
+        placements = map(placed, self._graph.descriptions)
+        names = [process for each in placements for process in (*each.others, *each.elsewhere)]
+        if names:
+            text = "all nodes run in this process: busflow run, and busflow.run(FILE), start the others"
+            self._graph.log.bind("busflow").info(text, processes=", ".join(names))
 
 
 def _manned(

@@ -63,7 +63,7 @@ class Run:
         self._for_people = log_format != "json"
         level = "debug" if verbose else "info"
         self._options: dict[str, Any] = {"seed": seed, "strict": strict, "log_level": level, "sinks": (sink,)}
-        self._options["watchdog_s"] = watchdog_s
+        self._options |= {"watchdog_s": watchdog_s, "prints_failures": self._for_people}
         self._outer = dict(os.environ)
         self._given = given
         whole, together = given.description(), sim or Spread(spread) is Spread.ONE
@@ -100,13 +100,12 @@ class Run:
                     from busflow.recording.recorder.recorder import record_graph
 
                     record_graph(graph, self._record)
-                graph.tells_at_end = self._for_people
                 code = self._run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
-        outcome = self._crew.report() if self._crew else graph.report()
+        outcome = self._crew.run_report() if self._crew else graph.report()
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
         print_summary(replace(outcome, exit_code=ExitCode(code)))
@@ -123,7 +122,7 @@ class Run:
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
-                Watch(graph, self._description, partial(self._given.read, self._outer))
+                graph.attach(Watch(graph, self._description, partial(self._given.read, self._outer)))
             self._show(graph)
             return nullcontext((graph, self._new_loop))
         from busflow.runner.simulation import simulated_graph

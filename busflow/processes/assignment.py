@@ -53,8 +53,8 @@ class Assignment:
     outer: Mapping[str, str | None]
     """Variables as they were for the main process when it read the launch file: it has to be the same one here."""
     watchdog_s: float | None
-    tells_at_end: bool
-    """Whether a failure that ends the process is told when the run has ended, so that the log need not."""
+    prints_failures: bool
+    """Whether the run prints a failure that ends the process when it has ended, so that the log need not."""
     path: tuple[str, ...]
     """Where Python looks for modules in the main process."""
     args: Mapping[str, object]

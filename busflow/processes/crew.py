@@ -19,6 +19,7 @@ from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines
 from busflow.processes.member import Life, Member, MemberState
 from busflow.processes.report import merged
+from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
@@ -43,7 +44,7 @@ _LEAVE_S = 0.3
 """How long the account of the last ones may take, once they are killed."""
 
 
-class Crew:
+class Crew(Extension):
     """The processes of a run beside the main one."""
 
     def __init__(
@@ -105,11 +106,8 @@ class Crew:
             from busflow.recording.recorder.spool import LAST_WORDS_S
 
             self._kill_s += LAST_WORDS_S
-        graph.on_start.append(self._begin)
-        graph.on_end.append(self._end)
-        graph.on_finish = self._look_whether_all_finished
-        graph.around.append(self._at_work())
-        graph.around_s = self._kill_s + _LEAVE_S
+        self.end_s = self._kill_s + _LEAVE_S
+        graph.attach(self)
         if self._recording is not None:
             from busflow.recording.recorder.recorder import record_share
 
@@ -120,8 +118,7 @@ class Crew:
         from busflow.processes.joint_recording import JointRecording
 
         recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
-        self._graph.on_start.append(recording.begin)
-        self._graph.on_end.append(recording.give_back)
+        self._graph.attach(recording)
         return recording
 
     def _member(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> Member:
@@ -140,7 +137,7 @@ class Crew:
         """What went wrong in the other processes, for people."""
         return [failure for member in self.members for failure in member.failures] + self._shortcomings
 
-    def report(self) -> Report:
+    def run_report(self) -> Report:
         """What the whole run has come to so far, or in the end."""
         report = merged(self._graph.report(), self.members, self._order, name=self._main)
         return (
@@ -151,10 +148,10 @@ class Crew:
         """The run has ended: see how, and what its recording came to; the exit code, which may be another one now."""
         graph, recording = self._graph, self._recording
         if recording is not None:
-            recording.finish(replace(self.report(), recording=None), self._recorded())
+            recording.finish(replace(self.run_report(), recording=None), self._recorded())
             self._judge(recording)
         if graph.exit_code is ExitCode.OK and any(member.state is MemberState.FAILED for member in self.members):
-            graph.exit_code = ExitCode.FAILED
+            graph.conclude(ExitCode.FAILED)
         return graph.exit_code
 
     def _judge(self, recording: JointRecording) -> None:
@@ -166,7 +163,7 @@ class Crew:
         if not recording.is_to_be_complete:
             self._log.warning(text)
         elif self._graph.exit_code is ExitCode.OK:
-            self._graph.exit_code = ExitCode.INCOMPLETE
+            self._graph.conclude(ExitCode.INCOMPLETE)
             self._shortcomings.append(f"{text} (on_drop: fail)")
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
@@ -178,7 +175,7 @@ class Crew:
             told += [report["recording"] for report in reports if report is not None and "recording" in report]
         return told
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
         """Make the place where the processes meet.
 
         Raises:
@@ -201,23 +198,29 @@ class Crew:
             about=self._about,
             on_change=self._on_presence,
         )
-        self._membership.begin()
-        self._directory.write_card(self._card)
+        try:
+            self._membership.begin()
+            self._directory.write_card(self._card)
+        except BaseException:
+            self.end()
+            raise
         if name != self._name:
             self._log.info(f"other terminals find this run as {name}")
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """Leave the run, which is found no more."""
         membership, self._membership = self._membership, None
         directory, self._directory = self._directory, None
         try:
             if membership is not None:
-                membership.close()
+                membership.end()
         finally:
             if directory is not None:
                 directory.close()
 
     @asynccontextmanager
-    async def _at_work(self) -> AsyncGenerator[None]:
+    async def surround(self) -> AsyncGenerator[None]:
+        """Start the other processes, hold the nodes back until all are ready, and end them with the graph."""
         if self._membership is None:
             raise RuntimeError("the graph has not started")
         self._membership.barrier.begin()
@@ -285,7 +288,7 @@ class Crew:
             env=member.env,
             outer={variable: self._outer.get(variable) for variable in (*self._stated, *member.env)},
             watchdog_s=self._graph.watchdog.bound_s if self._graph.watchdog else None,
-            tells_at_end=self._graph.tells_at_end and member.policy.when is Restart.NEVER,
+            prints_failures=self._graph.prints_failures and member.policy.when is Restart.NEVER,
             path=tuple(sys.path),
             memory=member.memory,
             args=self._args,
@@ -319,7 +322,7 @@ class Crew:
     def on_final(self, code: int, *, finished: bool) -> None:
         """A process has ended for good: so does the run, unless it had nothing left to do and others have."""
         if finished and not code:
-            self._look_whether_all_finished()
+            self._graph.end_if_finished()
             return
         known = {int(each): each for each in ExitCode}
         self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
@@ -333,9 +336,9 @@ class Crew:
         ]
         return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
 
-    def _look_whether_all_finished(self) -> None:
-        if self._graph.has_finished and all(member.state is MemberState.ENDED for member in self.members):
-            self._graph.ask_to_stop()
+    def is_finished(self) -> bool:
+        """Whether every other process has ended too."""
+        return all(member.state is MemberState.ENDED for member in self.members)
 
     def _on_presence(self, process: str, there: bool) -> None:
         member = self._by_name.get(process)

@@ -20,6 +20,7 @@ from busflow.recording.recorder.destination import as_directory, named, refusal
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.share import Share
 from busflow.runner import rosout
+from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.text import did_you_mean, printable
 
@@ -38,7 +39,7 @@ _LARGEST_REPORT = 512 << 10
 """Characters of a report that goes into the metadata, of which readers take no more than a MiB."""
 
 
-class JointRecording:
+class JointRecording(Extension):
     """A recording of several files: one of each process, and one more of each further life."""
 
     def __init__(
@@ -84,7 +85,7 @@ class JointRecording:
             raise refusal(self.path, error) from None
         self._begun = True
 
-    def give_back(self) -> None:
+    def end(self) -> None:
         """Take the directory away again if nothing was recorded."""
         if self._begun:
             with suppress(OSError):  # it is not empty

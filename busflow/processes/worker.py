@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
 from busflow.processes.assignment import Assignment, tell_changes
 from busflow.processes.pipe import Voice
+from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.run import run_graph
@@ -48,7 +49,6 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     voice = Voice(pipe or 0)
     failures: list[str] = []
     graph: Graph | None = None
-    finished = False
     code = ExitCode.FAILED
     try:
         _set(assignment.outer)
@@ -56,21 +56,15 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         _set(assignment.env)
         gc.freeze()  # what is imported by now is there to stay: to look through it all once more at the end takes long
         graph = _graph(description, assignment, voice)
-        finish = graph.on_finish
-
-        def on_finish() -> None:
-            nonlocal finished
-            finished = True
-            finish()
-
-        graph.on_finish = on_finish
-        code = _run(graph, assignment, voice)
+        _give_way(graph, assignment.nice)
+        code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
     except NodeFailed:
         failures = [failure.render() for failure in graph.failures] if graph is not None else []
     except BusflowError as error:
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
         report = None if graph is None else _figures(graph, voice)
+        finished = graph is not None and bool(graph.units) and graph.has_finished
         voice.say(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
         voice.close()
     return code
@@ -113,9 +107,10 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice)
         seed=assignment.seed,
         log_level=assignment.log_level,
         sinks=(voice.log,),
+        prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
     )
-    graph.tells_at_end = assignment.tells_at_end
+    graph.attach(_Part(graph, assignment, voice))
     if assignment.record is not None:
         from busflow.recording.recorder.recorder import record_share
         from busflow.recording.recorder.share import Share
@@ -131,40 +126,52 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice)
     return graph
 
 
-def _run(graph: Graph, assignment: Assignment, voice: Voice) -> ExitCode:
-    if assignment.nice:
+def _give_way(graph: Graph, nice: int) -> None:
+    """Give way to other processes of the machine, as the launch file says."""
+    if nice:
         try:
-            os.nice(assignment.nice)
+            os.nice(nice)
         except OSError as error:
-            graph.log.bind("busflow").warning(f"nice: {assignment.nice} is not possible: {error.strerror}")
-    membership = Membership(
-        graph,
-        Path(assignment.directory),
-        assignment.card,
-        process=assignment.process,
-        socket=assignment.socket,
-        about=lambda: {"restarts": assignment.restarts},
-    )
+            graph.log.bind("busflow").warning(f"nice: {nice} is not possible: {error.strerror}")
+
+
+class _Part(Extension):
+    """This process as a part of the run: its nodes wait for the others, and it reports to the main process."""
+
+    def __init__(self, graph: Graph, assignment: Assignment, voice: Voice) -> None:
+        self._graph, self._voice, self._others = graph, voice, assignment.others
+        self._membership = Membership(
+            graph,
+            Path(assignment.directory),
+            assignment.card,
+            process=assignment.process,
+            socket=assignment.socket,
+            about=lambda: {"restarts": assignment.restarts},
+        )
+
+    def begin(self) -> None:
+        """Join the run."""
+        self._membership.begin()
 
     @asynccontextmanager
-    async def together() -> AsyncGenerator[None]:
-        membership.barrier.begin()
-        telling = asyncio.create_task(_tell_how_it_stands(graph, voice), name="busflow.voice")
-        with graph.clock.wall_timeout(_PATIENCE_S):
-            await membership.barrier.passed(assignment.others, unless=graph.ending)
+    async def surround(self) -> AsyncGenerator[None]:
+        """Wait for the others before the nodes start, and report until they have ended."""
+        barrier = self._membership.barrier
+        barrier.begin()
+        telling = asyncio.create_task(self._report(), name="busflow.voice")
+        with self._graph.clock.wall_timeout(_PATIENCE_S):
+            await barrier.passed(self._others, unless=self._graph.ending)
         yield
         telling.cancel()
 
-    graph.on_start.append(membership.begin)
-    graph.on_end.append(membership.close)
-    graph.around.append(together())
-    return run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
+    def end(self) -> None:
+        """Leave the run."""
+        self._membership.end()
 
-
-async def _tell_how_it_stands(graph: Graph, voice: Voice) -> None:
-    while True:
-        await graph.clock.sleep(_REPORT_S)
-        voice.say(report=_figures(graph, voice))
+    async def _report(self) -> None:
+        while True:
+            await self._graph.clock.sleep(_REPORT_S)
+            self._voice.say(report=_figures(self._graph, self._voice))
 
 
 def _figures(graph: Graph, voice: Voice) -> Mapping[str, Any]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, AsyncExitStack
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import AsyncExitStack, ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar, overload
@@ -27,9 +27,10 @@ from busflow.launchfile.model.problems import tell
 from busflow.log import Log, Sink
 from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
+from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
 from busflow.runner.orphan_tasks import hear_of_strays
-from busflow.runner.report import RecordingReport, Report, node_reports, service_reports, topic_reports
+from busflow.runner.report import Report, node_reports, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.supervisor import Overseer, Unit, outlast
@@ -49,19 +50,11 @@ class Graph:
 
     _tasks: asyncio.TaskGroup | None = None  # while it lives
     exit_code = ExitCode.OK
-    recording: Callable[[], RecordingReport] | None = None
-    """What there is of its recording, if it is recorded."""
     given_up: BusflowError | None = None
     """Why it was ended, where that is no node's fault."""
     _host_called = False
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
-    on_ready: Callable[[], None] = staticmethod(lambda: None)
-    """What follows when every node has started, before any can go on to block the event loop."""
-    tells_at_end = False
-    """Whether whoever runs it tells its failures in full at the end: then its console is not to tell them too."""
-    around_s = 0.0
-    """How long what is around it may take to end, beyond the grace of the nodes."""
 
     def __init__(
         self,
@@ -75,6 +68,7 @@ class Graph:
         sinks: tuple[Sink, ...] = (),
         explore: Chooser | None = None,
         embedded: bool = False,
+        prints_failures: bool = False,
         watchdog_s: float | None = None,
     ) -> None:
         self.descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
@@ -88,20 +82,16 @@ class Graph:
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
         self.rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
-        self.on_start: list[Callable[[], None]] = []
-        """Who hears, on the event loop, that the nodes are built and about to be connected."""
-        self.on_end: list[Callable[[], None]] = []
-        """Who hears, there too, that all nodes have ended, or that one could not be connected."""
-        self.on_restart: list[Callable[[Unit], None]] = []
-        """Who hears of a node that was built anew, before its ends are connected."""
-        self.around: list[AbstractAsyncContextManager[object]] = []
-        """What is entered before any node starts, and left when all have ended; what it raises keeps them from it."""
-        self.on_finish: Callable[[], None] = self.ask_to_stop
-        """What follows when all nodes have ended."""
+        self.extensions: list[Extension] = []
+        """What takes part in the run beside its nodes."""
+        self._begun = ExitStack()
+        """Ends the extensions that have begun, the last one first."""
         self.failures: list[Failure] = []
         self.strict = strict
         self.embedded = embedded
         """Whether a program is around it, which may publish what no node does."""
+        self.prints_failures = prints_failures
+        """Whether the program prints the failures in full at the end: then its console does not show them before."""
         self._nodes = [made_by_hand(each) for each in what if not isinstance(each, str | Path | LaunchDescription)]
         self._plan: Plan | None = None
         self._outside = Outside(self.bus, Surroundings(self.clock, self.log, self.seed))
@@ -114,6 +104,21 @@ class Graph:
         self._ready = asyncio.Event()
 
     # Life.
+
+    def attach(self, extension: Extension) -> None:
+        """Let an extension take part in the run; it begins after those that were attached before it, and ends first.
+
+        Raises:
+            NotRunning: the graph was started already.
+        """
+        if self._main is not None:
+            raise NotRunning(f"the graph {self.name} was started before; attach an extension to one that is not")
+        self.extensions.append(extension)
+
+    @property
+    def end_s(self) -> float:
+        """How much wall time the extensions may take to end, beyond the grace of the nodes."""
+        return sum(each.end_s for each in self.extensions)
 
     def plan(self) -> Plan:
         """Build and check the nodes, once, without starting them."""
@@ -142,17 +147,16 @@ class Graph:
         tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
         self.units += units_of(plan.members, self._overseer())
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
-        try:
-            for hear in self.on_start:
-                hear()
+        loop = asyncio.get_running_loop()
+        with ExitStack() as begun:
+            begun.callback(hear_of_strays(loop, self.give_up))
+            for extension in self.extensions:
+                extension.begin()
+                begun.callback(extension.end)
             for unit in self.units:
                 unit.runtime.connect(self.bus)
-        except BaseException:
-            for hear in self.on_end:
-                hear()
-            raise
-        self._loop = asyncio.get_running_loop()
-        self.on_end.append(hear_of_strays(self._loop, self.give_up))
+            self._begun = begun.pop_all()
+        self._loop = loop
         if self._asked_early is not None:
             self.ask_to_stop(self._asked_early)
         self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
@@ -214,18 +218,27 @@ class Graph:
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
         """Let the graph end, without waiting; `code` says why unless a node has failed."""
         if not self.ending.is_set():
-            self.exit_code = self.exit_code or code
+            self.conclude(code)
             self.ending.set()
             for unit in self.units:  # while one that blocks the loop goes on, the others have no time to stop
                 if self.watchdog and unit.name in self.watchdog.blocking:
                     unit.ask_to_stop()
+
+    def conclude(self, code: ExitCode) -> None:
+        """Let this be the exit code, unless there is one already that says why."""
+        self.exit_code = self.exit_code or code
+
+    def end_if_finished(self) -> None:
+        """Let the graph end if all its nodes have, and no extension waits for anything else."""
+        if self.has_finished and all(each.is_finished() for each in self.extensions):
+            self.ask_to_stop()
 
     def give_up(self, error: BusflowError) -> None:
         """End the graph for a reason that is no node's; whoever waits for its end is told."""
         if self.given_up is None:
             self.given_up = error
             self.ask_to_stop()
-            self.exit_code = self.exit_code or error.exit_code  # also where the end has begun
+            self.conclude(error.exit_code)  # also where the end has begun
             self._call_host()
 
     def _call_host(self) -> None:
@@ -253,18 +266,19 @@ class Graph:
     async def _live(self) -> None:
         try:
             async with AsyncExitStack() as around:
-                for each in self.around:
-                    await around.enter_async_context(each)
+                for extension in self.extensions:
+                    await around.enter_async_context(extension.surround())
                 await self._live_through()
         finally:
             self._duration_s = self._duration_s or 0.0
             if self.watchdog is not None:
                 self.watchdog.close()
             self._outside.close()
-            for hear in self.on_end:
-                hear()
-            self.bus.close()
-            self._ready.set()
+            try:
+                self._begun.close()
+            finally:
+                self.bus.close()
+                self._ready.set()
 
     async def _live_through(self) -> None:
         self.clock.begin()
@@ -283,7 +297,8 @@ class Graph:
         for unit in self.units:
             await unit.started.wait()
         self._ready.set()
-        self.on_ready()
+        for extension in self.extensions:
+            extension.nodes_started()
         if self.watchdog is not None and not self.ending.is_set():  # opening a device may block, once
             self.watchdog.begin()
 
@@ -293,7 +308,7 @@ class Graph:
             self.exit_code = ExitCode.FAILED  # a run that Ctrl-C ends stays one, also where a node will not stop
         self.ending.set()
         self._call_host()
-        self.log.bind(failure.node, to_all=not self.tells_at_end).error(failure.summary)
+        self.log.bind(failure.node, to_all=not self.prints_failures).error(failure.summary)
 
     def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
         log = self.log.bind(unit.name)
@@ -302,12 +317,12 @@ class Graph:
         log.warning("restarts", after_s=pause_s, restart=unit.restarts)
 
     def _on_restart(self, unit: Unit) -> None:
-        for hear in self.on_restart:
-            hear(unit)
+        for extension in self.extensions:
+            extension.node_rebuilt(unit)
 
     def _on_end(self, unit: Unit) -> None:
-        if unit in self.units and self.has_finished:
-            self.on_finish()
+        if unit in self.units:
+            self.end_if_finished()
 
     @property
     def has_finished(self) -> bool:
@@ -369,7 +384,7 @@ class Graph:
 
     def report(self) -> Report:
         """What the run has come to so far, or in the end."""
-        return Report(
+        report = Report(
             name=self.name,
             seed=self.seed,
             clock=self.clock.kind,
@@ -383,8 +398,10 @@ class Graph:
             inbox_refused=self.bus.inbox.refused,
             blocks=self.watchdog.blocks if self.watchdog else (),
             log_lines_lost=self.log.lost,
-            recording=self.recording() if self.recording else None,
         )
+        for extension in self.extensions:
+            report = extension.report(report)
+        return report
 
     def _around(self) -> Outside:
         if self._main is None:

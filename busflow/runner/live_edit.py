@@ -15,6 +15,7 @@ from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import tell
 from busflow.node.node import parameters_class
 from busflow.node.parameters import describe, value_of
+from busflow.runner.extension import Extension
 from busflow.validation.faults import same
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ Reader: TypeAlias = Callable[[], tuple[LaunchDescription | None, tuple[Problem, 
 _Look: TypeAlias = dict[Path, object]
 
 
-class Watch:
+class Watch(Extension):
     """Watches the files of a launch description that runs."""
 
     def __init__(self, graph: Graph, description: LaunchDescription, read: Reader) -> None:
@@ -42,14 +43,14 @@ class Watch:
         self._times = _times(description.files)
         self._contents = _contents(description.files)
         self._task: asyncio.Task[None] | None = None
-        graph.on_start.append(self._begin)
-        graph.on_end.append(self._end)
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Begin to look at the files."""
         self._task = asyncio.get_running_loop().create_task(self._live(), name="busflow.watch")
         self._task.add_done_callback(self._ended)
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """Look at them no more."""
         if self._task is not None:
             self._task.cancel()
 

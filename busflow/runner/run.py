@@ -9,11 +9,13 @@ from functools import partial
 import anyio
 
 from busflow.errors import ExitCode
+from busflow.runner.extension import Extension
 from busflow.runner.garbage import StepwiseCollection
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
 from busflow.runner.orphan_tasks import catch_strays, forgotten_awaits_told, lost_on
 from busflow.runner.signals import SignalGuard
+from busflow.runner.supervisor import Unit
 
 
 def run_graph(
@@ -32,7 +34,6 @@ def run_graph(
     async def main() -> None:
         guard.hear_first()
         await graph.start()
-        collection.begin()
         if for_s is not None:
             with anyio.move_on_after(for_s):
                 await graph.wait()
@@ -40,12 +41,10 @@ def run_graph(
             await graph.stop()
         await graph.wait()
 
-    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.around_s)
-    if for_s is not None and graph.clock.kind == "system":
-        graph.on_ready = partial(guard.end_after, for_s)
+    guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.end_s)
     told = forgotten_awaits_told(graph.log)
     with guard, told, closing(StepwiseCollection()) as collection, asyncio.Runner(loop_factory=loop_factory) as runner:
-        graph.on_restart.append(lambda _unit: collection.leave_nothing_out())
+        graph.attach(_Program(guard, collection, for_s if graph.clock.kind == "system" else None))
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
         catch_strays(loop)
         try:
@@ -56,6 +55,23 @@ def run_graph(
         graph.give_up(lost)
     graph.check()
     return graph.exit_code
+
+
+class _Program(Extension):
+    """What begins once the nodes have started: the limit of the run's time, and the collection of its garbage."""
+
+    def __init__(self, guard: SignalGuard, collection: StepwiseCollection, limit_s: float | None) -> None:
+        self._guard, self._collection, self._limit_s = guard, collection, limit_s
+
+    def nodes_started(self) -> None:
+        """Count down, and leave out of the collection what is there now."""
+        if self._limit_s is not None:
+            self._guard.end_after(self._limit_s)
+        self._collection.begin()
+
+    def node_rebuilt(self, unit: Unit) -> None:  # noqa: ARG002  # as Extension has it
+        """Look also at what was there at the beginning: the former instance is garbage now."""
+        self._collection.leave_nothing_out()
 
 
 def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:

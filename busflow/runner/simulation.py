@@ -15,6 +15,7 @@ from busflow.errors import IncompatibleType
 from busflow.interfaces.message import type_name
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
 from busflow.msgs.rosgraph_msgs import Clock
+from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.loops.virtual import VirtualLoop
@@ -42,7 +43,7 @@ def simulated_graph(
             following = Following(graph, clock, loop)
             if show is not None:
                 show(graph)  # before there is anything to be seen
-                graph.on_start.append(following.invite)
+                graph.attach(following)
         yield graph, lambda: loop
 
 
@@ -52,7 +53,7 @@ _QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
 """What every simulator offers."""
 
 
-class Following:
+class Following(Extension):
     """Moves a loop's time as a graph's simulator says.
 
     Before the first message it is 0, as in ROS 2; then the stamps begin where the simulator does, and no time has
@@ -68,8 +69,8 @@ class Following:
         clock.start_at(Time(0))
         graph.bus.on_attach.append(self._on_attach)
 
-    def invite(self) -> None:
-        """Receive the topic, so that a simulator in another process is heard once this run can be looked into."""
+    def begin(self) -> None:
+        """Receive the topic, so that a simulator in another process finds it once this run can be looked into."""
         endpoint = Endpoint(_NODE, TOPIC, Clock, _QOS, "the run's clock", TOPIC)
         subscription = Subscription(Clock, endpoint, _pass_over)
         self._bus.attach_subscription(subscription, lambda _error, _message: None)

@@ -36,13 +36,15 @@ from busflow.clock import NS_PER_S
 from busflow.interfaces.message import Message, type_name
 from busflow.log import LogRecord
 from busflow.node.parameter_store import ParameterStore, SetResult
+from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
+from busflow.runner.supervisor import Unit
 
 _REMEMBERED = 1024
 """Messages whose hash is kept, since each is asked for once more by every delivery."""
 
 
-class Trace:
+class Trace(Extension):
     """Writes the lines of one graph, from before it starts to its end."""
 
     def __init__(self, graph: Graph, write: Callable[[str], object]) -> None:
@@ -55,7 +57,11 @@ class Trace:
         self._hashes: dict[int, tuple[Message, str]] = {}
         graph.bus.on_attach.append(self._on_attach)
         graph.log.sinks.append(self._on_log)
-        graph.on_restart.append(lambda unit: self._tell("restart", unit.name, f"#{unit.restarts}"))
+        graph.attach(self)
+
+    def node_rebuilt(self, unit: Unit) -> None:
+        """Write that a node is about to be started anew."""
+        self._tell("restart", unit.name, f"#{unit.restarts}")
 
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):

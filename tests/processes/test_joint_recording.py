@@ -222,7 +222,7 @@ import os
 import threading
 
 from busflow import Node
-from busflow.recording import spool
+from busflow.recording.recorder import spool
 
 spool.LAST_WORDS_S = 0.05
 os.fsync = lambda _: threading.Event().wait(1.0)

@@ -68,7 +68,7 @@ class Lab:
         self.write(text)
         description = load(file, environment={})
         self.lab = harness(description)
-        Watch(self.lab.graph, description, lambda: examine(file, environment={}))
+        self.lab.graph.attach(Watch(self.lab.graph, description, lambda: examine(file, environment={})))
 
     def write(self, text: str) -> None:
         """Write as editors do: a new file, in the place of the old one."""

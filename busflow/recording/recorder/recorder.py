@@ -36,6 +36,7 @@ from busflow.recording.recorder.service_events import SUFFIX, event_class, event
 from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
 from busflow.recording.recorder.ticks import TICKS, tick_message
 from busflow.runner import rosout
+from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.runner.rosout import log_message
 from busflow.text import did_you_mean, printable
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
+    from busflow.runner.report import Report
 
 _SERVICE_QOS = _TICKS_QOS = QoS()
 _LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
@@ -66,7 +68,7 @@ def record_graph(graph: Graph, wanted: Wanted | None) -> None:
     spec = spec_of(wanted, next((each.record for each in graph.descriptions if each.record is not None), None))
     if spec is None:
         return
-    _listen(graph, Recorder(graph, spec))
+    graph.attach(Recorder(graph, spec))
 
 
 def record_share(graph: Graph, share: Share) -> None:
@@ -75,18 +77,13 @@ def record_share(graph: Graph, share: Share) -> None:
     Raises:
         InvalidName: one of the patterns is none.
     """
-    _listen(graph, Recorder(graph, share.spec, share))
+    graph.attach(Recorder(graph, share.spec, share))
 
 
-def _listen(graph: Graph, recorder: Recorder) -> None:
-    graph.on_start.append(recorder.begin)
-    graph.on_end.append(recorder.end)
-    graph.recording = recorder.report
-    graph.around_s += LAST_WORDS_S
-
-
-class Recorder:
+class Recorder(Extension):
     """Writes one run, or a process's share of one, into one file."""
+
+    end_s = LAST_WORDS_S
 
     def __init__(self, graph: Graph, spec: RecordSpec, share: Share | None = None) -> None:
         """A recorder of what `spec` says, which begins when the graph starts."""
@@ -159,7 +156,11 @@ class Recorder:
         elif not self._finished:
             self._tell_missing("its end could not be written in time")
 
-    def report(self) -> RecordingReport:
+    def report(self, report: Report) -> Report:
+        """The run's report, with that of its recording."""
+        return replace(report, recording=self.statistics())
+
+    def statistics(self) -> RecordingReport:
         """What there is of the recording so far, or in the end."""
         return RecordingReport(
             path=str(self._destination.path if self._destination else self._spec.to),
@@ -298,7 +299,7 @@ class Recorder:
         if self._why:
             return
         self._why = why
-        text = f"the recording {printable(self.report().path)} is incomplete: {self._why}"
+        text = f"the recording {printable(self.statistics().path)} is incomplete: {self._why}"
         if self._spec.on_drop is OnDrop.FAIL:
             self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
         else:

@@ -17,6 +17,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.service_msgs import ServiceEventInfo
 from busflow.recording.recorder.service_events import SUFFIX, client_gid, event_class
 from busflow.recording.replay.comparison import Check, Published
+from busflow.runner.extension import Extension
 
 if TYPE_CHECKING:
     from busflow.bus.call import Activity, Call
@@ -29,11 +30,11 @@ _REPLAYER = "/_replay"
 """In whose name requests are made anew."""
 
 
-class Calls:
+class Calls(Extension):
     """The services that a graph's nodes answer and ask."""
 
     def __init__(self, graph: Graph, check: Check, answered: Collection[str]) -> None:
-        """Calls for a graph that has yet to be started.
+        """Calls for a graph, to which they are yet to be attached.
 
         Args:
             graph: The nodes.
@@ -53,7 +54,6 @@ class Calls:
         self._tasks: set[asyncio.Task[None]] = set()
         for name, service_type in self._served.items():
             check.watch(name, plain_of(service_type.Response))
-        graph.on_start.append(self._begin)
 
     def role(self, channel: Channel) -> Callable[[Entry], None] | None:
         """What to do with the events of a service; None where no node has anything to do with it."""
@@ -100,7 +100,8 @@ class Calls:
             now_ns = self._graph.clock.now().nanoseconds
             self._check.replayed(name, Published(now_ns, TypeSupport(type(response)).encode(response)))
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Answer what the nodes ask others."""
         for name, stand_in in self._asked.items():
             self._graph.bus.service(name, stand_in.type, "the recording").join(stand_in)
 

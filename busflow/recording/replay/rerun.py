@@ -78,6 +78,7 @@ class Rerun:
         self._published: dict[str, str] = {}
         self._inputs = Inputs(graph, self._published, shares(bag, self._nodes))
         self._calls = Calls(graph, check, past.answered)
+        graph.attach(self._calls)
         self._roles: dict[Channel, tuple[Role, bool] | None] = {}
         self._told_initially: set[str] = set()
         self._began = past.started_ns > 0

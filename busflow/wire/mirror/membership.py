@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable
+from busflow.runner.extension import Extension
 from busflow.wire.zenoh.run_directory import RunCard, RunDirectory
 from busflow.wire.zenoh.session import SOCKET, open_session
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from busflow.wire.zenoh.network import Network
 
 
-class Membership:
+class Membership(Extension):
     """Joins the run as its graph starts."""
 
     def __init__(
@@ -72,7 +73,7 @@ class Membership:
             raise RuntimeError("the graph has not started")
         return self._barrier
 
-    def close(self) -> None:
+    def end(self) -> None:
         """Leave the run, when all nodes have ended."""
         if self._mirror is not None:
             self._mirror.close()
@@ -92,12 +93,10 @@ def inspectable(graph: Graph, name: bool | str = True) -> None:
     file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
     topics = [topic for each in graph.descriptions for topic in each.topics]
     history = {topic.topic: topic.history for topic in topics if topic.history is not None}
-    inspection = Inspection(graph, name=own if name is True else str(name), file=file, history=history)
-    graph.on_start.append(inspection.begin)
-    graph.on_end.append(inspection.end)
+    graph.attach(Inspection(graph, name=own if name is True else str(name), file=file, history=history))
 
 
-class Inspection:
+class Inspection(Extension):
     """A graph's directory and session, while it has them."""
 
     def __init__(self, graph: Graph, *, name: str, file: str, history: Mapping[str, int]) -> None:

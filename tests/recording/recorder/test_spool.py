@@ -146,7 +146,7 @@ def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is
 def test_a_recorded_run_may_take_that_long_to_end(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
-    assert graph.around_s == spool_module.LAST_WORDS_S
+    assert graph.end_s == spool_module.LAST_WORDS_S
 
 
 @pytest.mark.parametrize("threaded", [True, False])

@@ -11,6 +11,7 @@ import pytest
 
 from busflow import Node, QoS, launch, publisher, subscription
 from busflow.msgs.std_msgs import Int64
+from busflow.runner.extension import Extension
 from busflow.wire.mirror.membership import Membership
 from busflow.wire.zenoh.run_directory import RunCard
 
@@ -39,7 +40,7 @@ def directory():
         yield Path(name)
 
 
-class Process:
+class Process(Extension):
     """What a process of a run is to its barrier, here without a process of its own."""
 
     def __init__(self, node, name, directory, *others):
@@ -53,9 +54,8 @@ class Process:
             on_change=lambda *change: self.changes.append(change),
         )
         self.others = others
-        self.graph.on_start.append(self.membership.begin)
-        self.graph.on_end.append(self.membership.close)
-        self.graph.around.append(self._held_back())
+        self.graph.attach(self.membership)
+        self.graph.attach(self)
         self.waits = asyncio.Event()
 
     @property
@@ -63,7 +63,7 @@ class Process:
         return self.membership.barrier
 
     @asynccontextmanager
-    async def _held_back(self):
+    async def surround(self):
         self.barrier.begin()
         self.waits.set()
         await self.barrier.passed(self.others, unless=self.graph.ending)

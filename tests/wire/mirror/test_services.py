@@ -9,6 +9,7 @@ import pytest
 from busflow import Node, ServiceFailed, ServiceGone, ServiceTimeout, ServiceUnavailable, client, launch
 from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.msgs.std_srvs import SetBool, Trigger
+from busflow.runner.extension import Extension
 from busflow.wire.client.client import join
 from busflow.wire.mirror.mirror import Mirror
 from busflow.wire.zenoh.run_directory import RunCard, find_run
@@ -116,6 +117,13 @@ def test_the_graph_of_a_run_shows_its_services():
         assert [end.node for end in services["/lamp/switch"].publishers] == ["/lamp"]
 
 
+class Shown(Extension):
+    """A graph that shows itself to the run from when it starts."""
+
+    def __init__(self, mirror):
+        self.begin = mirror.begin
+
+
 def ask_from_another_process(conversation):
     """Run `conversation(hand)` in a graph of this process that is part of the run."""
 
@@ -123,7 +131,7 @@ def ask_from_another_process(conversation):
         graph = launch(Hand)
         session = open_session(find_run().directory, listen="second.sock")
         mirror = Mirror(graph, session, RunCard("second", os.getpid(), time.time_ns()), "second", {})
-        graph.on_start.append(mirror.begin)
+        graph.attach(Shown(mirror))
         try:
             async with asyncio.timeout(PATIENCE_S), graph:
                 hand = graph.node(Hand)

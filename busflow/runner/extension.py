@@ -1,0 +1,51 @@
+"""Extension: what takes part in a run beside its nodes, from before they start until they have ended."""
+
+from __future__ import annotations
+
+from contextlib import AbstractAsyncContextManager, nullcontext
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from busflow.runner.report import Report
+    from busflow.runner.supervisor import Unit
+
+
+class Extension:
+    """A part of a run that is no node: `graph.attach(extension)`. Each method is called on the event loop.
+
+    Extensions begin in the order in which they were attached, and end in the reverse order. A subclass overrides what
+    it needs.
+    """
+
+    end_s = 0.0
+    """How much wall time its end may take, beyond the grace of the nodes."""
+
+    def begin(self) -> None:
+        """Begin, once the nodes are built and before any is connected.
+
+        What it raises keeps the graph from starting: those that have begun before it are ended, and it itself is not.
+        """
+
+    def surround(self) -> AbstractAsyncContextManager[object]:
+        """A context that is entered when all have begun, before any node starts, and left when all nodes have ended."""
+        return nullcontext()
+
+    def nodes_started(self) -> None:
+        """Every node has started, and none has had time since to block the event loop."""
+
+    def node_rebuilt(self, unit: Unit) -> None:
+        """A node is about to be started anew: its instance is another one, whose ends are not connected yet."""
+
+    def is_finished(self) -> bool:
+        """Whether the run may end once all its nodes have."""
+        return True
+
+    def end(self) -> None:
+        """End, when all nodes have ended or one could not be connected.
+
+        What it raises keeps no other extension from its end, and is raised to the caller that waits for the graph.
+        """
+
+    def report(self, report: Report) -> Report:
+        """The run's report, with what this extension adds to it."""
+        return report

@@ -1,0 +1,205 @@
+"""What takes part in a run beside its nodes begins in order, ends in the reverse order, and always ends."""
+
+import asyncio
+from contextlib import asynccontextmanager
+from dataclasses import replace
+
+import pytest
+
+from busflow import Graph, Node, NodeFailed, supervised
+from busflow.clock import SimClock
+from busflow.errors import ExitCode, NotRunning
+from busflow.msgs.std_msgs import Int64
+from busflow.node.supervision import Restart, RestartPolicy
+from busflow.runner.extension import Extension
+from busflow.testing import virtual_time
+
+
+class Sensor(Node):
+    """Notes its own life beside that of the extensions."""
+
+    notes: list[str]
+
+    def declare(self) -> None:
+        self.create_publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.notes.append("node starts")
+
+    async def stop(self) -> None:
+        self.notes.append("node stops")
+
+
+class Brief(Node):
+    """Has nothing to do."""
+
+    async def run(self) -> None:
+        pass
+
+
+class Failing(Node):
+    """Fails in each of its lives."""
+
+    async def run(self) -> None:
+        raise ValueError("the cable is loose")
+
+
+class Part(Extension):
+    """Notes all that it is called for, and raises where it is told to."""
+
+    def __init__(self, name: str, notes: list[str], fails_in: str = "") -> None:
+        self.name, self.notes, self.fails_in = name, notes, fails_in
+
+    def note(self, what: str) -> None:
+        self.notes.append(f"{self.name} {what}")
+        if what == self.fails_in:
+            raise OSError(f"{self.name} cannot {what}")
+
+    def begin(self) -> None:
+        self.note("begin")
+
+    @asynccontextmanager
+    async def surround(self):
+        self.note("enter")
+        yield
+        self.note("leave")
+
+    def nodes_started(self) -> None:
+        self.note("nodes_started")
+
+    def node_rebuilt(self, unit) -> None:
+        self.note(f"rebuilt {unit.name} #{unit.restarts}")
+
+    def end(self) -> None:
+        self.note("end")
+
+    def report(self, report):
+        return replace(report, name=f"{report.name}+{self.name}")
+
+
+def graph_of(*nodes, notes=(), **fails_in):
+    """A graph with the parts one, two and three."""
+    graph = Graph(nodes, clock=SimClock())
+    for name in ("one", "two", "three"):
+        graph.attach(Part(name, notes, fails_in.get(name, "")))
+    return graph
+
+
+def sensor(notes):
+    node = Sensor()
+    node.notes = notes
+    return node
+
+
+@virtual_time
+async def test_extensions_begin_in_order_before_the_nodes_and_end_in_the_reverse_order_after_them():
+    notes: list[str] = []
+    async with graph_of(sensor(notes), notes=notes):
+        pass
+    assert notes == [
+        *("one begin", "two begin", "three begin"),
+        *("one enter", "two enter", "three enter"),
+        "node starts",
+        *("one nodes_started", "two nodes_started", "three nodes_started"),
+        "node stops",
+        *("three leave", "two leave", "one leave"),
+        *("three end", "two end", "one end"),
+    ]
+
+
+@virtual_time
+async def test_what_fails_in_begin_ends_those_that_have_begun_and_no_node_is_connected():
+    notes: list[str] = []
+    graph = graph_of(sensor(notes), notes=notes, two="begin")
+    with pytest.raises(OSError, match="two cannot begin"):
+        await graph.start()
+    assert notes == ["one begin", "two begin", "one end"]
+    assert graph.bus.topics == {}
+
+
+@virtual_time
+async def test_all_are_ended_where_a_node_cannot_be_connected():
+    notes: list[str] = []
+    graph = graph_of(sensor(notes), notes=notes)
+
+    def refuse(_attached: object) -> None:
+        raise OSError("there is no room")
+
+    graph.bus.on_attach.append(refuse)
+    with pytest.raises(OSError, match="there is no room"):
+        await graph.start()
+    assert notes[3:] == ["three end", "two end", "one end"]
+
+
+@pytest.mark.parametrize("where", ["wait", "stop"])
+@virtual_time
+async def test_what_fails_in_end_keeps_no_other_from_its_end_and_is_raised(where):
+    notes: list[str] = []
+    graph = graph_of(Brief, notes=notes, two="end")
+    await graph.start()
+    with pytest.raises(OSError, match="two cannot end"):
+        await getattr(graph, where)()
+    assert notes[-3:] == ["three end", "two end", "one end"]
+
+
+@virtual_time
+async def test_what_fails_around_the_nodes_keeps_them_from_starting():
+    notes: list[str] = []
+    graph = graph_of(sensor(notes), notes=notes, two="enter")
+    with pytest.raises(OSError, match="two cannot enter"):
+        await graph.start()
+    assert notes[3:] == ["one enter", "two enter", "three end", "two end", "one end"]
+
+
+@virtual_time
+async def test_every_extension_hears_of_a_node_that_is_built_anew():
+    notes: list[str] = []
+    graph = graph_of(supervised(Failing, restart=RestartPolicy(Restart.ON_FAILURE, most=1)), notes=notes)
+    with pytest.raises(NodeFailed):
+        async with graph:
+            await graph.wait()
+    assert [each for each in notes if "rebuilt" in each] == [
+        f"{part} rebuilt /failing #1" for part in ("one", "two", "three")
+    ]
+
+
+class Waiting(Extension):
+    """Keeps the run going until it is ready."""
+
+    ready = False
+
+    def is_finished(self) -> bool:
+        return self.ready
+
+
+@virtual_time
+async def test_a_run_whose_nodes_have_ended_goes_on_until_every_extension_is_finished():
+    graph, waiting = Graph([Brief], clock=SimClock()), Waiting()
+    graph.attach(waiting)
+    await graph.start()
+    await asyncio.sleep(1)
+    assert graph.has_finished
+    assert not graph.ending.is_set()
+    waiting.ready = True
+    graph.end_if_finished()
+    await graph.wait()
+    assert graph.exit_code is ExitCode.OK
+
+
+@virtual_time
+async def test_each_extension_adds_to_the_report():
+    assert graph_of(Brief).report().name == "graph+one+two+three"
+
+
+@virtual_time
+async def test_the_time_that_extensions_need_for_their_end_adds_up():
+    graph = graph_of(Brief)
+    graph.extensions[0].end_s, graph.extensions[2].end_s = 1.5, 0.5
+    assert graph.end_s == 2.0
+
+
+@virtual_time
+async def test_nothing_is_attached_to_a_graph_that_has_started():
+    async with Graph([sensor([])], clock=SimClock()) as graph:
+        with pytest.raises(NotRunning, match="was started before"):
+            graph.attach(Extension())
