@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any, Self, TextIO
 
 from busflow.bus.failure import is_failure
 from busflow.errors import InvalidParameter, ProcessFailed
+from busflow.node.factory import NodeFactory, rebuild
 from busflow.node.parameter_store import ParameterStore
-from busflow.node.parameters import validate
-from busflow.runner.supervisor import built_anew
 from busflow.text import printable
 from busflow.validation.faults import plain
 from busflow.wire.zenoh.run_directory import RunCard
@@ -104,14 +103,16 @@ class Memory:
         told, life = self.parameters.get(name), self.lives.get(name, 0)
         former: Parameters = member.runtime.node.parameters
         try:
-            parameters: Parameters = former if told is None else validate(type(former), told["values"])
-            runtime = built_anew(member.runtime, parameters, life)
+            parameters: Parameters = (
+                former if told is None else NodeFactory(type(member.node)).parameters(told["values"])
+            )
+            runtime = rebuild(member.runtime, parameters, life)
         except BaseException as error:  # the code of a node may have been edited since, and may raise anything
             if not is_failure(error):
                 raise
             why = str(error) if isinstance(error, InvalidParameter) else f"{type(error).__name__}: {printable(error)}"
             log.bind(name).warning("what was set at run time fits no more; it is as in the launch file", reason=why)
-            return replace(member, node=built_anew(member.runtime, former, life).node)
+            return replace(member, node=rebuild(member.runtime, former, life).node)
         if told is not None:
             runtime.parameters.remember(told["set"], told["times"])
         return replace(member, node=runtime.node)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import anyio
@@ -14,9 +14,8 @@ import anyio.abc
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.node.backoff import Backoff
+from busflow.node.factory import rebuild
 from busflow.node.node import Node, runtime_of
-from busflow.node.parameters import Parameters
-from busflow.node.runtime import NodeRuntime
 from busflow.node.supervision import Condition, OnExit, Restart, Supervision
 
 START_TIMEOUT_S = 10.0
@@ -317,7 +316,7 @@ class Unit:
         former = self.runtime
         self._begin_life()
         try:
-            self.runtime = built_anew(former, former.node.parameters, self._lives_before + self.restarts)
+            self.runtime = rebuild(former, former.node.parameters, self._lives_before + self.restarts)
             self.runtime.life.on_failure = self._failed
             if Condition.FIRST_MESSAGE not in self.met:
                 self.runtime.ends.on_first = former.ends.on_first
@@ -333,15 +332,6 @@ class Unit:
 
     def __repr__(self) -> str:
         return f"<Unit {self.name} {self.state}>"
-
-
-def built_anew(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRuntime:
-    """The node of this runtime once more, with parameters and what is known of them, connected to nothing yet."""
-    runtime = runtime_of(type(former.node)(parameters, name=former.name))
-    runtime.parameters.take_over(former.parameters)
-    runtime.declare(replace(former.surroundings, life=life))
-    runtime.parameter_events.take_over(former.parameter_events)
-    return runtime
 
 
 async def outlast(task: asyncio.Task[None]) -> None:

@@ -26,9 +26,9 @@ from busflow.launchfile.model.problems import in_order
 from busflow.launchfile.yaml.value import Source
 from busflow.node import parameter_events, plugins
 from busflow.node.context import Surroundings
-from busflow.node.node import Node, parameters_class
+from busflow.node.factory import NodeFactory
+from busflow.node.node import Node
 from busflow.node.parameter_store import ValueSource
-from busflow.node.parameters import validate
 from busflow.node.supervision import Supervision
 from busflow.validation.tracebacks import blame
 
@@ -103,35 +103,34 @@ class Preflight:
             if error.problem.code != "unknown-plugin" or Doubt.PLUGINS not in doubts:
                 plan.problems.append(_at_plugin(error.problem, spec))
             return
+        factory = NodeFactory(node_class, spec.name)
         try:
-            data = cast("Mapping[str, object]", spec.parameters.data)
-            parameters = validate(parameters_class(node_class), data)
+            parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
         except InvalidParameter as error:
             told = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
             plan.problems += parameter_problems(InvalidParameter(told), spec)
-            self._stand_in(plan, spec, node_class, error, topics)
+            self._stand_in(plan, spec, factory, error, topics)
             return
         except BusflowError as error:
             plan.problems.append(_in_code(error, str(error), spec.plugin_origin))
             return
-        build: Callable[[], Node] = lambda: node_class(parameters, name=spec.name)  # noqa: E731  # guarded below
-        node = _guarded(plan, spec, f"{spec.full_name} cannot be built", build)
+        node = _guarded(plan, spec, f"{spec.full_name} cannot be built", partial(factory.build, parameters))
         if node is not None:
             self._declare(plan, Member(node, spec.plugin, spec, spec.supervision), topics)
 
     def _stand_in(
-        self, plan: Plan, spec: NodeSpec, node_class: type[Node], error: InvalidParameter, topics: Sequence[TopicSpec]
+        self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
     ) -> None:
         """Build a node without its wrong parameters, where they decide nothing about how it is connected."""
-        if node_class.declare is not Node.declare or node_class.__init__ is not Node.__init__:
+        if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
             return
         right = spec.parameters.without_any(fault.path for fault in error.faults)
         try:
-            parameters = validate(parameters_class(node_class), cast("Mapping[str, object]", right.data))
+            parameters = factory.parameters(cast("Mapping[str, object]", right.data))
         except BusflowError:
             return
         aside = Plan()  # what else is wrong with it may be wrong only without them
-        node = _guarded(aside, spec, "", lambda: node_class(parameters, name=spec.name))
+        node = _guarded(aside, spec, "", partial(factory.build, parameters))
         if node is not None:
             self._declare(aside, Member(node, spec.plugin, spec, spec.supervision), topics)
         plan.members += aside.members

@@ -14,8 +14,9 @@ from busflow.launchfile.check.preflight import Member, Preflight
 from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.node import parameter_events, plugins
-from busflow.node.node import Node, default_name, parameters_class
-from busflow.node.parameters import ParameterInfo, describe, validate, value_of
+from busflow.node.factory import NodeFactory
+from busflow.node.node import Node, parameters_class
+from busflow.node.parameters import ParameterInfo, describe, value_of
 from busflow.runner import rosout
 from busflow.runner.sources import What, described
 from busflow.text import did_you_mean
@@ -132,11 +133,9 @@ def _built(what: Any, recorded: Recorded, cast: Cast) -> What:
     """A node of a class, with its recorded parameters; an instance has its own."""
     if not (isinstance(what, type) and issubclass(what, Node)):
         return cast_("What", what)
-    cls: type[Node] = what
-    name = default_name(cls)
-    values = recorded.get(f"/{name}", {})
-    parameters: Parameters = validate(parameters_class(cls), _fitting(values, cls, name, cast))
-    return cls(parameters, name=name)
+    factory = NodeFactory(what)
+    values = _fitting(recorded.get(f"/{factory.name}", {}), factory.node_class, factory.name, cast)
+    return factory.build(factory.parameters(values))
 
 
 def _fitting(values: Mapping[str, object], cls: type[Node], node: str, cast: Cast) -> dict[str, object]:

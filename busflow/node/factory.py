@@ -1,0 +1,51 @@
+"""Factory: the one way in which the nodes of a graph are built, from values of their parameters or anew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from busflow.node.node import Node, default_name, parameters_class, runtime_of
+from busflow.node.parameters import validate
+
+if TYPE_CHECKING:
+    from busflow.node.parameters import Parameters
+    from busflow.node.runtime import NodeRuntime
+
+
+class NodeFactory:
+    """Builds nodes of one class, under one name."""
+
+    def __init__(self, node_class: type[Node], name: str | None = None) -> None:
+        """A factory of nodes; without a name they have that of their class."""
+        self.node_class = node_class
+        self.name = default_name(node_class) if name is None else name
+
+    def parameters(self, values: Mapping[str, object]) -> Parameters:
+        """The class's parameters with these values.
+
+        Raises:
+            InvalidParameter: with every reason why they cannot be.
+            InvalidDeclaration: the class declares no parameters that could be read.
+        """
+        return validate(parameters_class(self.node_class), values)
+
+    def build(self, parameters: Parameters) -> Node:
+        """A node that is part of no graph yet; the class's own code runs, and may raise anything."""
+        return self.node_class(parameters, name=self.name)
+
+
+def rebuild(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRuntime:
+    """The node of a runtime once more, for its next life, connected to nothing yet.
+
+    Args:
+        former: the runtime of the life before, whose surroundings and known parameters are taken over.
+        parameters: what the new instance has.
+        life: how often the node was started anew by then.
+    """
+    runtime = runtime_of(NodeFactory(type(former.node), former.name).build(parameters))
+    runtime.parameters.take_over(former.parameters)
+    runtime.declare(replace(former.surroundings, life=life))
+    runtime.parameter_events.take_over(former.parameter_events)
+    return runtime
