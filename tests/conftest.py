@@ -4,6 +4,7 @@ import asyncio
 import os
 import shutil
 import signal
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,10 +32,16 @@ settings.load_profile("seeded")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Have a single file's tests run in this process: most take less time than workers take to start."""
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One worker more than there are processors, since many tests wait for processes that they have started.
+
+    A single file's tests run in this process: most take less time than workers take to start.
+    """
     paths = {Path(argument.partition("::")[0]) for argument in config.args}
-    return 0 if len(paths) == 1 and all(path.is_file() for path in paths) else None
+    if len(paths) == 1 and all(path.is_file() for path in paths):
+        return 0
+    processors = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    return processors + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
