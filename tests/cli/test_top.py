@@ -142,6 +142,28 @@ def test_the_log_is_shown():
     driven(play)
 
 
+@pytest.mark.usefixtures("lab")
+def test_a_look_that_comes_while_the_screen_is_being_closed_is_not_shown():
+    async def go() -> None:
+        with join() as peer:
+            app = Top(peer, 0.1)
+            async with app.run_test() as pilot:
+                await until(pilot, lambda: bool(rows(app, "topics")))
+                before = app._close_all
+
+                async def close_all() -> None:
+                    await before()  # the widgets are gone
+                    app._leaving.clear()
+                    try:
+                        await asyncio.to_thread(app._hand, app._tell, "late")
+                    finally:
+                        app._leaving.set()
+
+                app._close_all = close_all
+
+    asyncio.run(go())
+
+
 @pytest.mark.usefixtures("place")
 def test_without_a_terminal_or_a_run_it_says_so(capsys: pytest.CaptureFixture[str]):
     assert main(["top"]) == 2

@@ -125,9 +125,14 @@ class Top(App[None]):
 
     def _hand(self, show: Any, *arguments: Any) -> None:
         if not self._leaving.is_set():
-            self.call_from_thread(show, *arguments)
+            self.call_from_thread(self._unless_closing, show, *arguments)
 
     # On the screen.
+
+    def _unless_closing(self, show: Any, *arguments: Any) -> None:
+        """Show something, unless the screen is closing: its widgets are gone before the threads are asked to end."""
+        if self.is_running:
+            show(*arguments)
 
     def _show(self, look: Look, run: dict[str, Any], log_lines: list[dict[str, Any]]) -> None:
         while len(self._looks) > 1 and look.at_s - self._looks[1].at_s >= _RATED_S:
