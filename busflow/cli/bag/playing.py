@@ -105,7 +105,7 @@ class Standing:
 
 
 class _GraphControls:
-    """A player that is a node: it is asked through its parameters, as others may ask it."""
+    """A player that is a node: it is asked through its parameters, as others may ask it, once it plays."""
 
     def __init__(self, graph: Graph, player: Player) -> None:
         self._graph, self._player = graph, player
@@ -120,13 +120,15 @@ class _GraphControls:
 
     def step(self) -> None:
         """Play one message, while paused."""
-        with suppress(BusflowError):  # it may just have ended
-            self._graph.bus.call(self._player.step)
+        if self._player.playing is not None:
+            with suppress(BusflowError):  # it may just have ended
+                self._graph.bus.call(self._player.step)
 
     def pace(self, factor: float) -> None:
         """Play faster or slower."""
         self._set(rate=min(self._player.parameters.rate * factor, _MOST_RATE))
 
     def _set(self, **changes: object) -> None:
-        with suppress(BusflowError):  # as above
-            self._graph.set_parameters(self._player, changes)
+        if self._player.playing is not None:
+            with suppress(BusflowError):  # as above
+                self._graph.set_parameters(self._player, changes)

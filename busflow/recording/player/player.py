@@ -49,12 +49,13 @@ class Player(Node):
     """Publishes a recording: every message on its topic, with the recorded QoS, in its order and time."""
 
     parameters: PlayerParameters
+    playing: Playing | None = None
+    """What it plays, once it has started; a terminal may ask before anything is declared."""
 
     def declare(self) -> None:
         """Offer what the recording has: its topics are known from the file alone."""
         asked = self.parameters
         self.damage: Damage | None = None
-        self.playing: Playing | None = None
         self.refused: dict[str, int] = {}
         """By topic, how many messages could not be read."""
         self._bag = Bag(asked.file)

@@ -10,10 +10,12 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from busflow.cli import main
-from busflow.cli.bag.playing import Standing
+from busflow.cli.bag.playing import Standing, _GraphControls
 from busflow.cli.terminal.player_console import Console
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
+from busflow.recording.player.player import Player
+from busflow.runner.graph import Graph
 
 MS = 1_000_000
 
@@ -285,6 +287,14 @@ def test_the_bar_tells_how_far_it_is():
     console = Console(Asked(Standing(0, 0, 1.0, True, 0)))
     assert console.line(80).endswith("0.0 / 0.0 s  0 messages  paused")
     assert Console(Asked()).line(80) == ""
+
+
+def test_a_player_that_has_yet_to_begin_has_no_bar_and_takes_no_key(bag):
+    player = Player(file=bag)
+    console = Console(_GraphControls(Graph([player]), player))
+    assert console.line(80) == ""
+    console.press(b" s\x1b[A")
+    assert (player.parameters.paused, player.parameters.rate) == (False, 1.0)
 
 
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals here")
