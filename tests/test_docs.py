@@ -25,6 +25,7 @@ from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryFile
+from xml.etree import ElementTree as ET
 
 import pytest
 from sybil import Document, Region
@@ -281,13 +282,29 @@ def test_the_page_on_the_command_line_names_every_command_and_option():
     assert {option for option in options if f"`{option}" not in page} == {"--verbose", "-h"}
 
 
-def test_the_floors_of_the_architecture_page_are_the_layers_that_are_enforced():
+def layers_enforced() -> list[list[str]]:
+    """The layers of the linter's list, from the top, each with its packages and modules."""
     contracts = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     layers = next(each["layers"] for each in contracts if each["type"] == "layers")
-    rank = {name: index for index, layer in enumerate(layers) for name in re.findall(r"\w+", layer)}
+    return [re.findall(r"\w+", layer) for layer in layers]
+
+
+def test_the_table_of_the_architecture_page_is_the_list_that_is_enforced():
     page = (PROJECT / "docs/architecture.md").read_text("utf-8")
-    floors = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
-    named = [name for floor in floors for name in re.findall(r"`(\w+)/?`", floor)]
-    assert sorted(named, key=rank.__getitem__) == named
-    there = {path.stem for path in (PROJECT / "busflow").iterdir()} & rank.keys()
-    assert there - set(named) == {"__main__"}
+    rows = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
+    assert [re.findall(r"`(\w+)/?`", row) for row in rows] == layers_enforced()
+
+
+def test_the_picture_of_the_architecture_page_is_the_list_that_is_enforced():
+    picture = ET.parse(PROJECT / "docs/architecture.svg")  # noqa: S314  # a file of this project
+    svg = "{http://www.w3.org/2000/svg}"
+    drawn = [each for each in picture.iter(f"{svg}g") if each.get("class") == "layer"]
+    heights = [float(each.find(f"{svg}rect").get("y")) for each in drawn]
+    assert heights == sorted(heights)
+    assert [[name.text for name in each.iter(f"{svg}text") if name.get("class") == "name"] for each in drawn] == (
+        layers_enforced()
+    )
+
+
+def test_the_architecture_page_is_two_screens():
+    assert len((PROJECT / "docs/architecture.md").read_text("utf-8").splitlines()) <= 100

@@ -2,8 +2,10 @@
 
 import ast
 import io
+import os
 import re
 import tokenize
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -23,6 +25,12 @@ TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 
 FUNCTION_LINES = 50
 FILE_LINES = 500
+PACKAGE_FILES = 25
+PACKAGE_LINES = 2700
+ROOT_FILES = 7
+LIMIT = re.compile(r"^\| `(?P<name>[\w/]+)` \| (?P<first>\d+) \| (?P<limit>\d+) \| (?P<why>.*?) ?\|$", re.MULTILINE)
+"""A row of a decision's table of sizes."""
+CORE = {"text", "errors", "validation", "clock", "log", "interfaces", "bus", "node"}
 VAGUE = {"util", "utils", "common", "core", "manager", "helper", "helpers", "base", "misc", "types", "stuff"}
 
 READS_TIME = re.compile(
@@ -102,6 +110,65 @@ def test_no_function_is_longer_than_a_screen():
 def test_no_file_is_longer_than_can_be_read_in_one_go():
     lengths = {name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in PRODUCT}
     assert {path: length for path, length in lengths.items() if length > FILE_LINES} == {}
+
+
+def sizes() -> dict[str, int]:
+    """Lines of code of each package and root module, of the core, and of all."""
+    found: Counter[str] = Counter()
+    for path in (ROOT / "busflow").rglob("*.py"):
+        parts = path.relative_to(ROOT / "busflow").with_suffix("").parts
+        lines = lines_of_code(path)
+        found[parts[0]] += lines
+        found["total"] += lines
+        found["core"] += lines if parts[0] in CORE and "encoding" not in parts else 0
+    return found
+
+
+def limits() -> dict[str, tuple[Path, re.Match[str]]]:
+    """The limit of each, and the decision that has it."""
+    decisions = sorted(ROOT.glob("docs/decisions/*.md"))
+    rows = [(path, row) for path in decisions for row in LIMIT.finditer(path.read_text(encoding="utf-8"))]
+    assert len({row["name"] for _, row in rows}) == len(rows), "a package has two limits"
+    return {row["name"]: (path, row) for path, row in rows}
+
+
+def test_every_package_keeps_to_its_limit_and_has_one():
+    found, allowed = sizes(), limits()
+    assert found.keys() == allowed.keys()
+    over = {
+        name: f"{size} > {allowed[name][1]['limit']}"
+        for name, size in found.items()
+        if size > int(allowed[name][1]["limit"])
+    }
+    assert over == {}, "make it smaller, or raise the limit by a decision that says why"
+
+
+def test_a_limit_that_was_raised_has_a_decision_that_says_why():
+    for name, (path, row) in limits().items():
+        if int(row["limit"]) > int(row["first"]):
+            link = re.search(r"\]\(([^)]+)\)", row["why"])
+            assert link, f"the limit of {name} in {path.name} is above its first value, with no decision linked"
+            assert (path.parent / link[1]).exists(), link[1]
+
+
+def test_a_limit_falls_with_the_size():
+    lowered = {name: size for name, size in sizes().items() if size < int(limits()[name][1]["limit"])}
+    for name, size in lowered.items():
+        path, row = limits()[name]
+        text = path.read_text(encoding="utf-8")
+        path.write_text(
+            text.replace(row[0], f"| `{name}` | {row['first']} | {size} | {row['why']} |"), encoding="utf-8"
+        )
+    assert not (lowered and os.environ.get("CI")), f"run this test and commit the lowered limits: {lowered}"
+
+
+def test_no_package_holds_more_than_can_be_kept_in_mind():
+    packages = {path.parent for path in (ROOT / "busflow").rglob("__init__.py")} - {ROOT / "busflow"}
+    files = {name(package): sorted(package.glob("*.py")) for package in packages}
+    assert {package: len(paths) for package, paths in files.items() if len(paths) > PACKAGE_FILES} == {}
+    lines = {package: sum(map(lines_of_code, paths)) for package, paths in files.items()}
+    assert {package: size for package, size in lines.items() if size > PACKAGE_LINES} == {}
+    assert len(list((ROOT / "busflow").glob("*.py"))) <= ROOT_FILES
 
 
 def test_every_file_says_what_it_owns_and_is_named_for_it():

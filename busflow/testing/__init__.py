@@ -1,4 +1,7 @@
-"""Testing a robot on virtual time: hours in milliseconds, the same way every time."""
+"""A graph in a test: harness, faults, exploration of schedules, expectations, and the pytest plugin.
+
+Hours on virtual time take milliseconds, and come out the same every time. Starts no process.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,28 @@
-"""What leaves the process: CDR as ROS 2 writes it, type descriptions, and the Zenoh session that mirrors a bus."""
+"""Everything that crosses a process boundary, over Zenoh. Writes no file of messages, and prints nothing.
+
+Another terminal is one more member of the run's Zenoh session (`client`). It imports none of the run's code, and
+neither pydantic nor numpy: what it shows is made of liveliness tokens, of answers to queries (`queries`, plain data),
+and of messages read by the descriptions that the run offers.
+
+- `mirror/membership` opens the run's directory and session when a graph starts and closes them when it has ended;
+  `mirror/mirror` shows every node and endpoint as tokens. A publisher has an `outlet`, which encodes only while
+  another process subscribes; large messages leave through the thread of a `sender`, so that a slow reader never holds
+  up the loop.
+- `mirror/remote_publishers` admits publishers of other processes, as far as they fit, through one `inlet` a topic: a
+  ring that loses its oldest, a thread that drains it, and bursts that are published a few at a time as the nodes keep
+  up. `mirror/late_joiners` asks once more for what publishers keep, where a subscription wants more than the inlet
+  asked for.
+- `client/client` joins a run: one of this machine (`zenoh/run_directory`), or one on others (`machines/remote`). The
+  run passes on what two clients say to each other. `listener` and `speaker` are what echoes and publishes.
+- A publisher from outside waits until all processes know it (`settle`): one query after its token. Each process
+  handles both on its loop, in that order, and declares its subscriber before it answers; Zenoh keeps the order of
+  declarations, and lets no query or answer overtake them, across routers too. So a process that has answered receives
+  the first message. A blocked loop is waited for for 2 s, and what it misses then is counted nowhere, since nothing
+  was sent to it. Where the topic has another publisher, nothing is missed even then: the inlet is there, and messages
+  wait in its ring behind the token. `unsigned` are messages in an inlet without any publisher; an inlet closes with
+  its last one.
+- `client/graph_view` joins tokens and answers into a `GraphView`; the answer to `graph` also names the tokens that a
+  process sees (`elsewhere`). `client/runs` asks every run on the machine what it is, and gives up after a second;
+  `client/checkup` finds in a view what is wrong, each finding with a remedy.
+- `queries/logs` keeps the last 1000 lines of the log as text for later readers.
+"""

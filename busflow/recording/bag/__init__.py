@@ -1,4 +1,12 @@
-"""Bags to read: MCAP files and ROS 2's bags, with what is known of their completeness. Writes nothing."""
+"""Bags to read: MCAP files and ROS 2's bags, with what is known of their completeness. Writes nothing.
+
+- `mcap_file` serves a file's messages from the front, with or without an end; the summary lets it pass over chunks.
+- `rosbag2` finds the files of a directory; a database is a `bag_file` as an MCAP file is.
+- `Bag` groups its files into `series`, of which each has numbers of its own: one, or one of each process and life,
+  which are merged by time.
+- `channel` makes values of bytes by the definition in the bag, and by a class only on request, so that `bag info` and
+  `bag echo` import neither pydantic nor numpy.
+"""
 
 from __future__ import annotations
 
