@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
-from busflow.launchfile.check.conflicts import conflicts
-from busflow.launchfile.check.endpoints import idle_specs, loose_ends
+from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
 from busflow.launchfile.check.member import Member
 from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import Doubt, EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
-from busflow.launchfile.model.faults import parameter_problems, problem_at
 from busflow.launchfile.model.placement import as_seen_from, idle_places
-from busflow.launchfile.model.problems import in_order
+from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.yaml.value import Source
 from busflow.node import parameter_events, plugins
 from busflow.node.context import Surroundings

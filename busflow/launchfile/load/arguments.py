@@ -12,8 +12,8 @@ from pydantic import ValidationError, create_model
 from busflow.errors import Fault, LaunchError, Problem
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.description import Argument
-from busflow.launchfile.model.faults import key_origin, problem_at, problems
 from busflow.launchfile.model.keys import ArgumentKeys
+from busflow.launchfile.model.problems import key_origin, problem_at, problems
 from busflow.launchfile.yaml.document import parse_value
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.text import did_you_mean

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,7 @@ from typing import Any, cast
 
 from busflow.bus import names
 from busflow.bus.qos import PRESETS, QoS, qos_faults
-from busflow.errors import InvalidName
+from busflow.errors import InvalidName, Problem
 from busflow.launchfile.load.build_network import network_of, unknown_machine
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.model.description import (
@@ -25,13 +26,12 @@ from busflow.launchfile.model.description import (
     RemapSpec,
     TopicSpec,
 )
-from busflow.launchfile.model.faults import key_origin, problem_at, problems
 from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
 from busflow.launchfile.model.placement import MAIN
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
 from busflow.launchfile.yaml.value import Value
 from busflow.node.supervision import RestartPolicy, Supervision
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, printable
 from busflow.validation.faults import shown
 
 _PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
@@ -280,3 +280,17 @@ def _mapping(stated: Value | None, node: Value) -> Value:
     if stated is not None and isinstance(stated.content, dict):
         return stated
     return replace(node, content={})
+
+
+def unreadable(folder: Path) -> Problem | None:
+    """Why nobody can look into a folder that is there; None where one can."""
+    try:
+        with os.scandir(folder) as entries:
+            next(entries, None)
+        os.stat(folder / "__init__.py")  # noqa: PTH116  # what is listed may be out of reach all the same
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        message = f"cannot read the folder {printable(folder)}: {error.strerror}"
+        return Problem("unreadable-folder", message, f"let it be read: chmod u+rx {printable(folder)}")
+    return None

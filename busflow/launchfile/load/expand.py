@@ -15,8 +15,7 @@ from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.merge import changed, compose, duplicate, is_off, names_plugin
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.description import Doubt
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_VALUES, Limits
 from busflow.launchfile.yaml.value import Value
 

@@ -15,22 +15,19 @@ from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem, Severity
 from busflow.launchfile.load import arguments, override
-from busflow.launchfile.load.build import Builder, variables
+from busflow.launchfile.load.build import Builder, unreadable, variables
 from busflow.launchfile.load.build_network import anchored
 from busflow.launchfile.load.expand import Expander
 from busflow.launchfile.load.expression import Budget, Scope
-from busflow.launchfile.load.folder_access import unreadable
 from busflow.launchfile.load.groups import Flat, Included
 from busflow.launchfile.load.merge import Part, compose, joined, named, overlaid
 from busflow.launchfile.load.profiles import chosen, from_command_line, readable
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.description import Argument, Doubt, LaunchDescription, PluginFolder
-from busflow.launchfile.model.faults import key_origin, problem_at, problems
-from busflow.launchfile.model.key_faults import doubt_about, key_faults
+from busflow.launchfile.model.key_faults import doubt_about, key_faults, mended, once, without
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.mending import mended, once, without
 from busflow.launchfile.model.misplaced import set_right
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
 from busflow.launchfile.yaml.document import Doubled, Limits, read_file
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.text import nearest

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from busflow.errors import Place, Problem
 from busflow.launchfile.model.description import PluginFolder
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import dotted
 

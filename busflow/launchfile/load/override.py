@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launchfile.model.faults import key_origin, problem_at
 from busflow.launchfile.model.keys import NodeKeys
+from busflow.launchfile.model.problems import key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.text import did_you_mean

@@ -9,8 +9,7 @@ from busflow.errors import LaunchError, Place
 from busflow.launchfile.load.expand import Expander
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.faults import problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.text import did_you_mean

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from busflow.errors import KeyPath, LaunchError
 from busflow.launchfile.load.expression import Scope, Template
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import shown
 

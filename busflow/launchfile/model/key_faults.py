@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import cast, get_origin
@@ -14,6 +14,7 @@ from busflow.errors import Fault, KeyPath
 from busflow.launchfile.model.description import Doubt
 from busflow.launchfile.model.keys import LaunchKeys, NodeKeys, Section
 from busflow.launchfile.yaml.scalar import flow
+from busflow.launchfile.yaml.value import Value
 from busflow.text import nearest, printable
 from busflow.validation.annotations import at, split
 from busflow.validation.faults import faults
@@ -165,3 +166,35 @@ def doubt_about(path: KeyPath) -> Doubt | None:
     if key in {"parameters", "parameters_from"}:
         return Doubt.PARAMETERS
     return None if key in _OWN else Doubt.NODES
+
+
+def once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
+    """The faults without those of a further entry of the same `for_each`: the same key of the same line."""
+    found: dict[object, Fault] = {}
+    for fault in faults:
+        place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
+        found.setdefault((place, fault.code, fault.path[-1:]) if place is not None else fault, fault)
+    return list(found.values())
+
+
+def mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
+    """The tree without what is wrong, and where that was; with what is surely meant in its place."""
+    wrong: list[KeyPath] = []
+    lost: list[KeyPath] = []
+    for fault in faults:
+        found = tree.nearest(fault.path)
+        key = meant(fault, found.content)
+        if wants_list(fault) and isinstance(found.content, str):
+            tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
+            continue
+        wrong.append(fault.path)
+        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
+            tree = tree.with_member(path, found)
+        else:
+            lost.append(fault.path)
+    return without(tree, wrong), lost
+
+
+def without(tree: Value, paths: Iterable[KeyPath]) -> Value:
+    """The tree without what is at these paths; without the whole node where its plugin is wrong."""
+    return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)

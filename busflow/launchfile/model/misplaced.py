@@ -14,9 +14,8 @@ from typing import get_args, get_origin
 from pydantic import BaseModel
 
 from busflow.errors import KeyPath, Place
-from busflow.launchfile.model.faults import key_origin, problem_at
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import twice
 from busflow.launchfile.yaml.scalar import plain_scalar
 from busflow.launchfile.yaml.syntax import unspaced
