@@ -18,7 +18,8 @@ from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem,
 from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
 from busflow.launchfile.check.member import Member
 from busflow.launchfile.check.supervision import supervision_problems
-from busflow.launchfile.model.description import Doubt, EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import as_seen_from, idle_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.yaml.value import Source

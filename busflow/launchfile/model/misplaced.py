@@ -109,7 +109,7 @@ def _with_settled_members(tree: Value, annotation: object, kind: _Kind, problems
             origin = key_origin(next(iter(beside.values())))
             message = f"{_listed(beside)} must stand beside {key}, not below it"
             fix = f"begin {_lines(beside.values())} in the column of {key}: (line {value.key.line})"
-            problems.add(problem_at("misplaced-key", message, fix, origin), doubt=None)
+            problems.add(problem_at("misplaced-key", message, fix, origin), left_out=())
         members |= {name: each for name, each in beside.items() if name not in members and name not in tree.members}
     return replace(tree, content=members)
 
@@ -165,7 +165,7 @@ def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: P
         by = f" by {counted(more, 'more space')}" if more > 0 else ""
         fix = f"indent {_lines(moved.values())}{by}, below {path[-1]}: (line {owner.key.line})"
     message = f"{_listed(moved)} must stand below {path[-1]}"
-    problems.add(problem_at("misplaced-key", message, fix, key_origin(first)), doubt=None)
+    problems.add(problem_at("misplaced-key", message, fix, key_origin(first)), left_out=())
 
 
 def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
@@ -201,7 +201,7 @@ def _part(found: re.Match[str], whole: Value) -> Value:
 
 def _tell_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
     message, fix = unspaced(found[1], found[2])
-    problems.add(problem_at("yaml", message, fix, value.origin, place), doubt=None)
+    problems.add(problem_at("yaml", message, fix, value.origin, place), left_out=())
 
 
 def _lines(values: Iterable[Value]) -> str:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from busflow.errors import Fault, InvalidParameter, KeyPath, LaunchError, Place, Problem, Severity
-from busflow.launchfile.model.description import Doubt, NodeSpec
+from busflow.launchfile.model.description import NodeSpec
 from busflow.launchfile.yaml.value import Origin, Value
 
 if TYPE_CHECKING:
@@ -21,20 +21,24 @@ class Problems:
 
     def __init__(self) -> None:
         self._found: list[Problem] = []
-        self.doubts: set[Doubt] = set()
-        """What they leave open."""
+        self.left_out: set[KeyPath] = set()
+        """The keys of a launch file of which nobody knows, because of these problems, what they should be."""
 
     def __bool__(self) -> bool:
         return bool(self._found)
 
-    def add(self, *problems: Problem, doubt: Doubt | None = Doubt.NODES) -> None:
-        """Keep problems, each one once, and what they leave open.
+    def add(self, *problems: Problem, left_out: Iterable[KeyPath] = ((),)) -> None:
+        """Keep problems, each one once.
+
+        Args:
+            problems: Those that were found.
+            left_out: The keys that are not known because of them; unless said, any.
 
         Raises:
             LaunchError: There are too many.
         """
         self._found += [each for each in dict.fromkeys(problems) if each not in self._found]
-        self.doubts |= {doubt} if problems and doubt is not None else set()
+        self.left_out.update(left_out if problems else ())
         if len(self._found) > MOST:
             raise LaunchError([])
 
@@ -45,7 +49,7 @@ class Problems:
             yield
         except LaunchError as error:
             self._found += error.problems
-            self.doubts.add(Doubt.NODES)
+            self.left_out.add(())
 
     def sorted(self, files: Iterable[str]) -> tuple[Problem, ...]:
         """The problems in the order of these files, up to a number that still helps."""

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
-from busflow.launchfile.load.load import MAX_FILES, MAX_INCLUDE_DEPTH, examine, load
+from busflow.launchfile.load.files import MAX_FILES
+from busflow.launchfile.load.load import examine, load
+from busflow.launchfile.load.part import MAX_INCLUDE_DEPTH
 from busflow.launchfile.model.description import ClockMode, ClockSpec, NodeSpec
 from busflow.node.supervision import Restart
 from busflow.text import printable
