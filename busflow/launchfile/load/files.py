@@ -9,10 +9,9 @@ from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
 from busflow.launchfile.model.description import PluginFolder
-from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.misplaced import set_right
 from busflow.launchfile.model.problems import Problems, problem_at
-from busflow.launchfile.yaml.document import Doubled, Limits, read_file
+from busflow.launchfile.yaml.document import Limits, Repeated, read_file
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.text import nearest, printable
 
@@ -38,20 +37,9 @@ class Files:
             path: The file.
             entry: What names it; None for the file that is launched.
         """
-        doubled: list[Place | None] = []  # the keys whose value is one of two
-
-        def note(problem: Problem, first: Value) -> None:
-            self.problems.add(problem, left_out=())
-            doubled.append(None if isinstance(first.content, dict) else first.key)
-
-        root = self._read(path, entry, note)
-        if root is None:
-            return None
-        root = set_right(root, self.problems)
-        unsure = [path for path, each in root.leaves() if each.key in doubled]
-        self.problems.left_out.update(unsure)
-        # Which plugin is meant is not known, and so nothing of what the node should have.
-        return without(root, [path for path in unsure if path[-1:] == ("plugin",)])
+        repeated: Repeated = []
+        root = self._read(path, entry, repeated)
+        return set_right(root, repeated, self.problems) if root is not None else None
 
     def parameters(self, path: Path, entry: Value) -> Value | None:
         """The parameters of a file that a node names; None where they cannot be read."""
@@ -79,7 +67,7 @@ class Files:
             self._report(fault.code, fault.message, fault.fix, value, ("plugins",))
         return found
 
-    def _read(self, path: Path, entry: Value | None, doubled: Doubled | None = None) -> Value | None:
+    def _read(self, path: Path, entry: Value | None, repeated: Repeated | None = None) -> Value | None:
         """A file's content. What keeps it from being read is a problem of the `entry` that names it."""
         if self.limits.values < 0:
             raise LaunchError([])  # a file before this one was too large, and that is reported
@@ -88,13 +76,13 @@ class Files:
             raise LaunchError([])
         self.paths.append(path)
         try:
-            return read_file(path, str(path), entry.origin.trail if entry is not None else (), self.limits, doubled)
+            return read_file(path, str(path), entry.origin.trail if entry is not None else (), self.limits, repeated)
         except LaunchError as error:
             for problem in error.problems:
                 if problem.code == "unreadable-file":
                     place = entry.origin.place if entry is not None else None
                     fix = _neighbour(path, Path(place.file).parent if place is not None else None)
-                    lost = () if doubled is not None else ("defaults", "parameters")
+                    lost = () if repeated is not None else ("defaults", "parameters")
                     self._report(problem.code, problem.message, fix, entry, lost)
                 else:
                     self.problems.add(problem)

@@ -85,14 +85,6 @@ class Value:
         """The members of a mapping; empty for anything else."""
         return self.content if isinstance(self.content, dict) else {}
 
-    @property
-    def beside(self) -> Mapping[str, Value]:
-        """Members whose keys stand beside the value's own key, and not below it: see `document.read_file`."""
-        place, key = self.origin.place, self.key
-        if place is None or key is None or place.excerpt[place.column - 1 : place.column] == "{":
-            return {}
-        return {name: each for name, each in self.members.items() if each.key and each.key.column == key.column}
-
     def section(self, key: str) -> Mapping[str, Value]:
         """The members of the member `key`; empty where that is not a mapping."""
         found = self.members.get(key)
