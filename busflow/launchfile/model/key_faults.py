@@ -37,7 +37,7 @@ def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
         try:
             return LaunchKeys.model_validate(data), tree
         except ValidationError as error:
-            found = [_named(fault, data) for fault in faults(error, LaunchKeys, data, noun="key")]
+            found = [_named(fault, tree) for fault in faults(error, LaunchKeys, data, noun="key")]
         # What is missing only because it was wrong and left out is reported already.
         told = [fault for fault in found if first or fault.code != "missing"]
         first = False
@@ -48,7 +48,7 @@ def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
         problems.left_out.update(lost)
 
 
-def _named(fault: Fault, data: object) -> Fault:
+def _named(fault: Fault, tree: Value) -> Fault:
     """The fault in a launch file's words: a key that a later version will know is not a typo."""
     if not fault.path:
         message = fault.message.replace("the keys", "a launch file")
@@ -61,7 +61,8 @@ def _named(fault: Fault, data: object) -> Fault:
     if fault.code == "unknown" and owner is not None and fault.path[-1] in owner.later:
         message = f"{fault.message.removeprefix('unknown ')} is not in this version yet"
         return replace(fault, message=message, fix=owner.later[str(fault.path[-1])], code="later")
-    return replace(fault, fix=_instead(fault, owner, _found(data, fault.path)))
+    stated = tree.find(fault.path)
+    return replace(fault, fix=_instead(fault, owner, stated.data if stated is not None else None))
 
 
 def _meant(fault: Fault, value: object) -> str | None:
@@ -85,19 +86,6 @@ def _wants_list(fault: Fault) -> bool:
 def _section(path: KeyPath) -> type[Section] | None:
     owner, _ = split(at(LaunchKeys, path)[0])
     return owner if isinstance(owner, type) and issubclass(owner, Section) else None
-
-
-def _found(data: object, path: KeyPath) -> object:
-    """What is at a path."""
-    for step in path:
-        match data:
-            case Mapping():
-                data = cast("Mapping[object, object]", data).get(step)
-            case list() if isinstance(step, int):
-                data = cast("list[object]", data)[step]
-            case _:
-                return None
-    return data
 
 
 def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | None:

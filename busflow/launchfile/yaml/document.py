@@ -10,7 +10,7 @@ import os
 import re
 import stat
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
@@ -92,7 +92,7 @@ def parse(
         fix = "split it with `include:` or `parameters_from:`"
         raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
     text = _decoded(raw, file, included_from)
-    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits, repeated=repeated)
+    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits or Limits(), repeated)
     return builder.build(text, loader)
 
 
@@ -115,7 +115,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     Raises:
         LaunchError: It opens a quote, a list or a mapping and then is not one.
     """
-    builder = _Builder([before + text], label, Source.COMMAND_LINE, (), None, shift=len(before))
+    builder = _Builder([before + text], label, Source.COMMAND_LINE, shift=len(before))
     bad = _UNREADABLE.search(text)
     if bad is not None:
         place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
@@ -128,29 +128,21 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     return Value(text if content is None or isinstance(content, str) else content, Origin(Source.COMMAND_LINE, place))
 
 
+@dataclass(slots=True)
 class _Builder:
     """Builds values from YAML's events, counting as it goes."""
 
-    def __init__(
-        self,
-        lines: list[str],
-        file: str,
-        source: Source,
-        included_from: tuple[Place, ...],
-        limits: Limits | None,
-        shift: int = 0,
-        repeated: Repeated | None = None,
-    ) -> None:
-        self._lines = lines
-        self._file = file
-        self._source = source
-        self._included_from = included_from
-        self._shift = shift
-        self._repeated = repeated
-        self._limits = limits or Limits()
-        self._problems: list[Problem] = []
-        self._repeats: list[Problem] = []
-        """Of keys that surely stand twice: they are reported here where nobody can look at the whole."""
+    lines: list[str]
+    file: str
+    source: Source
+    included_from: tuple[Place, ...] = ()
+    limits: Limits = field(default_factory=Limits)
+    repeated: Repeated | None = None
+    shift: int = 0
+    """How far to the right the text begins on its first line."""
+    problems: list[Problem] = field(default_factory=list[Problem])
+    repeats: list[Problem] = field(default_factory=list[Problem])
+    """Of keys that surely stand twice: they are reported here where nobody can look at the whole."""
 
     def build(self, text: str, loader: Any) -> Value:
         """The one document of `text`."""
@@ -164,20 +156,20 @@ class _Builder:
                     self._refuse("several-documents", "a second document begins here", "use one file for each", event)
                     break
         except yaml.MarkedYAMLError as error:
-            self._problems.append(explain(error, text, self._place))
+            self.problems.append(explain(error, text, self._place))
         except (yaml.YAMLError, ValueError, OverflowError) as error:
             # The pure parser lets chr() complain about an escape beyond Unicode.
-            self._problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
+            self.problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
         self.finish()
         if root is None or root.content is None:
-            self._stop(Problem("empty-file", "the file is empty", "write `key: value` lines", Place(self._file, 1, 1)))
+            self._stop(Problem("empty-file", "the file is empty", "write `key: value` lines", Place(self.file, 1, 1)))
         return root
 
     def finish(self) -> None:
         """Raise what was found."""
-        if self._problems:
-            found = [*self._problems, *self._repeats][:MAX_PROBLEMS]
-            raise LaunchError([_included(problem, self._included_from) for problem in found])
+        if self.problems:
+            found = [*self.problems, *self.repeats][:MAX_PROBLEMS]
+            raise LaunchError([_included(problem, self.included_from) for problem in found])
 
     def scalar(self, text: str, place: Place) -> Scalar:
         """What a plain scalar means."""
@@ -185,13 +177,13 @@ class _Builder:
             return plain_scalar(text)
         except ValueError as error:
             fix = "quote it if it is text; a larger number needs a float such as 1.0e+20"
-            self._problems.append(Problem("number-too-large", str(error), fix, place))
+            self.problems.append(Problem("number-too-large", str(error), fix, place))
             return None
 
     def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
-        self._limits.values -= 1
+        self.limits.values -= 1
         place = self._place_of(event)
-        if self._limits.values < 0:
+        if self.limits.values < 0:
             fix = "keep large data in a file that the node itself reads"
             self._stop(Problem("too-many-values", f"a launch has at most {MAX_VALUES} values", fix, place))
         if depth > MAX_DEPTH:
@@ -206,7 +198,7 @@ class _Builder:
                 content.append(self._node(item, events, depth + 1, None))
         elif isinstance(event, yaml.MappingStartEvent):
             content = self._members(events, depth)
-        return Value(content, Origin(self._source, place, self._included_from), key)
+        return Value(content, Origin(self.source, place, self.included_from), key)
 
     def _members(self, events: Iterator[Any], depth: int) -> dict[str, Value]:
         members: dict[str, Value] = {}
@@ -227,13 +219,13 @@ class _Builder:
     def _repeat(self, members: dict[str, Value], name: str, second: Value) -> None:
         """A key of a mapping once more."""
         problem = twice(name, members[name], second)
-        if self._repeated is None:
+        if self.repeated is None:
             self._keep(problem)
             return
-        self._repeated.append((name, members[name], second))
+        self.repeated.append((name, members[name], second))
         # It may be meant to stand below an empty key.
         if all(each.content is not None or key == name for key, each in members.items()):
-            self._repeats.append(problem)
+            self.repeats.append(problem)
 
     def _check_plain(self, event: Any) -> None:
         """Refuse what would make YAML more than data."""
@@ -251,12 +243,12 @@ class _Builder:
         self._keep(Problem(code, message, fix, self._place_of(event)))
 
     def _keep(self, problem: Problem) -> None:
-        self._problems.append(problem)
-        if len(self._problems) >= MAX_PROBLEMS:
+        self.problems.append(problem)
+        if len(self.problems) >= MAX_PROBLEMS:
             self.finish()
 
     def _stop(self, problem: Problem) -> NoReturn:
-        self._problems.append(problem)
+        self.problems.append(problem)
         self.finish()
         raise AssertionError  # finish raises, there being a problem
 
@@ -269,11 +261,11 @@ class _Builder:
 
     def _place(self, line: int, column: int, width: int | None = None) -> Place:
         """A stretch of a line, counted from 0; without a width it reaches to the line's end."""
-        excerpt = self._lines[line] if line < len(self._lines) else ""
-        shift = self._shift if line == 0 else 0
+        excerpt = self.lines[line] if line < len(self.lines) else ""
+        shift = self.shift if line == 0 else 0
         if width is None:
             width = len(excerpt.rstrip()) - column - shift
-        return Place(self._file, line + 1, column + shift + 1, max(1, width), excerpt)
+        return Place(self.file, line + 1, column + shift + 1, max(1, width), excerpt)
 
 
 def twice(name: str, first: Value, second: Value) -> Problem:
