@@ -1,4 +1,4 @@
-"""Loose ends: what nodes, or the launch file, count on and nobody provides."""
+"""Endpoints: what nodes declare that cannot be together in one graph, and ends that have no other end."""
 
 from __future__ import annotations
 

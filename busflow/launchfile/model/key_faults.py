@@ -1,4 +1,4 @@
-"""What is wrong with the keys of a launch file, in its own words, with what to write instead."""
+"""What is wrong with the keys of a launch file, with what to write instead; and the keys without it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Problems`: what is wrong with a launch file, collected up to a number that still helps."""
+"""`Problems`: what is wrong with a launch file, each at its place, collected up to a number that still helps."""
 
 from __future__ import annotations
 
