@@ -14,9 +14,8 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, PublisherMatched
+from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
 from busflow.bus.expiry import NS_PER_S, Perishable, Watch
-from busflow.bus.notices import Notices
 from busflow.bus.qos import Durability, Liveliness
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
 from busflow.interfaces.message import Message, type_name

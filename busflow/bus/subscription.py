@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.delivery import MessageHandler, OnFailure, Recipient
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.events import DeadlineMissed, Event, SubscriptionMatched
+from busflow.bus.events import UNWANTED, DeadlineMissed, Event, Notices, SubscriptionMatched
 from busflow.bus.expiry import Perishable, Watch, expire
-from busflow.bus.notices import UNWANTED, Notices
 from busflow.bus.qos import Durability
 from busflow.bus.queues import create_queue
+from busflow.bus.statistics import SubscriptionStatistics
 from busflow.errors import Occupied
 from busflow.interfaces.message import Message
 

@@ -11,11 +11,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Overflow
+from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.subscription import Subscription
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message

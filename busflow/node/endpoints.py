@@ -26,7 +26,7 @@ from busflow.validation.tracebacks import way
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.node.event_handler import EventHandler
+    from busflow.node.callbacks import EventHandler
 
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
 E = TypeVar("E", Publisher[Any], Subscription[Any])

@@ -23,7 +23,7 @@ from busflow.interfaces.message import Message
 from busflow.node.context import Rng
 from busflow.node.declarations import ParametersDeclaration
 from busflow.node.habits import Habits
-from busflow.node.inheritance import inherit
+from busflow.node.handlers import inherit
 from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame

@@ -18,7 +18,7 @@ from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler
 from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.interfaces.message import Message
-from busflow.node.callbacks import ParameterHandler
+from busflow.node.callbacks import EventHandler, ParameterHandler
 from busflow.node.context import Rng, Surroundings
 from busflow.node.declarations import (
     ClientDeclaration,
@@ -29,9 +29,7 @@ from busflow.node.declarations import (
     checked_service_type,
 )
 from busflow.node.endpoints import Ends
-from busflow.node.event_handler import EventHandler
-from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
-from busflow.node.inheritance import declarations_of
+from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.lifetime import Life
 from busflow.node.parameter_events import ParameterEvents
 from busflow.node.parameter_store import ParameterStore, SetResult

@@ -12,8 +12,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import ExitCode
-from busflow.node.backoff import Backoff
-from busflow.node.supervision import Restart
+from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
 from busflow.processes.pipe import record_of

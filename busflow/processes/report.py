@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import ClientStatistics, ServerStatistics
+from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics
 from busflow.bus.timer import TimerStatistics
 from busflow.launchfile.model.placement import MAIN
 from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport

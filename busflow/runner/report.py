@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.accounts import SubscriptionStatistics
+from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
 from busflow.runner import rosout
 

@@ -13,10 +13,9 @@ import anyio.abc
 
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
-from busflow.node.backoff import Backoff
 from busflow.node.factory import rebuild
 from busflow.node.node import Node, runtime_of
-from busflow.node.supervision import Condition, OnExit, Restart, Supervision
+from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
 
 START_TIMEOUT_S = 10.0
 """How long a node's `start` may take, in wall time, and its `stop` before it is started anew."""

@@ -23,7 +23,7 @@ from busflow.bus.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.clock import perf_counter
-from busflow.node.event_handler import EventHandler
+from busflow.node.callbacks import EventHandler
 from busflow.node.lifetime import Life
 from busflow.runner.loops import system as event_loop
 from busflow.runner.supervisor import Unit
