@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.endpoint import ROSOUT
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
-from busflow.runner import rosout
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
@@ -142,7 +142,7 @@ class Report:
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
     """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
     ledger = list(bus.ledger())
-    topics = [topic for topic in bus.topics.values() if topic.name != rosout.TOPIC or topic.published]
+    topics = [topic for topic in bus.topics.values() if topic.name != ROSOUT or topic.published]
     return tuple(
         TopicReport(
             name=topic.name,

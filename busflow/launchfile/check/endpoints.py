@@ -6,12 +6,12 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from busflow.bus.endpoint import ROSOUT
 from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
 from busflow.interfaces.message import type_name
 from busflow.launchfile.model.problems import problem_at
-from busflow.runner import rosout
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Pr
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     for member in members:
         for endpoint in member.subscriptions:
-            if endpoint.topic not in published and endpoint.topic != rosout.TOPIC:
+            if endpoint.topic not in published and endpoint.topic != ROSOUT:
                 yield member.problem(
                     "nobody-publishes",
                     f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",

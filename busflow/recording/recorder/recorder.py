@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.client import Client
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
@@ -24,7 +25,6 @@ from busflow.bus.topic_origins import Origins
 from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
 from busflow.msgs.std_msgs import String
-from busflow.node import parameter_events
 from busflow.node.parameter_store import ParameterStore
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Track, Tracks
@@ -35,7 +35,6 @@ from busflow.recording.recorder.provenance import facts, launch_files, ledger, l
 from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
 from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
 from busflow.recording.recorder.ticks import TICKS, tick_message
-from busflow.runner import rosout
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.runner.rosout import log_message
@@ -123,10 +122,10 @@ class Recorder(Extension):
         self._loop, self._thread = asyncio.get_running_loop(), threading.get_ident()
         self._spool = Spool(file, destination, threaded=self._clock.kind == "system", on_failure=self._on_failure)
         graph.bus.on_attach.append(self._on_attach)
-        if self._selection.includes(rosout.TOPIC):
+        if self._selection.includes(ROSOUT):
             from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-            track = self._tracks.add(rosout.TOPIC, LogMessage)
+            track = self._tracks.add(ROSOUT, LogMessage)
             track.offered.append(_LOG_QOS)
             graph.log.sinks.append(partial(self._on_log, track))
 
@@ -197,7 +196,7 @@ class Recorder(Extension):
 
     def _follow_topic(self, topic: Topic[Any]) -> None:
         # Of the nodes' parameters and log the recorder itself tells, also where nobody else is listening.
-        if topic.name in {parameter_events.TOPIC, rosout.TOPIC} or not self._selection.includes(topic.name):
+        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selection.includes(topic.name):
             return
         track = self._tracks.add(topic.name, topic.type)
         tap = partial(self._write, track) if self._share is None else self._own(track, topic, self._share)
@@ -239,9 +238,9 @@ class Recorder(Extension):
         service.taps.append(hear)
 
     def _follow_parameters(self, store: ParameterStore) -> None:
-        track = self._tracks.by_topic.get(parameter_events.TOPIC)
+        track = self._tracks.by_topic.get(PARAMETER_EVENTS)
         if track is None:
-            track = self._tracks.add(parameter_events.TOPIC, self._parameters.message_type)
+            track = self._tracks.add(PARAMETER_EVENTS, self._parameters.message_type)
             track.offered.append(_PARAMETERS_QOS)
         self._parameters.follow(store, partial(self._write, track))
 

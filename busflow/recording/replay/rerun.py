@@ -12,12 +12,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.clock import Duration, Time
 from busflow.errors import BagError, BusflowError, NodeFailed
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import type_name
-from busflow.node import parameter_events
 from busflow.node.node import runtime_of
 from busflow.recording.recorder.ticks import TICKS
 from busflow.recording.replay.calls import Calls, plain_of
@@ -26,7 +26,6 @@ from busflow.recording.replay.history import Past, change_of, loss_notes, shares
 from busflow.recording.replay.inputs import Inputs
 from busflow.recording.replay.nodes import plain
 from busflow.recording.replay.ticks import ReplayClock
-from busflow.runner import rosout
 from busflow.text import counted
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
     from busflow.runner.loops.virtual import VirtualLoop
 
-_UNTOLD = {parameter_events.TOPIC, rosout.TOPIC}
+_UNTOLD = {PARAMETER_EVENTS, ROSOUT}
 """What the run tells by itself, and is not compared."""
 
 Role = Callable[["Entry"], None]
@@ -152,7 +151,7 @@ class Rerun:
         topic = channel.topic
         if topic == TICKS:
             return self._tick, True
-        if topic == parameter_events.TOPIC:
+        if topic == PARAMETER_EVENTS:
             return self._change, True
         if topic in self._published:
             return (self._compare, False) if topic in self._check.compared else None

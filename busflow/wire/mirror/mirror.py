@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from busflow.bus.client import Client
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.bus.server import Server
@@ -26,9 +27,7 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.node import parameter_events
 from busflow.node.parameter_store import ParameterStore
-from busflow.runner import rosout
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import Neighbours
 from busflow.wire.mirror.services import ServiceMirror
@@ -75,7 +74,7 @@ class Mirror:
         # Who asks is not to wait behind the images of somebody who has stopped reading them.
         self._sender = Sender("busflow.sender", on_error=self._tell_bug)
         self._replier = Sender("busflow.replier", on_error=self._tell_bug)
-        self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
+        self._history = History(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
         self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
         self._presence = Presence()
@@ -174,7 +173,7 @@ class Mirror:
     def _wanted_of_rosout(self) -> Durability:
         """What the nodes that receive the log, and are connected after its publisher, request of it."""
         ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
-        latched = any(end.topic == rosout.TOPIC and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
+        latched = any(end.topic == ROSOUT and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
     def _on_attach(self, attached: Attached) -> None:
@@ -290,7 +289,7 @@ class Mirror:
     def _hear(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
-        elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:
+        elif token.kind is Kind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif alive:
             self._neighbours.come(token)
