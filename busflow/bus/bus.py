@@ -10,7 +10,7 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from busflow.bus.call import Activity
 from busflow.bus.client import Client
@@ -32,13 +32,8 @@ from busflow.interfaces.message import Message, ServiceType, type_name
 M = TypeVar("M", bound=Message)
 R = TypeVar("R")
 
-if TYPE_CHECKING:
-    from busflow.node.parameter_store import ParameterStore
-
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any]
 """One end of a topic or of a service."""
-Attached: TypeAlias = "End | Timer | ParameterStore"
-"""What can be part of a run."""
 
 
 class Bus:
@@ -54,8 +49,8 @@ class Bus:
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.services: dict[str, Service[Any, Any]] = {}
-        self.on_attach: list[Callable[[Attached], None]] = []
-        """Who hears of every end of a topic or service, timer and parameter store that comes, before it is used."""
+        self.on_attach: list[Callable[[Any], None]] = []
+        """Called with every end of a topic or service, timer and parameter store that comes, before it is used."""
         self.on_detach: list[Callable[[End], None]] = []
         """Who hears of every end of a topic or service that leaves."""
         self.clock: Clock = clock or SystemClock()
@@ -86,7 +81,7 @@ class Bus:
         for subscription in topic.subscriptions:
             check_qos(publisher.endpoint, subscription.endpoint)
         publisher.attach(topic, self._thread, self.inbox.put)
-        self._tell(publisher)
+        self.announce(publisher)
 
     def attach_subscription(self, subscription: Subscription[M], on_failure: OnFailure) -> None:
         """Connect a subscription to its topic; it receives what transient_local publishers kept.
@@ -100,22 +95,22 @@ class Bus:
             if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
                 check_qos(publisher.endpoint, subscription.endpoint)
         subscription.attach(topic, self.dispatcher, on_failure)
-        self._tell(subscription)
+        self.announce(subscription)
 
     def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
         """Let a publisher of a restarted node take over from the same one of its life before."""
         new.adopt(old)
-        self._tell(new)
+        self.announce(new)
 
     def replace_subscription(self, old: Subscription[M], new: Subscription[M], on_failure: OnFailure) -> None:
         """Let a subscription of a restarted node take over queue and account from the same one of its life before."""
         new.adopt(old, on_failure)
-        self._tell(new)
+        self.announce(new)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
         """Give a timer the run's clock and its place in the dispatcher's turns."""
         timer.attach(self.clock, self.dispatcher, spawn, on_failure)
-        self._tell(timer)
+        self.announce(timer)
 
     def call(self, function: Callable[[], R]) -> R:
         """Call a function on the graph's own thread, from any thread; from another one, wait for its answer.
@@ -124,10 +119,6 @@ class Bus:
             NotRunning: the graph's event loop does not run, or is too busy to answer.
         """
         return function() if get_ident() == self._thread else self.inbox.call(function)
-
-    def attach_parameters(self, parameters: ParameterStore) -> None:
-        """Let those who hear of what comes know of a node's parameters, to hear of their changes."""
-        self._tell(parameters)
 
     def attach_server(self, server: Server[Any, Any], starting: Activity, on_error: OnError) -> None:
         """Let a server answer its service.
@@ -140,7 +131,7 @@ class Bus:
         service = self.service(endpoint.service, server.type, endpoint.origin)
         service.refuse_second(endpoint.origin)
         server.attach(service, self.dispatcher, starting, on_error)
-        self._tell(server)
+        self.announce(server)
 
     def attach_client(self, client: Client[Any, Any]) -> None:
         """Connect a client to its service, which somebody may answer or not.
@@ -149,7 +140,7 @@ class Bus:
             IncompatibleType: the service is of another type.
         """
         client.attach(self.service(client.service, client.type, client.endpoint.origin))
-        self._tell(client)
+        self.announce(client)
 
     def service(self, name: str, service_type: type[ServiceType], origin: str) -> Service[Any, Any]:
         """The service of a name; `origin` is who wants it, for people.
@@ -191,9 +182,10 @@ class Bus:
             yield from (subscription.statistics() for subscription in topic.subscriptions)
             yield from topic.gone
 
-    def _tell(self, attached: Attached) -> None:
-        for hear in self.on_attach:
-            hear(attached)
+    def announce(self, attached: Any) -> None:
+        """Call every `on_attach` with what has come: an end, a timer, the parameters of a node."""
+        for on_attach in self.on_attach:
+            on_attach(attached)
 
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)

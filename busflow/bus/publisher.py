@@ -185,10 +185,7 @@ class Publisher(Generic[M]):
         if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
             self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
         self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
-        topic.publishers.append(self)
-        topic.since_ns = topic.since_ns if topic.publishers_come else topic.clock.monotonic_ns()
-        topic.publishers_come += 1
-        topic.rebuild()
+        topic.add_publisher(self)
 
     def adopt(self, predecessor: Publisher[M]) -> None:
         """Take over the place of the same publisher of an earlier life of this node; called by the bus.
@@ -209,7 +206,7 @@ class Publisher(Generic[M]):
         predecessor._topic, predecessor._direct = None, 0
         predecessor.close()
         if self._topic is not None:
-            self._topic.replace_publisher(predecessor, self)
+            self._topic.replace(self._topic.publishers, predecessor, self)
 
     def tell_changes(self) -> None:
         """Tell the node who receives what is published here, as far as that has changed since it was last told."""
@@ -230,7 +227,7 @@ class Publisher(Generic[M]):
             on_close(self)
         if self._topic is not None:
             topic, self._topic, self._direct = self._topic, None, 0
-            topic.forget_publisher(self)
+            topic.remove_publisher(self)
 
     def send_through(self, outlet: Callable[[M], None] | None) -> None:
         """Have every message leave the process too, after those here have it; None while nobody there listens."""

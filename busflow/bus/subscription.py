@@ -179,14 +179,12 @@ class Subscription(Recipient[M]):
         self._at_start = topic.published
         self._notices.before = topic.publishers_come - len(topic.publishers)
         self._watch(topic.clock)
-        topic.subscriptions.append(self)
-        topic.subscriptions_come += 1
         if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
             kept = topic.kept()[-self.endpoint.qos.depth :]
             self._at_start -= len(kept)
             for message in kept:
                 self.queue.push(message)
-        topic.rebuild()
+        topic.add_subscription(self)
 
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
@@ -266,7 +264,7 @@ class Subscription(Recipient[M]):
         if self._topic is not None:
             topic, self._at_close = self._topic, self.published
             self._topic = None
-            topic.forget_subscription(self)
+            topic.remove_subscription(self)
 
     def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
         """Take over the place of the same subscription of an earlier life of this node; called by the bus.
@@ -291,7 +289,7 @@ class Subscription(Recipient[M]):
         predecessor._have(create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth))
         predecessor.close()
         if self._topic is not None:
-            self._topic.replace_subscription(predecessor, self)
+            self._topic.replace(self._topic.subscriptions, predecessor, self)
 
     def _refuse_beside_handler(self) -> None:
         if self._handler is not None:

@@ -9,14 +9,13 @@ from __future__ import annotations
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
-from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import SubscriptionStatistics
-from busflow.bus.subscription import Subscription
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message
 
@@ -24,10 +23,49 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound="End")
+
+
+class End(Protocol):
+    """What a topic needs of each of its ends."""
+
+    endpoint: Endpoint
+    on_event: Callable[[Event], None] | None
+
+    def tell_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
+
+
+class Sender(End, Protocol):
+    """What a topic needs of a publisher."""
+
+    published: int
+    alive: bool
+
+    @property
+    def perishable(self) -> bool: ...  # noqa: D102  # as above
+    @property
+    def history(self) -> tuple[tuple[int, Any], ...]: ...  # noqa: D102  # as above
+    def adjust(self) -> None: ...  # noqa: D102  # as above
+
+
+class Receiver(End, Protocol):
+    """What a topic needs of a subscription."""
+
+    idle: bool
+    items: deque[Any]
+
+    @property
+    def queued(self) -> int: ...  # noqa: D102  # as above
+    @property
+    def full(self) -> bool: ...  # noqa: D102  # as above
+    @property
+    def pushes(self) -> tuple[Callable[[Any], None], ...]: ...  # noqa: D102  # as above
+    def wake(self) -> None: ...  # noqa: D102  # as above
+    def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
 
 
 class Topic(Generic[M]):
-    """A name, its type, and who is on both ends of it now."""
+    """A name, its type, and the publishers and subscriptions on it now."""
 
     __slots__ = (
         "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "idle", "losses", "name",
@@ -40,7 +78,7 @@ class Topic(Generic[M]):
         name: str,
         message_type: type[M],
         clock: Clock,
-        on_leave: Sequence[Callable[[Publisher[Any] | Subscription[Any]], None]] = (),
+        on_leave: Sequence[Callable[[Any], None]] = (),
     ) -> None:
         """A topic on which nobody is yet; `on_leave` hear of each end that leaves it."""
         self.name = name
@@ -49,10 +87,10 @@ class Topic(Generic[M]):
         self.idle = False
         """Whether some subscription may have to be woken when a message comes."""
         self.type = message_type
-        self.publishers: list[Publisher[M]] = []
-        self.subscriptions: list[Subscription[M]] = []
+        self.publishers: list[Sender] = []
+        self.subscriptions: list[Receiver] = []
         self.pushes: tuple[Callable[[Any], None], ...] = ()
-        self.blocking: tuple[Subscription[M], ...] = ()
+        self.blocking: tuple[Receiver, ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
         """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
@@ -90,7 +128,7 @@ class Topic(Generic[M]):
         kept = sorted((entry for each in self.publishers for entry in each.history), key=lambda entry: entry[0])
         return [item for _, item in kept if fresh(item, self.clock) is not None]
 
-    def first_full(self) -> Subscription[M] | None:
+    def first_full(self) -> Receiver | None:
         """The first `overflow: block` subscription without room."""
         for subscription in self.blocking:
             if subscription.full:
@@ -135,7 +173,7 @@ class Topic(Generic[M]):
         if full is None:
             self.waiting[0].set_result(None)
         elif self.perishable:
-            self._look_at(next_expiry_ns(full.queue.items))
+            self._look_at(next_expiry_ns(full.items))
 
     def _look_at(self, due_ns: int | None) -> None:
         """Look for room again when the next waiting message expires, if one does."""
@@ -199,34 +237,42 @@ class Topic(Generic[M]):
             if end.on_event is not None:
                 end.tell_changes()
 
-    def forget_publisher(self, publisher: Publisher[M]) -> None:
-        """A publisher leaves; what it published stays counted."""
+    # Ends that come and leave.
+
+    def add_publisher(self, publisher: Sender) -> None:
+        """Take in a publisher; the topic's time begins with the first."""
+        if not self.publishers_come:
+            self.since_ns = self.clock.monotonic_ns()
+        self.publishers_come += 1
+        self.publishers.append(publisher)
+        self.rebuild()
+
+    def add_subscription(self, subscription: Receiver) -> None:
+        """Take in a subscription, which has received already what is kept for it."""
+        self.subscriptions_come += 1
+        self.subscriptions.append(subscription)
+        self.rebuild()
+
+    def remove_publisher(self, publisher: Sender) -> None:
+        """Let a publisher leave; what it published stays counted."""
         self.publishers.remove(publisher)
         self._retired += publisher.published
         self._arrived += publisher.published if publisher.endpoint.remote else 0
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(publisher)
+        self._left(publisher)
 
-    def forget_subscription(self, subscription: Subscription[M]) -> None:
-        """A subscription leaves; its account stays."""
+    def remove_subscription(self, subscription: Receiver) -> None:
+        """Let a subscription leave; its account stays."""
         self.subscriptions.remove(subscription)
         line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
         self._gone[subscription.endpoint] = line if before is None else before.merged(line)
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(subscription)
+        self._left(subscription)
 
-    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
-        """A publisher takes over another one's place."""
-        self.publishers[self.publishers.index(old)] = new
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(old)
+    def replace(self, ends: list[E], old: E, new: E) -> None:
+        """Let one of the topic's publishers or subscriptions be replaced by its successor, which counts on."""
+        ends[ends.index(old)] = new
+        self._left(old)
 
-    def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:
-        """A subscription takes over another one's place."""
-        self.subscriptions[self.subscriptions.index(old)] = new
+    def _left(self, end: End) -> None:
         self.rebuild()
-        for hear in self._on_leave:
-            hear(old)
+        for on_leave in self._on_leave:
+            on_leave(end)

@@ -22,6 +22,7 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message
 from busflow.node.lifetime import Life
+from busflow.node.parameter_store import ParameterStore
 from busflow.validation.tracebacks import way
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from busflow.node.callbacks import EventHandler
 
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
+Attached: TypeAlias = End | ParameterStore
+"""What a bus announces: each part of a node that comes."""
 E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from structlog.typing import FilteringBoundLogger
 
@@ -32,7 +32,7 @@ from busflow.node.endpoints import Ends
 from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.lifetime import Life
 from busflow.node.parameter_events import ParameterEvents
-from busflow.node.parameter_store import ParameterStore, SetResult
+from busflow.node.parameter_store import Holder, ParameterStore, SetResult
 from busflow.node.parameters import Parameters
 from busflow.text import did_you_mean
 
@@ -40,16 +40,23 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from busflow.bus.bus import Bus
-    from busflow.node.node import Node
 
 M = TypeVar("M", bound=Message)
+
+
+class Declarer(Holder, Protocol):
+    """What a runtime needs of its node."""
+
+    def declare(self) -> None:
+        """Create what only the parameters decide."""
+        ...
 
 
 class NodeRuntime:
     """One node, from declaration to the end."""
 
-    def __init__(self, node: Node, name: str) -> None:
-        self.node = node
+    def __init__(self, node: Declarer, name: str) -> None:
+        self.node: Any = node
         self.name = name
         self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
         """With its namespace, from `declare` on."""
@@ -93,7 +100,7 @@ class NodeRuntime:
         self.life.be_called(self.full_name, self.log)
         self.parameters.stated = surroundings.parameter_source
         self.parameter_events = ParameterEvents(self.parameters, self.create_publisher, surroundings.clock, self.log)
-        for attribute, declaration in declarations_of(type(self.node)).items():
+        for attribute, declaration in declarations_of(self.node.__class__).items():
             try:
                 endpoint = self._create(declaration)
             except BusflowError as error:
@@ -229,7 +236,7 @@ class NodeRuntime:
     def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
         """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
         self._bus, self.life.dispatcher = bus, bus.dispatcher
-        bus.attach_parameters(self.parameters)
+        bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
         self.ends.connect(bus, before.ends.bequeath() if before else None)
 

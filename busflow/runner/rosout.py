@@ -18,8 +18,9 @@ from busflow.log import LEVELS, Log, LogRecord, values_text
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached, Bus
+    from busflow.bus.bus import Bus
     from busflow.msgs.rcl_interfaces import Log as LogMessage
+    from busflow.node.endpoints import Attached
 
 _DEPTH = 1000
 _NS_PER_S = 1_000_000_000

@@ -59,7 +59,7 @@ class Unit:
 
     def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
         """A unit that `live` will carry."""
-        self.node = node
+        self.node: Node = node
         self.plugin = plugin
         self.supervision = supervision or Supervision()
         self.runtime = runtime_of(node)

@@ -41,13 +41,13 @@ from busflow.runner.rosout import log_message
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached
     from busflow.bus.call import Call
     from busflow.bus.service import Service
     from busflow.bus.topic import Topic
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
+    from busflow.node.endpoints import Attached
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph

@@ -39,8 +39,8 @@ from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.sender import Sender
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached
     from busflow.bus.bus import End as AnyEnd
+    from busflow.node.endpoints import Attached
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.run_directory import RunCard
 

@@ -24,7 +24,7 @@ from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
-    from busflow.bus.topic import Topic
+    from busflow.bus.topic import Receiver, Sender, Topic
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
     from busflow.runner.graph import Graph
@@ -254,11 +254,11 @@ def _names(ends: Sequence[Publisher[Any] | Subscription[Any]]) -> list[dict[str,
     return [{"topic": end.topic, "type": type_name(end.type)} for end in ends]
 
 
-def _publisher(publisher: Publisher[Any]) -> dict[str, Any]:
+def _publisher(publisher: Sender) -> dict[str, Any]:
     return _endpoint(publisher.endpoint) | {"published": publisher.published}
 
 
-def _subscription(subscription: Subscription[Any]) -> dict[str, Any]:
+def _subscription(subscription: Receiver) -> dict[str, Any]:
     return _endpoint(subscription.endpoint) | asdict(subscription.statistics())
 
 
