@@ -12,6 +12,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
+from busflow.bus.delivery import Source
 from busflow.bus.expiry import NS_PER_S
 from busflow.bus.statistics import ClientStatistics, ServerStatistics
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", ServerStatistics, ClientStatistics)
 
 
-class Service(Generic[Req, Res]):
+class Service(Source, Generic[Req, Res]):
     """A name, its type, who answers it now, and who asks."""
 
     __slots__ = (
@@ -49,6 +50,7 @@ class Service(Generic[Req, Res]):
             known: All services of the bus by name: those that may have been meant, and those that may wait.
             on_leave: Who hears of each end of this process that leaves.
         """
+        super().__init__()
         self.name = name
         self.type = service_type
         self.server: Answerer | None = None

@@ -11,6 +11,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
+from busflow.bus.delivery import Source
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
@@ -64,13 +65,12 @@ class Receiver(End, Protocol):
     def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
 
 
-class Topic(Generic[M]):
+class Topic(Source, Generic[M]):
     """A name, its type, and the publishers and subscriptions on it now."""
 
     __slots__ = (
-        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "idle", "losses", "name",
-        "perishable", "publishers", "publishers_come", "pushes", "recent", "since_ns", "subscriptions",
-        "subscriptions_come", "taps", "type", "waiting",
+        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "publishers",
+        "publishers_come", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_come", "taps", "type",
     )  # fmt: skip
 
     def __init__(
@@ -81,11 +81,9 @@ class Topic(Generic[M]):
         on_leave: Sequence[Callable[[Any], None]] = (),
     ) -> None:
         """A topic on which nobody is yet; `on_leave` hear of each end that leaves it."""
+        super().__init__()
         self.name = name
         self.clock = clock
-        self.perishable = False
-        self.idle = False
-        """Whether some subscription may have to be woken when a message comes."""
         self.type = message_type
         self.publishers: list[Sender] = []
         self.subscriptions: list[Receiver] = []
@@ -94,7 +92,6 @@ class Topic(Generic[M]):
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
         """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
-        self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
         self.publishers_come = 0
         self.since_ns = 0
         """When its first publisher came, on the monotonic clock: that may be before the run begins."""
