@@ -21,7 +21,7 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.bus.server import OnError, Server
 from busflow.bus.service import Service
-from busflow.bus.statistics import SubscriptionStatistics
+from busflow.bus.statistics import BusStatistics, SubscriptionStatistics
 from busflow.bus.subscription import OnFailure, Subscription
 from busflow.bus.timer import Spawn, Timer
 from busflow.bus.topic import Topic
@@ -179,8 +179,16 @@ class Bus:
     def ledger(self) -> Iterator[SubscriptionStatistics]:
         """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
-            yield from (subscription.statistics() for subscription in topic.subscriptions)
-            yield from topic.gone
+            yield from topic.statistics().subscriptions
+
+    def statistics(self) -> BusStatistics:
+        """What crossed the bus, as it stands now: one walk over all ends that there are."""
+        return BusStatistics(
+            topics=tuple(self.topics[name].statistics() for name in sorted(self.topics)),
+            services=tuple(self.services[name].statistics() for name in sorted(self.services)),
+            inbox=self.inbox.statistics(),
+            dispatcher=self.dispatcher.statistics(),
+        )
 
     def announce(self, attached: Any) -> None:
         """Call every `on_attach` with what has come: an end, a timer, the parameters of a node."""

@@ -10,6 +10,7 @@ from threading import Lock
 from typing import TypeVar
 
 from busflow.bus.dispatcher import Dispatcher
+from busflow.bus.statistics import InboxStatistics
 from busflow.errors import NotRunning, WouldBlock
 
 R = TypeVar("R")
@@ -54,6 +55,11 @@ class Inbox:
             self._loop, self._closed = None, True
             self.dropped += len(self._items)
             self._items.clear()
+
+    def statistics(self) -> InboxStatistics:
+        """What the inbox has counted, as it stands now; from any thread."""
+        with self._lock:
+            return InboxStatistics(self.taken, self.dropped, self.refused, waiting=len(self._items))
 
     def put(self, publish: Callable[[], None]) -> None:
         """Hand over one publish, from any thread, without waiting."""

@@ -17,6 +17,7 @@ from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
 from busflow.bus.expiry import NS_PER_S, Perishable, Watch
 from busflow.bus.qos import Durability, Liveliness
+from busflow.bus.statistics import PublisherStatistics
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
 from busflow.interfaces.message import Message, type_name
 from busflow.text import printable
@@ -78,6 +79,19 @@ class Publisher(Generic[M]):
     def subscription_count(self) -> int:
         """How many subscriptions receive what is published here."""
         return len(self._topic.subscriptions) if self._topic else 0
+
+    def statistics(self) -> PublisherStatistics:
+        """What the publisher has counted, as it stands now."""
+        return PublisherStatistics(
+            node=self.endpoint.node,
+            topic=self.topic,
+            published=self.published,
+            kept=len(self._history or ()),
+            subscriptions=self.subscription_count,
+            alive=self.alive,
+            deadlines_missed=self.deadlines_missed,
+            liveliness_lost=self.liveliness_lost,
+        )
 
     def publish(self, message: M) -> None:
         """Hand a message to every subscription's queue, without waiting.

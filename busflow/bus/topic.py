@@ -16,7 +16,7 @@ from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import SubscriptionStatistics
+from busflow.bus.statistics import PublisherStatistics, SubscriptionStatistics, TopicStatistics
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message
 
@@ -47,6 +47,7 @@ class Sender(End, Protocol):
     @property
     def history(self) -> tuple[tuple[int, Any], ...]: ...  # noqa: D102  # as above
     def adjust(self) -> None: ...  # noqa: D102  # as above
+    def statistics(self) -> PublisherStatistics: ...  # noqa: D102  # as above
 
 
 class Receiver(End, Protocol):
@@ -114,6 +115,17 @@ class Topic(Source, Generic[M]):
     def arrived(self) -> int:
         """How many of them came from another process."""
         return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
+
+    def statistics(self) -> TopicStatistics:
+        """What went over the topic, with the account of each of its ends, as it stands now."""
+        return TopicStatistics(
+            topic=self.name,
+            published=self.published,
+            arrived=self.arrived,
+            losses=dict(self.losses),
+            publishers=tuple(each.statistics() for each in self.publishers),
+            subscriptions=(*(each.statistics() for each in self.subscriptions), *self._gone.values()),
+        )
 
     @property
     def gone(self) -> tuple[SubscriptionStatistics, ...]:
@@ -261,7 +273,7 @@ class Topic(Source, Generic[M]):
         """Let a subscription leave; its account stays."""
         self.subscriptions.remove(subscription)
         line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
-        self._gone[subscription.endpoint] = line if before is None else before.merged(line)
+        self._gone[subscription.endpoint] = line if before is None else before + line
         self._left(subscription)
 
     def replace(self, ends: list[E], old: E, new: E) -> None:

@@ -14,6 +14,7 @@ from busflow.bus.endpoint import Endpoint, ServiceEndpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, checked_qos
 from busflow.bus.server import RequestHandler, Server
+from busflow.bus.statistics import NodeStatistics
 from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler
 from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
@@ -250,7 +251,21 @@ class NodeRuntime:
     @property
     def is_busy(self) -> bool:
         """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
-        return self.life.has_tasks or self.ends.keep_busy
+        return self.life.tasks > 0 or self.ends.keep_busy
+
+    def statistics(self) -> NodeStatistics:
+        """What the node has on the bus and runs, as it stands now."""
+        ends = self.ends
+        return NodeStatistics(
+            node=self.full_name,
+            publishers=tuple(each.statistics() for each in ends.publishers),
+            subscriptions=tuple(each.statistics() for each in ends.subscriptions),
+            servers=tuple(each.statistics() for each in ends.servers),
+            clients=tuple(each.statistics() for each in ends.clients),
+            timers=tuple(each.statistics() for each in ends.timers),
+            tasks=self.life.tasks,
+            parameters_set=self.parameters.times_set,
+        )
 
     def open(self) -> None:
         """Begin to hand over messages, and to tick."""

@@ -12,8 +12,7 @@ from busflow.interfaces.message import type_name
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.bus.statistics import ClientStatistics, ServerStatistics
-    from busflow.bus.timer import TimerStatistics
+    from busflow.bus.statistics import ClientStatistics, ServerStatistics, TimerStatistics
     from busflow.errors import ExitCode
     from busflow.runner.supervisor import Unit
     from busflow.runner.watchdog import Blocks
@@ -141,27 +140,26 @@ class Report:
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
     """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
-    ledger = list(bus.ledger())
-    topics = [topic for topic in bus.topics.values() if topic.name != ROSOUT or topic.published]
     return tuple(
         TopicReport(
-            name=topic.name,
-            type=type_name(topic.type),
-            published=topic.published,
-            arrived=topic.arrived,
+            name=each.topic,
+            type=type_name((topic := bus.topics[each.topic]).type),
+            published=each.published,
+            arrived=each.arrived,
             since_s=max(0, topic.since_ns - topic.clock.monotonic_ns() + topic.clock.elapsed_ns()) / 1e9,
-            losses=dict(topic.losses),
-            subscriptions=tuple(line for line in ledger if line.topic == topic.name),
+            losses=each.losses,
+            subscriptions=each.subscriptions,
         )
-        for topic in sorted(topics, key=lambda topic: topic.name)
+        for each in (bus.topics[name].statistics() for name in sorted(bus.topics))
+        if each.topic != ROSOUT or each.published
     )
 
 
 def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
     """The bus's services by name, each with the accounts of both its ends."""
     return tuple(
-        ServiceReport(service.name, type_name(service.type), tuple(service.servers()), tuple(service.asking()))
-        for service in sorted(bus.services.values(), key=lambda service: service.name)
+        ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
+        for each in (bus.services[name].statistics() for name in sorted(bus.services))
     )
 
 
