@@ -172,10 +172,6 @@ class Bus:
         topic.taps.remove(tap)
         topic.rebuild()
 
-    def detach_subscription(self, subscription: Subscription[Any]) -> None:
-        """Disconnect a subscription; its line stays in the ledger."""
-        subscription.close()
-
     def ledger(self) -> Iterator[SubscriptionStatistics]:
         """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
