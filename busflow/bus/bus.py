@@ -70,42 +70,42 @@ class Bus:
         self.inbox.close()
         self.dispatcher.close()
 
-    def attach_publisher(self, publisher: Publisher[M]) -> None:
-        """Connect a publisher to its topic.
+    def attach_publisher(self, publisher: Publisher[M], predecessor: Publisher[M] | None = None) -> None:
+        """Connect a publisher to its topic, in the place of the same one of its node's life before if there is one.
 
         Raises:
             IncompatibleType: the topic is of another type.
             IncompatibleQoS: a subscription there requests more than the publisher offers.
         """
-        topic = self._topic(publisher.endpoint, publisher.type)
-        for subscription in topic.subscriptions:
-            check_qos(publisher.endpoint, subscription.endpoint)
-        publisher.attach(topic, self._thread, self.inbox.put)
+        if predecessor is None:
+            topic = self._topic(publisher.endpoint, publisher.type)
+            for subscription in topic.subscriptions:
+                check_qos(publisher.endpoint, subscription.endpoint)
+            publisher.attach(topic, self._thread, self.inbox.put)
+        else:
+            publisher.adopt(predecessor)
         self.announce(publisher)
 
-    def attach_subscription(self, subscription: Subscription[M], on_failure: OnFailure) -> None:
+    def attach_subscription(
+        self, subscription: Subscription[M], on_failure: OnFailure, predecessor: Subscription[M] | None = None
+    ) -> None:
         """Connect a subscription to its topic; it receives what transient_local publishers kept.
+
+        With a predecessor, the same one of its node's life before, it takes over the place, the queue and the account.
 
         Raises:
             IncompatibleType: the topic is of another type.
             IncompatibleQoS: it requests more than a publisher there offers.
         """
-        topic = self._topic(subscription.endpoint, subscription.type)
-        for publisher in topic.publishers:
-            if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
-                check_qos(publisher.endpoint, subscription.endpoint)
-        subscription.attach(topic, self.dispatcher, on_failure)
+        if predecessor is None:
+            topic = self._topic(subscription.endpoint, subscription.type)
+            for publisher in topic.publishers:
+                if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
+                    check_qos(publisher.endpoint, subscription.endpoint)
+            subscription.attach(topic, self.dispatcher, on_failure)
+        else:
+            subscription.adopt(predecessor, on_failure)
         self.announce(subscription)
-
-    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
-        """Let a publisher of a restarted node take over from the same one of its life before."""
-        new.adopt(old)
-        self.announce(new)
-
-    def replace_subscription(self, old: Subscription[M], new: Subscription[M], on_failure: OnFailure) -> None:
-        """Let a subscription of a restarted node take over queue and account from the same one of its life before."""
-        new.adopt(old, on_failure)
-        self.announce(new)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
         """Give a timer the run's clock and its place in the dispatcher's turns."""

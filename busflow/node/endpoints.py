@@ -93,11 +93,8 @@ class Ends:
 
     def _connect_publisher(self, publisher: Publisher[Any], bus: Bus) -> None:
         publisher.on_first = self.on_first
-        before = self._before and _same(self._before.publishers, publisher)
-        if before:
-            bus.replace_publisher(before, publisher)
-        else:
-            bus.attach_publisher(publisher)
+        before = _same(self._before.publishers, publisher) if self._before else None
+        bus.attach_publisher(publisher, before)
         publisher.on_close = self.publishers.remove
 
     def _connect_subscription(self, subscription: Subscription[Any], bus: Bus) -> None:
@@ -107,11 +104,8 @@ class Ends:
         def on_failure(error: BaseException, message: Message) -> None:
             life.fail(origin, error, message)
 
-        before = self._before and _same(self._before.subscriptions, subscription)
-        if before:
-            bus.replace_subscription(before, subscription, on_failure)
-        else:
-            bus.attach_subscription(subscription, on_failure)
+        before = _same(self._before.subscriptions, subscription) if self._before else None
+        bus.attach_subscription(subscription, on_failure, before)
         subscription.on_close = self.subscriptions.remove
         if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
             subscription.hear_losses()

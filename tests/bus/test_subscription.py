@@ -428,7 +428,7 @@ async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
     await settle()
     publish(publisher, 3)
     after = Subscription(Int64, before.endpoint, lambda message: values.append(message.data))
-    bench.bus.replace_subscription(before, after, bench.failures.append)
+    bench.bus.attach_subscription(after, bench.failures.append, before)
     after.open()
     publish(publisher, 4)
     await settle()
@@ -666,7 +666,7 @@ async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_o
     await asyncio.sleep(0.6)
     after = Subscription(Int64, before.endpoint, lambda _message: None)
     after.on_event = events.append
-    bench.bus.replace_subscription(before, after, bench.failures.append)
+    bench.bus.attach_subscription(after, bench.failures.append, before)
     assert told == [("left", before), ("came", after)]
     await asyncio.sleep(0.6)
     assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]

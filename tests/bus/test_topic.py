@@ -242,7 +242,7 @@ async def test_what_a_publisher_keeps_for_newcomers_is_kept_by_its_successor(mak
     for value in (1, 2, 3):
         before.publish(Int64(data=value))
     after = Publisher(Int64, before.endpoint)
-    bench.bus.replace_publisher(before, after)
+    bench.bus.attach_publisher(after, before)
     with pytest.raises(NotRunning):
         before.publish(Int64(data=4))
     after.publish(Int64(data=4))
