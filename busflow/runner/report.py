@@ -129,7 +129,7 @@ class Report:
             "nodes": [asdict(node) for node in self.nodes],
             "topics": [_topic_json(topic) for topic in self.topics],
             "services": [asdict(service) for service in self.services],
-            "timers": [_timer_json(timer) for timer in self.timers],
+            "timers": [asdict(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
             "blocks": [asdict(each) for each in self.blocks],
             "log_lines_lost": self.log_lines_lost,
@@ -187,29 +187,10 @@ def _topic_json(topic: TopicReport) -> dict[str, Any]:
         "arrived": topic.arrived,
         "since_s": topic.since_s,
         "losses": topic.losses,
-        "subscriptions": [
-            {
-                "node": line.node,
-                "depth": line.depth,
-                "overflow": line.overflow.value,
-                "published": line.published,
-                "delivered": line.delivered,
-                "dropped": line.dropped,
-                "queued": line.queued,
-                "drops": line.drops,
-            }
-            for line in topic.subscriptions
-        ],
+        "subscriptions": [_subscription_json(line) for line in topic.subscriptions],
     }
 
 
-def _timer_json(timer: TimerStatistics) -> dict[str, Any]:
-    return {
-        "node": timer.node,
-        "name": timer.name,
-        "period_s": timer.period_s,
-        "fired": timer.fired,
-        "missed": timer.missed,
-        "lateness_p50_s": timer.lateness_p50_s,
-        "lateness_p99_s": timer.lateness_p99_s,
-    }
+def _subscription_json(line: SubscriptionStatistics) -> dict[str, Any]:
+    plain = asdict(line) | {"overflow": line.overflow.value}
+    return {key: value for key, value in plain.items() if key not in {"topic", "deadlines_missed"}}
