@@ -29,7 +29,7 @@ from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
-from busflow.runner.orphan_tasks import hear_of_strays
+from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.report import Report, node_reports, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
@@ -149,7 +149,9 @@ class Graph:
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
-            begun.callback(hear_of_strays(loop, self.give_up))
+            if (tasks := OrphanTasks.of(loop)) is not None:
+                tasks.on_orphan.append(self.give_up)
+                begun.callback(tasks.on_orphan.remove, self.give_up)
             for extension in self.extensions:
                 extension.begin()
                 begun.callback(extension.end)

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from busflow.errors import Place
 
+_IMPORTLIB = Path(importlib.__file__).resolve().parent
 _MACHINERY = tuple(
-    str(folder) + os.sep for folder in (Path(__file__).resolve().parents[1], Path(importlib.__file__).resolve().parent)
+    str(folder) + os.sep
+    for folder in (Path(__file__).resolve().parents[1], _IMPORTLIB, _IMPORTLIB.with_name("asyncio"))
 )
 
 
