@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics, TimerStatistics
 from busflow.launchfile.model.placement import MAIN
-from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
-from busflow.runner.watchdog import Blocks
+from busflow.runner.report import Blocks, NodeReport, ProcessReport, Report, ServiceReport, TopicReport
 
 if TYPE_CHECKING:
     from busflow.processes.member import Member

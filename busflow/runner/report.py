@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +13,6 @@ if TYPE_CHECKING:
     from busflow.bus.bus import Bus
     from busflow.bus.statistics import ClientStatistics, ServerStatistics, TimerStatistics
     from busflow.errors import ExitCode
-    from busflow.runner.supervisor import Unit
-    from busflow.runner.watchdog import Blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +68,16 @@ class ProcessReport:
     state: str = "running"
     fates: tuple[str, ...] = ()
     """How those of its lives ended that did not end well; what is known of them is no older than half a second."""
+
+
+@dataclass(slots=True)
+class Blocks:
+    """How often one handler blocked the loop."""
+
+    node: str
+    handler: str
+    count: int = 0
+    longest_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,22 +167,6 @@ def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
     return tuple(
         ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
         for each in (bus.services[name].statistics() for name in sorted(bus.services))
-    )
-
-
-def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
-    """The run's nodes, in the order of the launch file."""
-    return tuple(
-        NodeReport(
-            name=unit.name,
-            plugin=unit.plugin,
-            state=unit.state.value,
-            parameters_set=unit.runtime.parameters.times_set,
-            restarts=unit.restarts,
-            failures=unit.failure_count,
-            last_failure=unit.failure and unit.failure.summary,
-        )
-        for unit in units
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import linecache
 import os
 import traceback
@@ -10,11 +9,8 @@ from pathlib import Path
 
 from busflow.errors import Place
 
-_IMPORTLIB = Path(importlib.__file__).resolve().parent
-_MACHINERY = tuple(
-    str(folder) + os.sep
-    for folder in (Path(__file__).resolve().parents[1], _IMPORTLIB, _IMPORTLIB.with_name("asyncio"))
-)
+_STANDARD = (Path(traceback.__file__).resolve().with_name(name) for name in ("asyncio", "importlib"))
+_MACHINERY = tuple(str(folder) + os.sep for folder in (Path(__file__).resolve().parents[1], *_STANDARD))
 
 
 def blame(error: BaseException) -> Place | None:
