@@ -29,31 +29,24 @@ if TYPE_CHECKING:
     from busflow.wire.client.speaker import Speaker
 
 _HOMES = {
-    "EndView": "wire.client.graph_view",
-    "ForeignType": "interfaces.encoding.foreign",
-    "GraphView": "wire.client.graph_view",
-    "Listener": "wire.client.listener",
-    "Peer": "wire.client.client",
-    "Selection": "bus.patterns",
-    "ServiceKind": "wire.client.client",
-    "Speaker": "wire.client.speaker",
-    "TopicView": "wire.client.graph_view",
-    "check_full_topic_name": "bus.names",
-    "complete_nodes": "cli.options.run",
-    "complete_runs": "cli.options.run",
-    "complete_services": "cli.options.run",
-    "complete_topics": "cli.options.run",
-    "complete_types": "cli.options.run",
-    "decode_json": "interfaces.encoding.json_form:decode",
-    "finite": "interfaces.encoding.json_form",
-    "full_topic_name_fault": "bus.names",
-    "joined": "cli.options.run",
-    "joins": "cli.options.run",
-    "known_type": "wire.client.known_type",
-    "print_answer": "cli.terminal.output",
-    "print_line": "cli.terminal.output",
-    "tell": "cli.terminal.output",
+    "bus.names": ("check_full_topic_name", "full_topic_name_fault"),
+    "bus.patterns": ("Selection",),
+    "cli.options.run": (
+        *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
+        *("joined", "joins"),
+    ),
+    "cli.terminal.output": ("print_answer", "print_line", "tell"),
+    "interfaces.encoding.foreign": ("ForeignType",),
+    "interfaces.encoding.json_form": ("decode_json", "finite"),
+    "wire.client.client": ("Peer", "ServiceKind"),
+    "wire.client.graph_view": ("EndView", "GraphView", "TopicView"),
+    "wire.client.known_type": ("known_type",),
+    "wire.client.listener": ("Listener",),
+    "wire.client.speaker": ("Speaker",),
 }
+"""Each module with those of its names that are here too."""
+_ORIGINALS = {"decode_json": "decode"}
+"""Those that are called otherwise in their module."""
 
 __all__ = [
     "EndView",
@@ -85,10 +78,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a name when it is first used (PEP 562)."""
-    if name not in _HOMES:
+    home = next((module for module, names in _HOMES.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module 'busflow.cli.commands' has no attribute {name!r}")
     from importlib import import_module
 
-    module, _, attribute = _HOMES[name].partition(":")
-    value = globals()[name] = getattr(import_module(f"busflow.{module}"), attribute or name)
+    value = globals()[name] = getattr(import_module(f"busflow.{home}"), _ORIGINALS.get(name, name))
     return value

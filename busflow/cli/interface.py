@@ -10,9 +10,9 @@ import click
 from click.shell_completion import CompletionItem
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_runs, joined, joins
+from busflow.cli.options.run import joined, joins
 from busflow.cli.terminal.output import print_answer
-from busflow.errors import BusflowError, NoSuchRun, NoSuchTarget
+from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
 from busflow.text import did_you_mean, printable
 
@@ -31,7 +31,6 @@ Examples:
   busflow interface show sensor_msgs/msg/Imu
   busflow interface package std_srvs"""
 
-_RUN_HELP = "The run whose types are shown too, where there are several; see busflow ps."
 _KINDS = {"msg": "Messages", "srv": "Services"}
 
 interface = LazyGroup("interface", _VERBS, help="Look at message and service types.", epilog=_EXAMPLES)
@@ -56,9 +55,6 @@ def complete_interfaces(context: click.Context, _parameter: click.Parameter, inc
     except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
         names = ()
     return [CompletionItem(name) for name in names if name.startswith(incomplete)]
-
-
-_run = click.option("--run", metavar="NAME", shell_complete=complete_runs, help=_RUN_HELP)
 
 
 @click.command("list", epilog=_EXAMPLES)
@@ -149,10 +145,7 @@ def _known(run: str | None) -> _Known:
             for question in ("types", "services"):
                 for answer in peer.ask(question):
                     told |= answer
-    except NoSuchRun:
-        if run is not None:
-            raise
-    except BusflowError:  # a run that hangs keeps nobody from looking at what is built in
+    except BusflowError:  # none has to run, and one that hangs keeps nobody from looking at what is built in
         if run is not None:
             raise
     services = {each["type"]: each for each in told.values() if "request" in each}

@@ -49,7 +49,7 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
     With -f it goes on until the run ends, after the last 10 lines or as many as -n says. Debug lines are there if the
     graph was started with -v.
     """
-    show = _show_json if as_json else _show
+    show = print_line if as_json else _show
     least = _LEVELS[level]
     with joined(run) as peer:
         name = _known(peer, node)
@@ -143,7 +143,3 @@ def _show(line: Line) -> None:
     process = line.get("process", _MAIN)
     where = f"[{printable(process)}] " if process != _MAIN else ""
     click.echo(f"{moment:%H:%M:%S}.{nanoseconds // 1_000_000:03} {level} {where}{printable(line['node'])}: {text}")
-
-
-def _show_json(line: Line) -> None:
-    print_line(line)

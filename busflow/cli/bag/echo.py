@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 
@@ -68,21 +68,14 @@ def echo(
         return tell_damage(bag)
 
 
-class _Recorded(NamedTuple):
-    """A message as it is printed."""
-
-    payload: bytes
-    sequence: int
-    stamp_ns: int
-
-
 def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, int | None]) -> Iterator[str]:
     """What is printed; of messages that cannot be read, why not."""
     from busflow.cli.terminal.field_paths import Absent
+    from busflow.wire.client.listener import Received
 
     told: set[str] = set()
     for entry in bag.entries(printers.__contains__, *times):
-        received = _Recorded(entry.payload, entry.sequence, entry.publish_time_ns)
+        received = Received(entry.payload, entry.sequence, entry.publish_time_ns, b"")
         try:
             text = printers[entry.channel](received)
         except (MalformedMessage, Absent) as error:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import click
@@ -62,7 +60,9 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
 @click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/** is all below /imu.")
 @click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Without these.")
-@click.option("-m", "--remap", multiple=True, metavar="OLD:=NEW", callback=_remaps, help="Publish on another topic.")
+@click.option(
+    "-m", "--remap", "rename", multiple=True, metavar="OLD:=NEW", callback=_remaps, help="Publish on another topic."
+)
 @click.option("--clock", "clock_hz", metavar="[HZ]", is_flag=False, flag_value=_CLOCK_HZ, callback=_clock,
               help="Publish the recording's time on /clock, 40 times a second unless told.")  # fmt: skip
 @click.option("-p", "--start-paused", "paused", is_flag=True, help="Wait for the space key, or for the parameter.")
@@ -70,44 +70,23 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Play into this run; see busflow ps.")
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON what was played.")
 def play(
-    file: Path,
-    rate: float,
-    start_s: float | None,
-    end_s: float | None,
     until_s: float | None,
-    duration_s: float | None,
-    loop: bool,
-    topics: tuple[str, ...],
-    exclude: tuple[str, ...],
-    remap: Mapping[str, str],
-    clock_hz: float,
-    paused: bool,
-    delay_s: float | None,
+    end_s: float | None,
     run: str | None,
     as_json: bool,
+    **asked: Any,
 ) -> int:
     """Publish the recording FILE: each message on its topic, with its QoS, in the recorded order and time.
 
     It is a run of its own, named after FILE, that other terminals can look into; or joins another one with --run.
     What is damaged or incomplete is played as far as it can be read, and the exit code is 5.
     """
-    end_s = until_s if end_s is None else end_s
-    if end_s is not None and duration_s is None and end_s <= (start_s or 0.0):
-        raise click.UsageError(f"--end {end_s:g}s is not after --start {start_s or 0.0:g}s: there is nothing between")
-    asked: dict[str, Any] = {
-        "file": file,
-        "rate": rate,
-        "start_s": start_s or 0.0,
-        "until_s": end_s,
-        "duration_s": duration_s,
-        "loop": loop,
-        "topics": list(topics),
-        "exclude": list(exclude),
-        "rename": dict(remap),
-        "clock_hz": clock_hz,
-        "paused": paused,
-        "delay_s": delay_s or 0.0,
-    }
+    until_s = until_s if end_s is None else end_s
+    start_s = asked["start_s"] or 0.0
+    if until_s is not None and asked["duration_s"] is None and until_s <= start_s:
+        raise click.UsageError(f"--end {until_s:g}s is not after --start {start_s:g}s: there is nothing between")
+    asked |= {"start_s": start_s, "until_s": until_s, "delay_s": asked["delay_s"] or 0.0}
+    asked |= {"topics": list(asked["topics"]), "exclude": list(asked["exclude"])}
     if run is None:
         from busflow.cli.bag.playing import play_alone
 

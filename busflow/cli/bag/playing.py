@@ -7,15 +7,14 @@ import re
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.terminal.output import colour, print_answer, tell
-from busflow.cli.terminal.player_console import Console
+from busflow.cli.terminal.player_console import Console, Standing
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
@@ -26,9 +25,6 @@ from busflow.runner.graph import Graph
 from busflow.runner.run import run_graph
 from busflow.text import counted, printable
 from busflow.wire.mirror.membership import inspectable
-
-if TYPE_CHECKING:
-    from busflow.recording.player.playing import Playing
 
 _MOST_RATE = 1e6
 _UNFIT = re.compile(r"[^\w.-]+")
@@ -79,29 +75,6 @@ def told(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *
             f"{printable(file)}: {counted(played, 'message')} played{', and it is INCOMPLETE' if incomplete else ''}"
         )
     return ExitCode.INCOMPLETE if code is ExitCode.OK and incomplete else code
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """How a player stands."""
-
-    position_ns: int
-    length_ns: int
-    rate: float
-    paused: bool
-    played: int
-
-    @classmethod
-    def of(cls, playing: Playing) -> Standing:
-        """As it is now, from any thread."""
-        start, end = playing.span_ns
-        return cls(
-            playing.position_ns - start,
-            max(0, end - start),
-            playing.clock.rate,
-            playing.clock.is_paused,
-            playing.played,
-        )
 
 
 class _GraphControls:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import QoS
-from busflow.cli.bag.playing import Standing, told
+from busflow.cli.bag.playing import told
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import tell
-from busflow.cli.terminal.player_console import Console
+from busflow.cli.terminal.player_console import Console, Standing
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.interfaces.encoding.builtin_types import builtin_types

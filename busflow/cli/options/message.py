@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
-
-if TYPE_CHECKING:
-    from busflow.cli.terminal.message_text import Wanted
 
 _OPTIONS = (
     click.option("--field", metavar="PATH", help="Print only this part: linear_acceleration.z, position[0]."),
@@ -49,7 +46,8 @@ def wants(command: Callable[..., Any]) -> Callable[..., Any]:
         as_json: bool,
         **others: Any,
     ) -> Any:
-        from busflow.cli.terminal.message_text import Form
+        from busflow.cli.terminal.abridged import TRUNCATED_AFTER, Abridger
+        from busflow.cli.terminal.message_text import Form, Wanted
 
         forms = {Form.CSV: csv, Form.RAW: raw, Form.FLOW: flow_style, Form.JSON: as_json}
         chosen = [form for form, given in forms.items() if given] or [Form.YAML]
@@ -58,24 +56,9 @@ def wants(command: Callable[..., Any]) -> Callable[..., Any]:
         if raw and field:
             raise click.UsageError("--raw prints whole messages; leave --field out")
         whole = full_length or (as_json and truncate_length is None)
-        return command(wanted=_wanted(chosen[0], field, filter_, whole, truncate_length, no_arr, no_str), **others)
+        length = None if whole else TRUNCATED_AFTER if truncate_length is None else truncate_length
+        return command(wanted=Wanted(chosen[0], Abridger(length, no_arr, no_str), field, filter_), **others)
 
     for option in reversed(_OPTIONS):
         asked = option(asked)
     return asked
-
-
-def _wanted(
-    form: Any,
-    field: str | None,
-    filter_: str | None,
-    whole: bool,
-    truncate_length: int | None,
-    no_arr: bool,
-    no_str: bool,
-) -> Wanted:
-    from busflow.cli.terminal.abridged import TRUNCATED_AFTER, Abridger
-    from busflow.cli.terminal.message_text import Wanted
-
-    length = None if whole else TRUNCATED_AFTER if truncate_length is None else truncate_length
-    return Wanted(form, Abridger(length, no_arr, no_str), field, filter_)

@@ -40,29 +40,23 @@ class Abridger:
             if self.no_texts:
                 return f"<string length: <{len(value)}>>"
             return value if self._fits(value) else value[: self.truncate_after] + "..."
-        if isinstance(value, memoryview):
-            return self._numbers(cast("memoryview[Any]", value), shape)
         if isinstance(value, Sequence):
             return self._items(cast("Sequence[Any]", value), shape)
         return value
 
-    def _numbers(self, value: memoryview[Any], shape: Shape | None) -> Any:
-        if self.no_arrays:
-            return _abbreviated(value, shape)
-        return value.tolist() if self._fits(value) else [*value[: self.truncate_after].tolist(), "..."]
-
     def _items(self, value: Sequence[Any], shape: Shape | None) -> Any:
         if self.no_arrays:
             return _abbreviated(value, shape)
+        first = value[: self.truncate_after]
         item = shape and shape.item
-        shown = [self(each, item) for each in value[: self.truncate_after]]
+        shown = first.tolist() if isinstance(first, memoryview) else [self(each, item) for each in first]
         return shown if self._fits(value) else [*shown, "..."]
 
-    def _fits(self, value: Sequence[Any] | memoryview[Any]) -> bool:
+    def _fits(self, value: Sequence[Any]) -> bool:
         return self.truncate_after is None or len(value) <= self.truncate_after
 
 
-def _abbreviated(value: Sequence[Any] | memoryview[Any], shape: Shape | None) -> str:
+def _abbreviated(value: Sequence[Any], shape: Shape | None) -> str:
     """A sequence in the words of `ros2 topic echo --no-arr`."""
     if shape is None:
         return f"<sequence length: {len(value)}>"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import Shape, parse_path, shape_at, shape_of, value_at
@@ -18,25 +18,7 @@ from busflow.text import printable
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
-
-
-class Showable(Protocol):
-    """A message with what is known of its way."""
-
-    @property
-    def payload(self) -> bytes:
-        """Its bytes."""
-        ...
-
-    @property
-    def sequence(self) -> int:
-        """Its number; 0 where nobody said."""
-        ...
-
-    @property
-    def stamp_ns(self) -> int:
-        """When it was published; 0 where nobody said."""
-        ...
+    from busflow.wire.client.listener import Received
 
 
 class Form(Enum):
@@ -87,7 +69,7 @@ class Printer:
     """Of what is shown."""
     matches: Filter | None
 
-    def __call__(self, received: Showable) -> str | None:
+    def __call__(self, received: Received) -> str | None:
         """A message as text, None where the filter leaves it out.
 
         Raises:
@@ -118,7 +100,7 @@ class Printer:
             return repr(payload)
         return f"{payload[:most]!r}... ({len(payload)} bytes)"
 
-    def _json(self, received: Showable, shown: Any) -> str:
+    def _json(self, received: Received, shown: Any) -> str:
         told: dict[str, Any] = {
             "topic": self.topic,
             "sequence": received.sequence or None,

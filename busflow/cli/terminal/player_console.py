@@ -9,9 +9,13 @@ import sys
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from typing import Protocol, TextIO
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 from busflow.text import counted
+
+if TYPE_CHECKING:
+    from busflow.recording.player.playing import Playing
 
 _LOOK_S = 0.1
 _FASTER, _SLOWER = 1.1, 1 / 1.1
@@ -22,7 +26,7 @@ _NS_PER_S = 1e9
 class Controls(Protocol):
     """What a terminal shows of a player, and may ask of it, from a thread of its own."""
 
-    def shown(self) -> Shown | None:
+    def shown(self) -> Standing | None:
         """How it stands, once it plays."""
         ...
 
@@ -39,33 +43,30 @@ class Controls(Protocol):
         ...
 
 
-class Shown(Protocol):
+@dataclass(frozen=True, slots=True)
+class Standing:
     """How a player stands."""
 
-    @property
-    def position_ns(self) -> int:
-        """Nanoseconds since the first moment that is played."""
-        ...
+    position_ns: int
+    """Nanoseconds since the first moment that is played."""
+    length_ns: int
+    """All that is played."""
+    rate: float
+    paused: bool
+    played: int
+    """Messages so far."""
 
-    @property
-    def length_ns(self) -> int:
-        """All that is played."""
-        ...
-
-    @property
-    def rate(self) -> float:
-        """How fast."""
-        ...
-
-    @property
-    def paused(self) -> bool:
-        """Whether it stands still."""
-        ...
-
-    @property
-    def played(self) -> int:
-        """Messages so far."""
-        ...
+    @classmethod
+    def of(cls, playing: Playing) -> Standing:
+        """As it is now, from any thread."""
+        start, end = playing.span_ns
+        return cls(
+            playing.position_ns - start,
+            max(0, end - start),
+            playing.clock.rate,
+            playing.clock.is_paused,
+            playing.played,
+        )
 
 
 class Console:

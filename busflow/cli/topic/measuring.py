@@ -19,7 +19,13 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
         click.option("-w", "--window", type=_count, metavar="N", help="How many messages, at most, count together."),
         click.option("-n", "--count", type=_count, metavar="N", help="Stop after telling N times."),
         click.option(
-            "--every", metavar="DURATION", default="1s", show_default=True, callback=duration, help="How often to tell."
+            "--every",
+            "every_s",
+            metavar="DURATION",
+            default="1s",
+            show_default=True,
+            callback=duration,
+            help="How often to tell.",
         ),
         joins,
     ):
@@ -29,48 +35,39 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
 
 @click.command(epilog="\b\nExamples:\n  busflow topic hz imu/data\n  busflow topic hz imu/data joint_states -n 3")
 @_options
-def hz(
-    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
-) -> int:
+def hz(**options: Any) -> int:
     """Measure how often each topic NAME is published, until Ctrl-C.
 
     The run counts each message where it is published, so that the rate is exact however high it is. Subscriptions that
     dropped messages meanwhile are named.
     """
-    from busflow.cli.topic.gauges import gauge
-    from busflow.cli.topic.rates import HZ
-
-    with joined(run) as peer:
-        return gauge(peer, names, HZ, window=window, count=count, every_s=every, as_json=as_json)
+    return _measure("HZ", **options)
 
 
 @click.command(epilog="\b\nExample:\n  busflow topic bw image_raw")
 @_options
-def bw(
-    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
-) -> int:
+def bw(**options: Any) -> int:
     """Measure how many bytes a second each topic NAME carries, until Ctrl-C.
 
     The bytes are those that a message takes outside of its process. The run has to encode it to count them.
     """
-    from busflow.cli.topic.gauges import gauge
-    from busflow.cli.topic.rates import BW
-
-    with joined(run) as peer:
-        return gauge(peer, names, BW, window=window, count=count, every_s=every, as_json=as_json)
+    return _measure("BW", **options)
 
 
 @click.command(epilog="\b\nExample:\n  busflow topic delay imu/data")
 @_options
-def delay(
-    run: str | None, names: tuple[str, ...], window: int | None, count: int | None, every: float, as_json: bool
-) -> int:
+def delay(**options: Any) -> int:
     """Measure how old the messages of each topic NAME are when they are published, until Ctrl-C.
 
     Their age is the time since the stamp of their header, by the run's clock.
     """
+    return _measure("DELAY", **options)
+
+
+def _measure(name: str, *, run: str | None, names: tuple[str, ...], **options: Any) -> int:
+    """Tell one of the measures, by its name in `rates`, of each topic."""
+    from busflow.cli.topic import rates
     from busflow.cli.topic.gauges import gauge
-    from busflow.cli.topic.rates import DELAY
 
     with joined(run) as peer:
-        return gauge(peer, names, DELAY, window=window, count=count, every_s=every, as_json=as_json)
+        return gauge(peer, names, getattr(rates, name), **options)

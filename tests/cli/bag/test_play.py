@@ -10,8 +10,8 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from busflow.cli import main
-from busflow.cli.bag.playing import Standing, _GraphControls
-from busflow.cli.terminal.player_console import Console
+from busflow.cli.bag.playing import _GraphControls
+from busflow.cli.terminal.player_console import Console, Standing
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
 from busflow.recording.player.player import Player
