@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import joined, joins
+from busflow.cli.options.run import completer, joined, joins
 from busflow.cli.terminal.output import print_answer
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
@@ -48,13 +47,10 @@ class _Known:
         return [name for name in self.names if f"/{kind}/" in name]
 
 
-def complete_interfaces(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+@completer
+def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tuple[str, None]]:
     """The types there are."""
-    try:
-        names = _known(context.params.get("run")).names
-    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
-        names = ()
-    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
+    yield from ((name, None) for name in _known(context.params.get("run")).names)
 
 
 @click.command("list", epilog=_EXAMPLES)

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_nodes, joined, joins
+from busflow.cli.options.run import complete_nodes, completer, joined, joined_to_complete, joins
 from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import NoSuchTarget
@@ -57,17 +56,12 @@ Row = Mapping[str, Any]
 param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes, and set them.", epilog=_EXAMPLES)
 
 
-def complete_parameters(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+@completer
+def complete_parameters(context: click.Context, _incomplete: str) -> Iterator[tuple[str, str]]:
     """The parameters of the node that is already typed."""
-    from busflow.cli.options.run import COMPLETION_S
-    from busflow.wire.client.client import join
-
-    try:
-        with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
-            rows = parameters_of(peer, context.params["node"])
-    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
-        return []
-    return [CompletionItem(row["name"], help=row["description"]) for row in rows if row["name"].startswith(incomplete)]
+    with joined_to_complete(context) as peer:
+        rows = parameters_of(peer, context.params["node"])
+    yield from ((row["name"], row["description"]) for row in rows)
 
 
 _node = click.argument("node", shell_complete=complete_nodes)

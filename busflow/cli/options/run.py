@@ -5,7 +5,7 @@ Zenoh is imported when a run is joined, so that `--help` costs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import GraphView
 
-COMPLETION_S = 0.5
+_COMPLETION_S = 0.5
 """How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
@@ -60,31 +60,44 @@ def full_type(name: str, kind: str = "msg") -> str:
 # Completion. The shell shows whatever a completer prints, so that it fails in silence.
 
 
-def complete_runs(_context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """The runs of this machine."""
-    from busflow.wire.zenoh.run_directory import runs
-
-    try:
-        return [CompletionItem(each.name) for each in runs() if each.name.startswith(incomplete)]
-    except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
-        return []
-
-
-def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
-    """Completes what is typed to a name of the run that `--run`, or its being the only one, says."""
+def completer(names: Callable[[click.Context, str], Iterable[tuple[str, str | None]]]) -> Completer:
+    """Completes what is typed to one of the names, each of which has a line of help or None."""
 
     def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         try:
-            from busflow.wire.client.client import join
-            from busflow.wire.client.graph_view import view
-
-            with join(context.params.get("run"), patience_s=COMPLETION_S) as peer:
-                found = sorted(set(names(view(peer.tokens(), []))))
-        except Exception:  # noqa: BLE001  # as above
+            found = list(names(context, incomplete))
+        except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
             return []
-        if not incomplete.startswith("/"):
-            found = [name.removeprefix("/") for name in found]
-        return [CompletionItem(name) for name in found if name.startswith(incomplete)]
+        return [CompletionItem(name, help=line) for name, line in found if name.startswith(incomplete)]
+
+    return complete
+
+
+def joined_to_complete(context: click.Context) -> AbstractContextManager[Peer]:
+    """Be a member of the run that `--run`, or its being the only one, says, if it answers at once."""
+    from busflow.wire.client.client import join
+
+    return join(context.params.get("run"), patience_s=_COMPLETION_S)
+
+
+@completer
+def complete_runs(_context: click.Context, _incomplete: str) -> Iterator[tuple[str, None]]:
+    """The runs of this machine."""
+    from busflow.wire.zenoh.run_directory import runs
+
+    yield from ((each.name, None) for each in runs())
+
+
+def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
+    """Completes names of a running graph; their first slash may be left out."""
+
+    @completer
+    def complete(context: click.Context, incomplete: str) -> Iterator[tuple[str, None]]:
+        from busflow.wire.client.graph_view import view
+
+        with joined_to_complete(context) as peer:
+            found = sorted(set(names(view(peer.tokens(), []))))
+        yield from ((name if incomplete.startswith("/") else name.removeprefix("/"), None) for name in found)
 
     return complete
 

@@ -18,21 +18,14 @@ _EVERY_NODES_SERVICES = "rcl_interfaces/srv/"
 
 
 @dataclass(slots=True)
-class _Topic:
-    """A topic with the nodes on its two ends."""
+class _Link:
+    """A topic or a service with the nodes on its two ends."""
 
     type: str
-    publishers: list[str] = field(default_factory=list[str])
-    receivers: list[str] = field(default_factory=list[str])
-
-
-@dataclass(slots=True)
-class _Service:
-    """A service with the nodes on its two ends."""
-
-    type: str
-    servers: list[str] = field(default_factory=list[str])
-    clients: list[str] = field(default_factory=list[str])
+    sources: list[str] = field(default_factory=list[str])
+    """Who publishes the topic, or asks the service."""
+    sinks: list[str] = field(default_factory=list[str])
+    """Who receives the topic, or answers for the service."""
 
 
 class Drawing:
@@ -42,8 +35,8 @@ class Drawing:
         """A drawing of nothing yet."""
         self.name = name
         self._nodes: dict[str, str] = {}
-        self._topics: dict[str, _Topic] = {}
-        self._services: dict[str, _Service] = {}
+        self._topics: dict[str, _Link] = {}
+        self._services: dict[str, _Link] = {}
 
     @classmethod
     def of_plan(cls, name: str, members: Sequence[Member]) -> Self:
@@ -54,13 +47,13 @@ class Drawing:
         drawn._nodes = {member.runtime.full_name: member.plugin for member in members}
         for member in members:
             for end in member.publishers:
-                drawn._topic(end.topic, type_name(end.type)).publishers.append(end.node)
+                _link(drawn._topics, end.topic, type_name(end.type)).sources.append(end.node)
             for end in member.subscriptions:
-                drawn._topic(end.topic, type_name(end.type)).receivers.append(end.node)
+                _link(drawn._topics, end.topic, type_name(end.type)).sinks.append(end.node)
             for served in member.servers:
-                drawn._service(served.service, type_name(served.type)).servers.append(served.node)
+                _link(drawn._services, served.service, type_name(served.type)).sinks.append(served.node)
             for asked in member.clients:
-                drawn._service(asked.service, type_name(asked.type)).clients.append(asked.node)
+                _link(drawn._services, asked.service, type_name(asked.type)).sources.append(asked.node)
         return drawn
 
     @classmethod
@@ -70,24 +63,18 @@ class Drawing:
         drawn._nodes = {_safe(node.name): _kind(node) for node in graph.nodes.values() if all_ or not node.hidden}
         for topic in graph.topics.values():
             if all_ or not (topic.hidden or topic.name in _EVERY_NODES_TOPICS):
-                shown = drawn._topic(_safe(topic.name), _safe(topic.type))
-                shown.publishers += drawn._drawn_nodes(topic.publishers)
-                shown.receivers += drawn._drawn_nodes(topic.subscriptions)
+                link = _link(drawn._topics, _safe(topic.name), _safe(topic.type))
+                link.sources += drawn._drawn_nodes(topic.publishers)
+                link.sinks += drawn._drawn_nodes(topic.subscriptions)
         for service in graph.services.values():
             if all_ or not (service.hidden or service.type.startswith(_EVERY_NODES_SERVICES)):
-                both = drawn._service(_safe(service.name), _safe(service.type))
-                both.servers += drawn._drawn_nodes(service.publishers)
-                both.clients += drawn._drawn_nodes(service.subscriptions)
+                link = _link(drawn._services, _safe(service.name), _safe(service.type))
+                link.sources += drawn._drawn_nodes(service.subscriptions)
+                link.sinks += drawn._drawn_nodes(service.publishers)
         return drawn
 
     def _drawn_nodes(self, ends: Sequence[EndView]) -> list[str]:
         return [node for end in ends if (node := _safe(end.node)) in self._nodes]
-
-    def _topic(self, name: str, type_: str) -> _Topic:
-        return self._topics.setdefault(name, _Topic(type_))
-
-    def _service(self, name: str, type_: str) -> _Service:
-        return self._services.setdefault(name, _Service(type_))
 
     def text(self, width: int | None = None) -> Iterator[str]:
         """Lines for people, no longer than that: under each node what it publishes to whom and answers to whom."""
@@ -99,14 +86,14 @@ class Drawing:
 
     def _text_of(self, node: str | None, width: int | None) -> Iterator[str]:
         rows = [
-            (name, topic.type, "→", ", ".join(topic.receivers) or "nobody")
+            (name, topic.type, "→", ", ".join(topic.sinks) or "nobody")
             for name, topic in self._topics.items()
-            if (node in topic.publishers if node else not topic.publishers)
+            if (node in topic.sources if node else not topic.sources)
         ]
         rows += [
-            (name, service.type, "←", ", ".join(service.clients) or "nobody")
+            (name, service.type, "←", ", ".join(service.sources) or "nobody")
             for name, service in self._services.items()
-            if (node in service.servers if node else not service.servers)
+            if (node in service.sinks if node else not service.sinks)
         ]
         receivers = Column(folds=True)
         yield from table_lines(rows, Column(), Column(short=bare), Column(), receivers, indent="  ", width=width)
@@ -140,11 +127,11 @@ class Drawing:
             "name": self.name,
             "nodes": [{"name": node, "plugin": plugin} for node, plugin in self._nodes.items()],
             "topics": [
-                {"name": name, "type": topic.type, "publishers": topic.publishers, "subscriptions": topic.receivers}
+                {"name": name, "type": topic.type, "publishers": topic.sources, "subscriptions": topic.sinks}
                 for name, topic in self._topics.items()
             ],
             "services": [
-                {"name": name, "type": service.type, "servers": service.servers, "clients": service.clients}
+                {"name": name, "type": service.type, "servers": service.sinks, "clients": service.sources}
                 for name, service in self._services.items()
             ],
         }
@@ -152,12 +139,14 @@ class Drawing:
     def _arrows(self) -> Iterator[tuple[str, str]]:
         """From who publishes or asks, over the topic or service, by the short names that both drawings use."""
         number = {node: f"n{index}" for index, node in enumerate(self._nodes)}
-        for index, topic in enumerate(self._topics.values()):
-            yield from ((number[node], f"t{index}") for node in dict.fromkeys(topic.publishers))
-            yield from ((f"t{index}", number[node]) for node in dict.fromkeys(topic.receivers))
-        for index, service in enumerate(self._services.values()):
-            yield from ((number[node], f"s{index}") for node in dict.fromkeys(service.clients))
-            yield from ((f"s{index}", number[node]) for node in dict.fromkeys(service.servers))
+        for letter, links in (("t", self._topics), ("s", self._services)):
+            for index, link in enumerate(links.values()):
+                yield from ((number[node], f"{letter}{index}") for node in dict.fromkeys(link.sources))
+                yield from ((f"{letter}{index}", number[node]) for node in dict.fromkeys(link.sinks))
+
+
+def _link(links: dict[str, _Link], name: str, type_: str) -> _Link:
+    return links.setdefault(name, _Link(type_))
 
 
 def _safe(name: str) -> str:

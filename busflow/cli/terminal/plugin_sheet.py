@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,7 @@ from busflow.validation.tracebacks import shown
 if TYPE_CHECKING:
     from busflow.node.node import Node
 
-Names = tuple[tuple[str, str], ...]
-"""Topics or services, each with its type."""
+_OF_SERVICES = ("serves", "calls")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +39,8 @@ class Sheet:
     summary: str
     file: str
     parameters: tuple[ParameterInfo, ...]
-    publishes: Names
-    receives: Names
-    serves: Names
-    calls: Names
+    ends: Mapping[str, Sequence[tuple[str, str]]]
+    """What it `publishes`, `receives`, `serves` and `calls`: topics or services, each with its type."""
     complete: bool
     """False where a parameter without a default may still decide about topics."""
 
@@ -54,10 +51,10 @@ class Sheet:
             "summary": self.summary,
             "file": self.file,
             "parameters": [_parameter_json(each) for each in self.parameters],
-            "publishes": [{"topic": topic, "type": type_} for topic, type_ in self.publishes],
-            "receives": [{"topic": topic, "type": type_} for topic, type_ in self.receives],
-            "serves": [{"service": service, "type": type_} for service, type_ in self.serves],
-            "calls": [{"service": service, "type": type_} for service, type_ in self.calls],
+            **{
+                verb: [{"service" if verb in _OF_SERVICES else "topic": name, "type": type_} for name, type_ in found]
+                for verb, found in self.ends.items()
+            },
             "complete": self.complete,
         }
 
@@ -67,9 +64,7 @@ class Sheet:
         print_text(f"  {self.file}")
         tables = {
             "Parameters": [_row(each) for each in self.parameters],
-            "Publishes": self.publishes,
-            "Receives": self.receives,
-            **{title: rows for title, rows in (("Serves", self.serves), ("Calls", self.calls)) if rows},
+            **{verb.title(): rows for verb, rows in self.ends.items() if rows or verb not in _OF_SERVICES},
         }
         for title, rows in tables.items():
             click.echo(f"\n{title}:" if rows else f"\n{title}: nothing")
@@ -97,12 +92,12 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
         summary=(inspect.getdoc(node_class) or "").partition("\n")[0],
         file=shown(inspect.getfile(node_class)),
         parameters=describe(parameters_class(node_class)),
+        ends=ends,
         complete=complete,
-        **ends,
     )
 
 
-def _ends(node: Node) -> dict[str, Names]:
+def _ends(node: Node) -> dict[str, list[tuple[str, str]]]:
     """What a node with the default parameters publishes, receives, serves and calls."""
     clock = SystemClock()
     plan = Preflight(clock, Log(clock)).plan(nodes=[(node, Supervision())])
@@ -110,20 +105,20 @@ def _ends(node: Node) -> dict[str, Names]:
         raise LaunchError(plan.errors)
     (member,) = plan.members
     return {
-        "publishes": tuple((each.topic, type_name(each.type)) for each in member.publishers),
-        "receives": tuple((each.topic, type_name(each.type)) for each in member.subscriptions),
-        "serves": tuple((each.service, type_name(each.type)) for each in member.servers),
-        "calls": tuple((each.service, type_name(each.type)) for each in member.clients),
+        "publishes": [(each.topic, type_name(each.type)) for each in member.publishers],
+        "receives": [(each.topic, type_name(each.type)) for each in member.subscriptions],
+        "serves": [(each.service, type_name(each.type)) for each in member.servers],
+        "calls": [(each.service, type_name(each.type)) for each in member.clients],
     }
 
 
-def _declared_ends(node_class: type[Node]) -> dict[str, Names]:
+def _declared_ends(node_class: type[Node]) -> dict[str, list[tuple[str, str]]]:
     """What the class itself says, where no instance can be made without the user's parameters."""
     found: dict[str, list[tuple[str, str]]] = {"publishes": [], "receives": [], "serves": [], "calls": []}
     for verb, name, kind in _declared(node_class):
         full = names.expand(name, node=default_name(node_class), namespace="/")
         found[verb].append((full, type_name(kind)))
-    return {verb: tuple(each) for verb, each in found.items()}
+    return found
 
 
 def _declared(node_class: type[Node]) -> Iterator[tuple[str, str, type[Message | ServiceType]]]:
