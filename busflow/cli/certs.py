@@ -34,7 +34,7 @@ _FOLDER = click.argument("folder", metavar="[DIR]", default="certs", type=click.
 
 @click.command(epilog=_EXAMPLES)
 @_FOLDER
-def new(folder: Path) -> int:
+def new(folder: Path) -> None:
     """Make an authority in DIR, by default `certs`: a key that signs, and the certificate by which it is known."""
     from busflow.wire.machines.certificates import Authority
 
@@ -43,7 +43,6 @@ def new(folder: Path) -> int:
     click.echo(f"Made {shown}/ca.pem and {shown}/ca.key, good until {authority.until:%Y-%m-%d}.")
     click.echo("Whoever has ca.key can let anybody in: keep it here, and copy it to no robot. Next, for each machine:")
     click.echo(f"  busflow certs add main {shown}\n  busflow certs add arm {shown} --address 192.0.2.7")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -52,7 +51,7 @@ def new(folder: Path) -> int:
 @click.option("--address", "addresses", multiple=True, metavar="HOST", help="Where the others connect to it.")
 @click.option("--days", type=click.IntRange(1, 3650), default=730, show_default=True, help="How long it is good for.")
 @click.option("--replace", is_flag=True, help="Make a new one in place of one that is there; it keeps the addresses.")
-def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace: bool) -> int:
+def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace: bool) -> None:
     """Make a certificate and its key in DIR, by default `certs`, for the machine NAME or for NAME, who may join.
 
     The machine that `busflow run` without --machine is has the name main.
@@ -69,7 +68,6 @@ def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace:
         click.echo(f"  machines:\n    {name}:\n      connect: tls/{_bracketed((addresses or made.addresses)[0])}:7447")
     elif name != "main":
         click.echo(f"and, where {name} is no machine but somebody who may look:\n    allow:\n      {name}: read")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)

@@ -22,7 +22,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @click.argument("shell", type=click.Choice(_SHELLS))
 @click.pass_context
-def completion(context: click.Context, shell: str) -> int:
+def completion(context: click.Context, shell: str) -> None:
     """Print the script that makes SHELL complete busflow's commands, and the runs, nodes and topics there are.
 
     It asks busflow itself, each time the tab key is pressed.
@@ -39,4 +39,3 @@ def completion(context: click.Context, shell: str) -> int:
     for written, mended in _MENDED.items():
         script = script.replace(written, mended)
     click.echo(script)
-    return 0

@@ -15,7 +15,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @launch_file()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the file, and the origin of each of its values.")
-def config(given: Given, as_json: bool) -> int:
+def config(given: Given, as_json: bool) -> None:
     """Show FILE with its includes, arguments and `--set` values put in, and where each value came from.
 
     Parameters that nobody states are shown with the default that their plugin gives them.
@@ -28,4 +28,3 @@ def config(given: Given, as_json: bool) -> int:
         print_answer({"config": resolved.data, "origins": origins(resolved)})
     else:
         click.echo("\n".join(lines(resolved)))
-    return 0

@@ -37,7 +37,7 @@ def graph(
     as_json: bool,
     run: str | None,
     all_: bool,
-) -> int:
+) -> None:
     """Draw the nodes and topics of the graph that runs; with FILE those of a launch file, without running it."""
     if given is not None and (run is not None or all_):
         raise click.UsageError("--run and --all are for graphs that run, which FILE does not", context)
@@ -47,7 +47,6 @@ def graph(
     else:
         lines = {"text": lambda: drawing.text(terminal_width()), "mermaid": drawing.mermaid, "dot": drawing.dot}[form]
         click.echo("\n".join(lines()))
-    return 0
 
 
 def _of_run(run: str | None, *, all_: bool) -> Drawing:

@@ -10,7 +10,7 @@ import click
 
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import completer, joined, joins
-from busflow.cli.terminal.output import print_answer
+from busflow.cli.terminal.output import print_answer, print_found
 from busflow.errors import BusflowError, NoSuchTarget
 from busflow.interfaces.encoding.builtin_types import Comments, builtin_types
 from busflow.text import did_you_mean, printable
@@ -57,17 +57,16 @@ def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tu
 @click.option("-m", "--only-msgs", "messages", is_flag=True, help="Only messages.")
 @click.option("-s", "--only-srvs", "services", is_flag=True, help="Only services.")
 @joins
-def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> int:
+def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> None:
     """List the types that busflow brings, and those of the graph that runs, if one does."""
     known = _known(run)
     chosen = [kind for kind, wanted in (("msg", messages), ("srv", services)) if wanted] or list(_KINDS)
     if as_json:
         print_answer({_KINDS[kind].lower(): known.of_kind(kind) for kind in chosen})
-        return 0
+        return
     for kind in chosen:
         click.echo(f"{_KINDS[kind]}:")
         click.echo("".join(f"    {printable(name)}\n" for name in known.of_kind(kind)), nl=False)
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -75,7 +74,7 @@ def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> int
 @click.option("--no-comments", is_flag=True, help="Only the fields.")
 @click.option("--all-comments", is_flag=True, help="The comments of the types inside, too.")
 @joins
-def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> int:
+def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> None:
     """Show TYPE as a .msg or .srv file has it, with the types inside it indented."""
     known = _builtin() if run is None else _known(run)
     try:
@@ -86,42 +85,33 @@ def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_j
     if as_json:
         parts = dict(_descriptions(full, known))
         print_answer({"name": full, "description": parts if len(parts) > 1 else next(iter(parts.values()))})
-        return 0
+        return
     depth = 0 if no_comments else 99 if all_comments else 1
     lines = _comment_lines(full) if depth and full in builtin_types().services else []
     for number, (part, description) in enumerate(_descriptions(full, known)):
         lines += ["---"] * (number > 0)
         lines += _lines(part, description, depth)
     click.echo("\n".join(lines))
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="PACKAGE")
 @joins
-def package(run: str | None, name: str, as_json: bool) -> int:
+def package(run: str | None, name: str, as_json: bool) -> None:
     """List the types of PACKAGE."""
     known = _known(run)
     found = [each for each in known.names if each.startswith(f"{name}/")]
     if not found:
         raise NoSuchTarget(f"no package {printable(name)} has types; {did_you_mean(name, _packages(known))}")
-    if as_json:
-        print_answer({"package": name, "types": found})
-    else:
-        click.echo("\n".join(map(printable, found)))
-    return 0
+    print_found({"package": name, "types": found}, found, as_json=as_json)
 
 
 @click.command(epilog=_EXAMPLES)
 @joins
-def packages(run: str | None, as_json: bool) -> int:
+def packages(run: str | None, as_json: bool) -> None:
     """List the packages that have types."""
     found = _packages(_known(run))
-    if as_json:
-        print_answer({"packages": found})
-    else:
-        click.echo("\n".join(map(printable, found)))
-    return 0
+    print_found({"packages": found}, found, as_json=as_json)
 
 
 # Which types there are.

@@ -43,7 +43,7 @@ Line = Mapping[str, Any]
 @click.option("--node", metavar="NODE", shell_complete=complete_nodes, help="Only what this node logs.")
 @click.option("--level", type=click.Choice(list(_LEVELS)), default="debug", help="Only lines from this level on.")
 @joins
-def log(run: str | None, follow: bool, count: int | None, node: str | None, level: str, as_json: bool) -> int:
+def log(run: str | None, follow: bool, count: int | None, node: str | None, level: str, as_json: bool) -> None:
     """Show the log of a running graph: its last lines, of which the run keeps 1000.
 
     With -f it goes on until the run ends, after the last 10 lines or as many as -n says. Debug lines are there if the
@@ -57,7 +57,7 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         if not follow:
             for line in _kept(peer, wanted, name, least):
                 show(line)
-            return 0
+            return
         with peer.listen(peer.graph().topic(_TOPIC)) as listener:
             kept = _kept(peer, wanted, name, least)
             for line in kept:
@@ -69,7 +69,6 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         if missed:
             told = counted(missed, "line is", "lines are")
             tell(f"warning: {told} missing: more came than could be shown")
-    return 0
 
 
 def _known(peer: Peer, node: str | None) -> str | None:

@@ -28,7 +28,7 @@ _LONGEST = 60
 
 @click.command(epilog="\b\nExamples:\n  busflow new my_robot\n  cd my_robot && busflow run configs/my_robot.yaml")
 @click.argument("directory", type=click.Path(path_type=Path))
-def new(directory: Path) -> int:
+def new(directory: Path) -> None:
     """Make a small project in DIRECTORY: one plugin, one launch file, and its tests."""
     name = _checked_name(directory)
     try:
@@ -44,7 +44,6 @@ def new(directory: Path) -> int:
         raise click.ClickException(f"cannot write {error.filename or directory}: {error.strerror}") from None
     click.echo(f"Made {printable(directory)}: plugins/driver.py, configs/{name}.yaml, tests/test_driver.py. Next:")
     click.echo(f"  cd {printable(directory)}\n  busflow run configs/{name}.yaml --for 5s\n  pytest")
-    return 0
 
 
 def _checked_name(directory: Path) -> str:

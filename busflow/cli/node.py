@@ -45,13 +45,13 @@ node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", e
 @click.option("-c", "--count-nodes", "count", is_flag=True, help="Only how many there are.")
 @click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of ends.")
 @joins
-def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool) -> int:
+def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool) -> None:
     """List the nodes of a running graph, by name; failed ones are named on standard error."""
     with joined(run) as peer:
         nodes = [each for each in peer.graph().nodes.values() if all_ or not each.hidden]
     if as_json:
         print_answer({"run": peer.run.name, "nodes": [_row_json(each) for each in nodes]})
-        return 0
+        return
     if count:
         click.echo(len(nodes))
     elif verbose:
@@ -59,14 +59,13 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
     else:
         click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
     _tell_failures(nodes)
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="NODE", shell_complete=complete_nodes)
 @click.option("--include-hidden", is_flag=True, help="Hidden topics and services too.")
 @joins
-def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int:
+def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> None:
     """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
     with joined(run) as peer:
         found = peer.graph().node(name)
@@ -81,7 +80,7 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int
     shown = {title: _ends(each, hidden=include_hidden) for title, each in ends.items()}
     if as_json:
         print_answer({"run": peer.run.name, **_info_json(found, shown), "parameters": parameters})
-        return 0
+        return
     click.echo(printable(found.name))
     for title, rows in {**shown, "Action Servers": [], "Action Clients": []}.items():
         click.echo(f"  {title}:" + ("" if rows else "\n"))
@@ -96,7 +95,6 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> int
         if details.get("restarts"):
             click.echo(f"  Restarts: {details['restarts']}")
     _tell_failures([found])
-    return 0
 
 
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:

@@ -72,19 +72,18 @@ _optional_node = click.argument("node", required=False, shell_complete=complete_
 @_optional_node
 @click.option("--param-type", "types", is_flag=True, help="With the type of each.")
 @joins
-def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> int:
+def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> None:
     """List the parameters of every node, or of NODE."""
     with joined(run) as peer:
         found = _by_node(peer, node)
     if as_json:
         _print_nodes(peer, found)
-        return 0
+        return
     for name, rows in found.items():
         if node is None:
             click.echo(f"{printable(name)}:")
         for row in sorted(rows, key=lambda row: row["name"]):
             click.echo(f"  {printable(row['name'])}" + (f" (type: {_ros_type(row)})" if types else ""))
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -92,13 +91,13 @@ def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> int:
 @click.argument("name", shell_complete=complete_parameters)
 @click.option("--hide-type", is_flag=True, help="Only the value.")
 @joins
-def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -> int:
+def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -> None:
     """Show the value of the parameter NAME of NODE; a nested one has a dotted name."""
     with joined(run) as peer:
         (row,) = _named(parameters_of(peer, node), [name], node)
     if as_json:
         print_answer({"run": peer.run.name, "node": full_name(node), **_as_json(row)})
-        return 0
+        return
     value = printable(_value(row))
     if hide_type:
         click.echo(value)
@@ -107,24 +106,22 @@ def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -
     else:
         noun = _ros_type(row).removesuffix(" array").capitalize()
         click.echo(f"{noun} {'values are' if 'array' in _ros_type(row) else 'value is'}: {value}")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
 @_node
 @click.argument("names", nargs=-1, shell_complete=complete_parameters)
 @joins
-def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) -> int:
+def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) -> None:
     """Show what the parameters NAMES of NODE are, all of them where none is named."""
     with joined(run) as peer:
         rows = parameters_of(peer, node)
     chosen = _named(rows, names, node) if names else rows
     if as_json:
         _print_nodes(peer, {full_name(node): chosen})
-        return 0
+        return
     for row in chosen:
         click.echo("\n".join(_description(row)))
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -133,13 +130,13 @@ def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) 
     "--output", metavar="FILE", type=click.Path(dir_okay=False, path_type=Path), help="Write to FILE instead."
 )
 @joins
-def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> int:
+def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> None:
     """Write the parameters of NODE as YAML, in the form in which ROS 2 reads and writes them."""
     with joined(run) as peer:
         rows = parameters_of(peer, node)
     if as_json:
         _print_nodes(peer, {full_name(node): rows})
-        return 0
+        return
     from yaml import safe_dump
 
     text = safe_dump({full_name(node): {"ros__parameters": _nested(rows)}}, allow_unicode=False)
@@ -147,25 +144,23 @@ def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> int:
         click.echo(text)
     else:
         output.write_text(text, encoding="utf-8")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
 @_optional_node
 @joins
-def sources(run: str | None, node: str | None, as_json: bool) -> int:
+def sources(run: str | None, node: str | None, as_json: bool) -> None:
     """Show where the value of each parameter of NODE, or of every node, came from."""
     with joined(run) as peer:
         found = _by_node(peer, node)
     if as_json:
         _print_nodes(peer, found)
-        return 0
+        return
     for name, rows in found.items():
         if node is None:
             click.echo(f"{printable(name)}:")
         told = [(row["name"], _value(row), row["source"]) for row in rows]
         print_table(told, Column(), Column(folds=True), Column(folds=True), indent="  ")
-    return 0
 
 
 # What the run tells.

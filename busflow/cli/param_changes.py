@@ -107,7 +107,7 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
     help="Write into this launch file, which is there and has the node.",
 )
 @joins
-def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
+def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
     """Write the parameters of NODE that were changed back into its launch file; comments and order stay."""
     from busflow.launchfile.check.drift import written_back
 
@@ -136,7 +136,6 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> int:
         for each in found:
             click.echo(f"{printable(each.name)}: {_shown(each.stated)} → {_shown(each.value)}")
         click.echo(f"{len(found)} written into {printable(file)}" if found else f"{printable(file)} says so already")
-    return 0
 
 
 @click.command()

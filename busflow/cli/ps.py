@@ -33,7 +33,7 @@ _NS_PER_S = 1_000_000_000
 
 @click.command(epilog=_EXAMPLES)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, one object a line for each run.")
-def ps(as_json: bool) -> int:
+def ps(as_json: bool) -> None:
     """List the runs of this user on this machine; exit code 0 also where there are none.
 
     A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
@@ -43,16 +43,15 @@ def ps(as_json: bool) -> int:
     if as_json:
         for each in call_roll():
             print_line(_told(each))
-        return 0
+        return
     found = list(call_roll())
     if not found:
         click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
-        return 0
+        return
     print_table(map(_row, found), *_COLUMNS)
     for each in found:
         if each.silence:
             tell(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
-    return 0
 
 
 def _told(present: PresentRun) -> dict[str, Any]:

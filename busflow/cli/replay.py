@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import Given, duration, launch_file
+from busflow.cli.options.launch_file import DURATION, Given, launch_file
 
 if TYPE_CHECKING:
     from busflow.recording.replay.replay import Replay
@@ -43,10 +43,12 @@ def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
     default=0.0,
     help="How far numbers may be apart: 1e-6.",
 )
-@click.option("--time-tolerance", "time_tolerance_s", metavar="DURATION", callback=duration,
+@click.option("--time-tolerance", "time_tolerance_s", type=DURATION,
               help="How far times may be apart.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
 @click.option("--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the replay itself.")
-@click.option("--incomplete", is_flag=True, help="Replay what there is of a recording that is not complete.")
+@click.option(
+    "--incomplete", "allow_incomplete", is_flag=True, help="Replay what there is of a recording that is not complete."
+)
 @click.option("--show", type=click.IntRange(min=0), default=_SHOWN, show_default=True, help="How many differences.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
@@ -57,12 +59,9 @@ def replay(
     nodes: tuple[str, ...],
     plugin: str | None,
     folder: Path | None,
-    tolerance: float,
-    time_tolerance_s: float | None,
-    record: Path | None,
-    incomplete: bool,
     show: int,
     as_json: bool,
+    **how: Any,
 ) -> int:
     """Run nodes of FILE anew on what was recorded, and compare what they publish with what was recorded.
 
@@ -75,16 +74,7 @@ def replay(
         both = " instead of it: not both" if plugin is not None else ""
         raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
     what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
-    outcome = run_anew(
-        recording,
-        what,
-        nodes=nodes,
-        tolerance=tolerance,
-        time_tolerance_s=time_tolerance_s,
-        allow_incomplete=incomplete,
-        keep=0,
-        record=record,
-    )
+    outcome = run_anew(recording, what, nodes=nodes, keep=0, **how)
     return _told(outcome, show, as_json=as_json)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import Given, duration, duration_or_off, launch_file
+from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, Given, launch_file
 from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
@@ -27,7 +27,7 @@ Examples:
 
 @click.command(epilog=_EXAMPLES, add_help_option=False)
 @launch_file(required=False)
-@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
+@click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option(
     "--seed", type=click.IntRange(min=0), help="Seed of the nodes' random generators, in place of the file's."
 )
@@ -45,10 +45,9 @@ Examples:
 @click.option(
     "--watchdog",
     "watchdog_s",
-    metavar="DURATION",
+    type=DURATION_OR_OFF,
     default="100ms",
     show_default=True,
-    callback=duration_or_off,
     help="Name a handler that blocks the event loop for longer; or off.",
 )
 @click.option(

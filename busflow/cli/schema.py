@@ -15,7 +15,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--write", is_flag=True, help="Write it beside FILE: lab1.schema.json beside lab1.yaml.")
-def schema(file: Path, write: bool) -> int:
+def schema(file: Path, write: bool) -> None:
     """Print the JSON Schema of FILE: its keys, and the parameters of every plugin it may name."""
     from busflow.cli.terminal.output import json_text, tell
     from busflow.text import printable
@@ -23,7 +23,7 @@ def schema(file: Path, write: bool) -> int:
     text = json_text(_schema_of(file)) + "\n"
     if not write:
         click.echo(text, nl=False)
-        return 0
+        return
     target = file.with_suffix(".schema.json")
     try:
         target.write_text(text, encoding="utf-8")
@@ -32,7 +32,6 @@ def schema(file: Path, write: bool) -> int:
     click.echo(f"Wrote {printable(target)}")
     if "yaml-language-server: $schema=" not in file.read_text(encoding="utf-8"):
         tell(f"to use it, let {file} begin with:\n# yaml-language-server: $schema={target.name}")
-    return 0
 
 
 def _schema_of(file: Path) -> dict[str, object]:

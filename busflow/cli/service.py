@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_services, full_type, joined, joins
-from busflow.cli.terminal.output import print_answer
+from busflow.cli.terminal.output import print_answer, print_found
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import did_you_mean, printable
@@ -42,7 +42,7 @@ _name = click.argument("name", shell_complete=complete_services)
 @click.option("-t", "--show-types", is_flag=True, help="Show each service's type too.")
 @click.option("-c", "--count-services", "count", is_flag=True, help="Only tell how many there are.")
 @joins
-def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> int:
+def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> None:
     """List the services of a running graph."""
     with joined(run) as peer:
         services = list(peer.graph().services.values())
@@ -53,27 +53,22 @@ def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> int:
     else:
         for each in services:
             print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
-    return 0
 
 
 @click.command("type", epilog=_EXAMPLES)
 @_name
 @joins
-def type_(run: str | None, name: str, as_json: bool) -> int:
+def type_(run: str | None, name: str, as_json: bool) -> None:
     """Tell the type of the service NAME."""
     with joined(run) as peer:
         found = peer.graph().service(name)
-    if as_json:
-        print_answer({"name": found.name, "types": found.types})
-    else:
-        click.echo("\n".join(map(printable, found.types)))
-    return 0
+    print_found({"name": found.name, "types": found.types}, found.types, as_json=as_json)
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("type_name", metavar="TYPE")
 @joins
-def find(run: str | None, type_name: str, as_json: bool) -> int:
+def find(run: str | None, type_name: str, as_json: bool) -> None:
     """List the services whose type is TYPE, such as std_srvs/srv/Trigger."""
     full = full_type(type_name, "srv")
     with joined(run) as peer:
@@ -82,17 +77,13 @@ def find(run: str | None, type_name: str, as_json: bool) -> int:
     if not found:
         known = {each for service in services for each in service.types}
         raise NoSuchTarget(f"no service has the type {printable(full)}; {did_you_mean(full, known)}")
-    if as_json:
-        print_answer({"type": full, "services": found})
-    else:
-        click.echo("\n".join(map(printable, found)))
-    return 0
+    print_found({"type": full, "services": found}, found, as_json=as_json)
 
 
 @click.command(epilog=_EXAMPLES)
 @_name
 @joins
-def info(run: str | None, name: str, as_json: bool) -> int:
+def info(run: str | None, name: str, as_json: bool) -> None:
     """Tell who answers and who asks the service NAME, and what became of the calls."""
     with joined(run) as peer:
         found = peer.graph().service(name)
@@ -100,13 +91,12 @@ def info(run: str | None, name: str, as_json: bool) -> int:
     accounts = {word: [each for answer in told for each in answer[word]] for word in ("servers", "clients")}
     if as_json:
         print_answer({"run": peer.run.name, **_as_json(found), "accounts": accounts})
-        return 0
+        return
     click.echo(f"Type: {printable(found.type)}")
     click.echo(f"Clients count: {len(found.subscriptions)}")
     click.echo(f"Services count: {len(found.publishers)}")
     for word, rows in accounts.items():
         print_table([(word[:-1], each["node"], *_counts(each)) for each in rows], indent="  ")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -116,14 +106,13 @@ def info(run: str | None, name: str, as_json: bool) -> int:
 @click.option(
     "--timeout",
     "timeout_s",
-    metavar="DURATION",
-    callback=duration,
+    type=DURATION,
     default=_ANSWER,
     show_default=True,
     help="Wait for the answer no longer than this.",
 )
 @joins
-def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> int:
+def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> None:
     """Ask the service NAME of type TYPE, and show its answer.
 
     VALUES is the request as YAML; fields that it leaves out have their defaults.
@@ -147,7 +136,6 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
         print_answer({"service": kind.name, "type": kind.type, "response": response})
     else:
         click.echo(f"response:\n{python_form(response, answered)}\n")
-    return 0
 
 
 def _asked(peer: Peer, name: str, type_name: str) -> TopicView:

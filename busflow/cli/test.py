@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import Given, duration, launch_file
+from busflow.cli.options.launch_file import DURATION, Given, launch_file
 from busflow.errors import ExitCode, LaunchError
 from busflow.text import counted, printable
 from busflow.validation.durations import show_duration
@@ -26,7 +26,7 @@ DURATION_S = 60.0
 
 @click.command(epilog=_EXAMPLES)
 @launch_file()
-@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="How long each run is: 5s, 10min.")
+@click.option("--for", "for_s", type=DURATION, help="How long each run is: 5s, 10min.")
 @click.option("--seeds", type=click.IntRange(min=1), help="How many seeds, from 0.  [default: 1]")
 @click.option("--seed", type=click.IntRange(min=0), help="This seed alone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

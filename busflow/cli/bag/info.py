@@ -33,7 +33,7 @@ Examples:
 @click.option("--digest", "with_digest", is_flag=True, help="Tell the SHA-256 of all messages, their times and order.")
 @click.option("--launch-file", is_flag=True, help="Print the launch file that was recorded with it, and nothing else.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int:
+def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> None:
     """Tell what the recording FILE holds: an .mcap file, or the directory of a bag of ROS 2.
 
     Its summary is asked, so that large ones answer at once; busflow bag verify reads all of it.
@@ -46,7 +46,7 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int
             if bag.facts is None or bag.facts.launch_file is None:
                 raise BagError("there is no launch file in it", file=str(file))
             tell(bag.facts.launch_file, error_stream=False)
-            return 0
+            return
         told = _told(bag)
         if with_digest:
             told["digest"] = bag.digest()
@@ -54,7 +54,6 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> int
             print_answer(told)
         else:
             _show(bag, told)
-    return 0
 
 
 def _told(bag: Bag) -> dict[str, Any]:

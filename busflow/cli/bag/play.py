@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from busflow.cli.options.bag import reads, within
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_runs
 
 _EXAMPLES = """\b
@@ -55,8 +55,8 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.option("-r", "--rate", type=click.FloatRange(0, 1e6, min_open=True), default=1.0, show_default=True,
               help="Seconds of the recording in a second.")  # fmt: skip
 @within
-@click.option("--until", "until_s", metavar="DURATION", callback=duration, hidden=True)  # ROS 2's word for --end
-@click.option("--duration", "duration_s", metavar="DURATION", callback=duration, help="Play for so long.")
+@click.option("--until", "until_s", type=DURATION, hidden=True)  # ROS 2's word for --end
+@click.option("--duration", "duration_s", type=DURATION, help="Play for so long.")
 @click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
 @click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/** is all below /imu.")
 @click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Without these.")
@@ -66,7 +66,7 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.option("--clock", "clock_hz", metavar="[HZ]", is_flag=False, flag_value=_CLOCK_HZ, callback=_clock,
               help="Publish the recording's time on /clock, 40 times a second unless told.")  # fmt: skip
 @click.option("-p", "--start-paused", "paused", is_flag=True, help="Wait for the space key, or for the parameter.")
-@click.option("-d", "--delay", "delay_s", metavar="DURATION", callback=duration, help="Begin so much later.")
+@click.option("-d", "--delay", "delay_s", type=DURATION, help="Begin so much later.")
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Play into this run; see busflow ps.")
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON what was played.")
 def play(

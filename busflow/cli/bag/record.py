@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_runs, complete_topics, joined
 from busflow.cli.terminal.output import print_answer, tell
 from busflow.errors import ExitCode
@@ -35,7 +35,7 @@ _LOOK_S = 1.0
 @click.option("-a", "--all", "everything", is_flag=True, help="All topics that are not hidden.")
 @click.option("-o", "--output", required=True, metavar="FILE", help="The file: run.mcap, '{name}-{start}.mcap'.")
 @click.option("--exclude", multiple=True, metavar="PATTERN", help="Not these topics.")
-@click.option("--for", "for_s", metavar="DURATION", callback=duration, help="Stop after this time: 5s, 10min.")
+@click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
 @click.option(
     "--on-drop", type=click.Choice(["warn", "fail"]), default="warn", show_default=True, help="fail: exit code 5."
@@ -82,6 +82,7 @@ def record(
 
 def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> ExitCode:
     """Follow the run until its end, a signal, or for so long; returns which."""
+    from busflow.cli.bag.unwinding import handled
     from busflow.clock import SystemClock
     from busflow.runner.signals import CODES, heeded
 
@@ -92,8 +93,7 @@ def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> Exit
         code = CODES[signal.Signals(number)]
         over.set()
 
-    before = {number: signal.signal(number, end) for number in heeded()}
-    try:
+    with handled(heeded(), end):
         eavesdropper.follow()
         shown = ", ".join(map(printable, eavesdropper.topics)) or "nothing yet"
         tell(f"recording {shown} to {printable(eavesdropper.path)}; Ctrl-C ends it")
@@ -103,9 +103,6 @@ def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> Exit
             if left_s <= 0 or over.wait(left_s):
                 break
             eavesdropper.follow()
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     return code
 
 

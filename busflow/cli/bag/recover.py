@@ -27,7 +27,7 @@ Examples:
     help="The file to write.  [default: FILE with .recovered before .mcap]",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-def recover(file: Path, output: Path | None, as_json: bool) -> int:
+def recover(file: Path, output: Path | None, as_json: bool) -> None:
     """Write what can be read of the recording FILE to a new file, and say how much that is.
 
     FILE is left as it is. The new file has everything else of it, too: types, launch file, metadata. It says of itself
@@ -50,7 +50,7 @@ def recover(file: Path, output: Path | None, as_json: bool) -> int:
                 "damages": [{"offset": each.offset, "what": each.reason} for each in found.damages],
             }
         )
-        return 0
+        return
     for damage in found.damages:
         tell(f"warning: {damage}")
     saved = counted(found.messages, "message")
@@ -63,4 +63,3 @@ def recover(file: Path, output: Path | None, as_json: bool) -> int:
         click.echo(f"{missing} missing between those that were saved")
     if not found.damages:
         click.echo("nothing was wrong with it")
-    return 0

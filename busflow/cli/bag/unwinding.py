@@ -1,13 +1,25 @@
-"""How a command that makes a file ends when somebody ends it: what is half made is taken away first."""
+"""How a command that makes a file ends when somebody ends it: what it writes is closed, or taken away, first."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
+from types import FrameType
 
 from busflow.runner.signals import CODES, heeded
+
+
+@contextmanager
+def handled(numbers: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
+    """Let signals call a handler while the block lasts."""
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)
 
 
 @contextmanager
@@ -23,9 +35,5 @@ def unwound_by_signals() -> Generator[None]:
             signal.signal(each, signal.SIG_IGN)  # once is enough
         raise SystemExit(int(CODES[signal.Signals(number)]))
 
-    before = {number: signal.signal(number, end) for number in numbers}
-    try:
+    with handled(numbers, end):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

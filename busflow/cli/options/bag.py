@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import Duration
 from busflow.cli.terminal.output import tell
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import did_you_mean, printable
@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel
 
 _ZERO = re.compile(r"0+(\.0*)? *(ns|us|ms|s|min|h)?")
+
+
+class _Offset(Duration):
+    """As `Duration`, or zero: so long after the first message."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
+        return 0.0 if _ZERO.fullmatch(value.strip()) else super().convert(value, param, ctx)
+
+
+_OFFSET = _Offset()
 
 
 def reads(name: str = "file") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -32,8 +42,7 @@ def within(command: Callable[..., Any]) -> Callable[..., Any]:
         command = click.option(
             f"--{word}",
             f"{word}_s",
-            metavar="DURATION",
-            callback=_since_the_beginning,
+            type=_OFFSET,
             help=f"{what} after the first message.",
         )(command)
     return command
@@ -91,12 +100,6 @@ def tell_damage(bag: Bag) -> ExitCode:
     for damage in bag.damages:
         tell(f"warning: {damage}")
     return ExitCode.INCOMPLETE if bag.damages else ExitCode.OK
-
-
-def _since_the_beginning(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
-    if given is not None and _ZERO.fullmatch(given.strip()):
-        return 0.0
-    return duration(ctx, param, given)
 
 
 def listed(_ctx: click.Context, _param: click.Parameter, given: str | None) -> list[str]:

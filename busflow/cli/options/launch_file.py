@@ -121,7 +121,7 @@ def _restore(before: Mapping[str, str | None]) -> None:
 
 def launch_file(
     *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]..."
-) -> Callable[[Callable[..., int]], Callable[..., int]]:
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE.
 
     Args:
@@ -132,7 +132,7 @@ def launch_file(
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
-        def called(file: Path | None, **how: Any) -> int:
+        def called(file: Path | None, **how: Any) -> Any:
             stated = [how.pop(name) for name in ("assignments", "sets", "profiles")]
             if file is None and any(stated):
                 context = click.get_current_context()
@@ -165,16 +165,24 @@ def launch_file(
     return decorate
 
 
-def duration(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
-    """The callback of an option that takes `5s`, `50ms`, `10min`, or a plain number of seconds."""
-    if given is None:
-        return None
-    try:
-        return parse_duration(float(given) if _NUMBER.fullmatch(given) else given)
-    except ValueError as error:
-        raise click.BadParameter(str(error), ctx, param) from None
+class Duration(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer versions of click only
+    """The type of an option that takes `5s`, `50ms`, `10min`, or a plain number of seconds."""
+
+    name = "duration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
+        """The seconds that are meant."""
+        try:
+            return parse_duration(float(value) if _NUMBER.fullmatch(value) else value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
-def duration_or_off(ctx: click.Context, param: click.Parameter, given: str | None) -> float | None:
-    """As `duration`, or the word `off`."""
-    return None if given == "off" else duration(ctx, param, given)
+class _DurationOrOff(Duration):
+    """As `Duration`, or the word `off`."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
+        return None if value == "off" else super().convert(value, param, ctx)
+
+
+DURATION, DURATION_OR_OFF = Duration(), _DurationOrOff()

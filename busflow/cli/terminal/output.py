@@ -56,6 +56,14 @@ def print_answer(answer: Mapping[str, Any]) -> None:
     print_json({"version": JSON_VERSION, **answer})
 
 
+def print_found(answer: Mapping[str, Any], names: Iterable[str], *, as_json: bool) -> None:
+    """Print what a command found out: as JSON, or for people the names alone, one a line."""
+    if as_json:
+        print_answer(answer)
+    else:
+        click.echo("\n".join(map(printable, names)))
+
+
 def print_line(told: Mapping[str, Any]) -> None:
     """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
     click.echo(line_of(told))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_topics, complete_types, joined, joins
 from busflow.errors import ExitCode
@@ -35,8 +35,7 @@ _count = click.IntRange(min=1)
 @click.option(
     "--timeout",
     "timeout_s",
-    metavar="DURATION",
-    callback=duration,
+    type=DURATION,
     help="Stop with exit code 1 when nothing was printed for so long.",
 )
 @click.option(

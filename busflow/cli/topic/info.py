@@ -26,18 +26,17 @@ Examples:
 @click.argument("name", shell_complete=complete_topics)
 @click.option("-v", "--verbose", is_flag=True, help="Show each publisher and subscription, with its QoS.")
 @joins
-def info(run: str | None, name: str, verbose: bool, as_json: bool) -> int:
+def info(run: str | None, name: str, verbose: bool, as_json: bool) -> None:
     """Tell the type of the topic NAME, and who publishes and receives it."""
     with joined(run) as peer:
         topic = peer.graph().topic(name)
     if as_json:
         print_answer(_as_json(topic))
-        return 0
+        return
     for line in _lines(topic, verbose=verbose):
         click.echo(printable(line))
     if len(topic.types) > 1:
         tell(f"warning: {topic.name} has conflicting types; -v shows whose they are")
-    return 0
 
 
 def _lines(topic: TopicView, *, verbose: bool) -> Iterator[str]:

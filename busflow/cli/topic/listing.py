@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_found, tell
 from busflow.cli.terminal.table import print_text
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
@@ -29,7 +29,7 @@ Examples:
 @click.option("-v", "--verbose", is_flag=True, help="Tell how many publish and receive each.")
 @click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
 @joins
-def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden: bool, as_json: bool) -> int:
+def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden: bool, as_json: bool) -> None:
     """List the topics of a running graph."""
     with joined(run) as peer:
         topics = _shown(peer.graph(), hidden=hidden)
@@ -44,24 +44,18 @@ def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden:
     else:
         for each in topics:
             print_text(each.name, *([f"[{each.type}]"] if show_types else []), indent="  ")
-    return 0
 
 
 @click.command("type", epilog="\b\nExample:\n  busflow topic type imu/data")
 @click.argument("name", shell_complete=complete_topics)
 @joins
-def type_(run: str | None, name: str, as_json: bool) -> int:
+def type_(run: str | None, name: str, as_json: bool) -> None:
     """Tell the type of the topic NAME."""
     with joined(run) as peer:
         found = peer.graph().topic(name)
-    if as_json:
-        print_answer({"name": found.name, "types": found.types})
-        return 0
-    for each in found.types:
-        click.echo(printable(each))
-    if len(found.types) > 1:
+    print_found({"name": found.name, "types": found.types}, found.types, as_json=as_json)
+    if len(found.types) > 1 and not as_json:
         tell(f"warning: {found.name} has conflicting types")
-    return 0
 
 
 @click.command(epilog=_EXAMPLES)
@@ -69,7 +63,7 @@ def type_(run: str | None, name: str, as_json: bool) -> int:
 @click.option("-c", "--count-topics", "count", is_flag=True, help="Only tell how many there are.")
 @click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
 @joins
-def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -> int:
+def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -> None:
     """List the topics whose type is TYPE, such as sensor_msgs/msg/Imu."""
     full = full_type(name)
     with joined(run) as peer:
@@ -78,14 +72,10 @@ def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -
     if not found:
         types = {type_ for each in topics for type_ in each.types}
         raise NoSuchTarget(f"no topic has the type {printable(full)}; {did_you_mean(full, types)}")
-    if as_json:
-        print_answer({"type": full, "topics": found})
-    elif count:
+    if count and not as_json:
         click.echo(len(found))
     else:
-        for each in found:
-            click.echo(printable(each))
-    return 0
+        print_found({"type": full, "topics": found}, found, as_json=as_json)
 
 
 def _shown(graph: GraphView, *, hidden: bool) -> list[TopicView]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from busflow.cli.options.launch_file import duration
+from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_topics, joined, joins
 
 _count = click.IntRange(min=1)
@@ -21,10 +21,9 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
         click.option(
             "--every",
             "every_s",
-            metavar="DURATION",
+            type=DURATION,
             default="1s",
             show_default=True,
-            callback=duration,
             help="How often to tell.",
         ),
         joins,

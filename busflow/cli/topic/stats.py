@@ -22,7 +22,7 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @click.argument("names", metavar="[NAME]...", nargs=-1, shell_complete=complete_topics)
 @joins
-def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
+def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> None:
     """Show what became of every message so far: published = delivered + dropped + queued, for each subscription."""
     with joined(run) as peer:
         wanted = {topic.name for topic in map(peer.graph().topic, names)} if names else None
@@ -33,9 +33,8 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
     seconds = max(report["duration_s"] for report in reports)
     if as_json:
         print_answer({"run": name, "duration_s": seconds, "topics": topics})
-        return 0
+        return
     print_table(topic_rows(topics, seconds, why=True), *TOPIC_COLUMNS)
-    return 0
 
 
 def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
