@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -23,14 +23,14 @@ from busflow.bus.timer import Timer
 from busflow.bus.topic_origins import Origins
 from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
+from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
-from busflow.node import parameter_events
-from busflow.node.parameter_store import ParameterStore
+from busflow.node import parameter_events, parameter_messages
+from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Track, Tracks
 from busflow.recording.recorder.destination import Destination, named, new_recording
 from busflow.recording.recorder.options import spec_of
-from busflow.recording.recorder.parameter_events import ParameterTrack
 from busflow.recording.recorder.provenance import facts, launch_files, ledger, library
 from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
 from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
@@ -46,9 +46,11 @@ if TYPE_CHECKING:
     from busflow.bus.call import Call
     from busflow.bus.service import Service
     from busflow.bus.topic import Topic
+    from busflow.clock import Clock
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
+    from busflow.node.parameters import Parameters
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
@@ -311,6 +313,36 @@ class Recorder(Extension):
                 f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
                 f"{did_you_mean(pattern, self._graph.bus.topics)}"
             )
+
+
+class ParameterTrack:
+    """What is known of each node's parameters, so that nothing is told twice when it is started anew."""
+
+    message_type = ParameterEvent
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._known: dict[str, dict[str, object]] = {}
+
+    def follow(self, store: ParameterStore, write: Callable[[ParameterEvent], None]) -> None:
+        """Tell of a node's parameters now, as far as they are not known, and of all changes from now on."""
+        known = self._known.setdefault(store.node, {})
+        found = {row.name: row.value for row in store.describe()}
+        changes = [ParameterChange(name, known.get(name), found.get(name)) for name in {**known, **found}]
+        self._tell(store, write, [change for change in changes if change.old != change.new])
+        store.on_change.append(partial(self._on_change, store, write))
+
+    def _on_change(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], _old: Parameters, result: SetResult
+    ) -> None:
+        self._tell(store, write, result.changed)
+
+    def _tell(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], changes: Sequence[ParameterChange]
+    ) -> None:
+        self._known[store.node].update({change.name: change.new for change in changes})
+        if changes:
+            write(parameter_messages.event_message(self._clock.now(), store.node, changes, store.infos))
 
 
 def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:

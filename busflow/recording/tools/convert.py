@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import MalformedMessage
 from busflow.recording.bag.series import renumbered
+from busflow.recording.tools.flat import listed
 from busflow.recording.tools.target import new_directory, new_file
-from busflow.recording.tools.to_jsonl import JsonlFile
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
@@ -126,10 +126,37 @@ def _sink(
         case Form.JSONL:
             return JsonlFile(path.open("w", encoding="utf-8"), line_of)
         case Form.ROS2BAG:
-            from busflow.recording.tools.to_rosbag2 import Rosbag2Directory
+            from busflow.recording.tools.to_mcap import Rosbag2Directory
 
             return Rosbag2Directory(path, target.name, bag, channels, partly=partly)
         case Form.MCAP:
             from busflow.recording.tools.to_mcap import McapCopy
 
             return McapCopy(path.open("wb"), bag, channels, partly=partly)
+
+
+class JsonlFile:
+    """Writes lines."""
+
+    def __init__(self, stream: TextIO, line_of: Callable[[Mapping[str, Any]], str]) -> None:
+        """Write to a stream, with what makes a line of an object."""
+        self._stream, self._line_of = stream, line_of
+
+    def write(self, entry: Entry) -> None:
+        """Write a line."""
+        channel = entry.channel
+        line = self._line_of(
+            {
+                "topic": channel.topic,
+                "type": channel.type_name,
+                "sequence": entry.sequence,
+                "log_time_ns": entry.log_time_ns,
+                "publish_time_ns": entry.publish_time_ns,
+                "message": listed(channel.plain(entry.payload)),
+            }
+        )
+        self._stream.write(line + "\n")
+
+    def close(self) -> None:
+        """Close the stream."""
+        self._stream.close()
