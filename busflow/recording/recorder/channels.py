@@ -80,6 +80,14 @@ class Tracks:
         track = self.by_topic[topic] = Track(topic, support, _encoder(support))
         return track
 
+    def own(self, topic: str, message_type: type[Message], qos: QoS) -> Track:
+        """The track of messages that the recorder makes itself."""
+        track = self.by_topic.get(topic)
+        if track is None:
+            track = self.add(topic, message_type)
+            track.offered.append(qos)
+        return track
+
     def announce(self, spool: Spool, track: Track) -> bool:
         """Tell the file of a track before its first message; False where nothing can be written any more."""
         track.number = self._announcer.announce(spool, track.topic, track.support, track.offered)

@@ -128,8 +128,7 @@ class Recorder(Extension):
         if self._selection.includes(rosout.TOPIC):
             from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-            track = self._tracks.add(rosout.TOPIC, LogMessage)
-            track.offered.append(_LOG_QOS)
+            track = self._tracks.own(rosout.TOPIC, LogMessage, _LOG_QOS)
             graph.log.sinks.append(partial(self._on_log, track))
 
     def end(self) -> None:
@@ -228,7 +227,6 @@ class Recorder(Extension):
         cls = event_class(service.type)
         track = self._tracks.add(topic, cls)
         track.offered.append(_SERVICE_QOS)
-
         elsewhere: set[int] = set()  # calls of a server in another process, which records them
 
         def hear(call: Call[Any, Any]) -> None:
@@ -241,17 +239,11 @@ class Recorder(Extension):
         service.taps.append(hear)
 
     def _follow_parameters(self, store: ParameterStore) -> None:
-        track = self._tracks.by_topic.get(parameter_events.TOPIC)
-        if track is None:
-            track = self._tracks.add(parameter_events.TOPIC, self._parameters.message_type)
-            track.offered.append(_PARAMETERS_QOS)
+        track = self._tracks.own(parameter_events.TOPIC, ParameterEvent, _PARAMETERS_QOS)
         self._parameters.follow(store, partial(self._write, track))
 
     def _follow_timer(self, timer: Timer) -> None:
-        track = self._tracks.by_topic.get(TICKS)
-        if track is None:
-            track = self._tracks.add(TICKS, String)
-            track.offered.append(_TICKS_QOS)
+        track = self._tracks.own(TICKS, String, _TICKS_QOS)
         timer.observe(lambda: self._write(track, tick_message(timer, self._clock)))
 
     def _on_log(self, track: Track, record: LogRecord) -> None:
@@ -317,8 +309,6 @@ class Recorder(Extension):
 
 class ParameterTrack:
     """What is known of each node's parameters, so that nothing is told twice when it is started anew."""
-
-    message_type = ParameterEvent
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

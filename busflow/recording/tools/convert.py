@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 from busflow.errors import MalformedMessage
 from busflow.recording.bag.series import renumbered
 from busflow.recording.tools.flat import listed
+from busflow.recording.tools.sink import Sink, TopicFiles
 from busflow.recording.tools.target import new_directory, new_file
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
-    from busflow.recording.tools.sink import Sink
 
 
 class Form(StrEnum):
@@ -116,13 +116,13 @@ def _sink(
     """What takes the messages; only what is used of the other programs' formats is imported."""
     match form:
         case Form.CSV:
-            from busflow.recording.tools.to_csv import CsvFiles
+            from busflow.recording.tools.to_csv import CsvFile
 
-            return CsvFiles(path)
+            return TopicFiles(path, ".csv", CsvFile)
         case Form.PARQUET:
-            from busflow.recording.tools.to_parquet import ParquetFiles
+            from busflow.recording.tools.to_parquet import parquet_files
 
-            return ParquetFiles(path)
+            return parquet_files(path)
         case Form.JSONL:
             return JsonlFile(path.open("w", encoding="utf-8"), line_of)
         case Form.ROS2BAG:

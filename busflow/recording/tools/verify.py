@@ -111,10 +111,8 @@ class _Structure:
         return sum(self._counts.values())
 
     def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
-        if cut:
-            self._add(Kind.INCOMPLETE, "unfinished", damage.reason, damage.offset)
-        else:
-            self._add(Kind.WRONG, "damaged", damage.reason, damage.offset)
+        kind, code = (Kind.INCOMPLETE, "unfinished") if cut else (Kind.WRONG, "damaged")
+        self._add(kind, code, damage.reason, damage.offset)
 
     def _look(self, found: Found) -> None:
         record = found.record
