@@ -60,7 +60,7 @@ class Bag:
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Its topics, sorted by name; where no summary tells them, all of it is read for this."""
-        counts = self._counted()
+        counts = self._overview().counts
         return tuple(replace(each, count=counts[each]) for each in sorted(counts, key=lambda each: each.topic))
 
     @property
@@ -88,17 +88,17 @@ class Bag:
     @property
     def start_ns(self) -> int | None:
         """The earliest log time; None where there is no message."""
-        return self._times()[0]
+        return self._overview().start_ns
 
     @property
     def end_ns(self) -> int | None:
         """The latest log time."""
-        return self._times()[1]
+        return self._overview().end_ns
 
     @property
     def messages(self) -> int:
         """How many there are."""
-        return sum(self._counted().values())
+        return self._overview().messages
 
     def spans(self) -> Mapping[Channel, tuple[int, int]]:
         """When each channel's first and last message was recorded; nothing where all has to be read for that."""
@@ -207,13 +207,6 @@ class Bag:
     def _grouped(self) -> tuple[Series, ...]:
         groups = [[each] for each in self.files] if any(map(_process, self.files)) else [self.files]
         return tuple(Series(each, str(self.path)) for each in groups)
-
-    def _counted(self) -> Mapping[Channel, int]:
-        return self._overview().counts
-
-    def _times(self) -> tuple[int | None, int | None]:
-        overview = self._overview()
-        return overview.start_ns, overview.end_ns
 
     def _overview(self) -> Survey:
         return Survey.of([each.overview() for each in self.series])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -55,6 +55,11 @@ class Ledger:
     recovered: str | None = None
     """What `busflow bag recover` says of the file that it was made of."""
 
+    @property
+    def topics(self) -> Iterator[Mapping[str, Any]]:
+        """What the report says of each topic."""
+        return mappings(self.report.get("topics"))
+
 
 def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
     """The facts in a metadata record; what is not understood there is left out."""
@@ -97,6 +102,12 @@ def summed(ledgers: Sequence[Ledger | None], report: Mapping[str, Any]) -> Ledge
         missed=sum(each.missed for each in found),
         complete=all(each.complete for each in found) and len(found) == len(ledgers),
     )
+
+
+def mappings(value: Any) -> Iterator[Mapping[str, Any]]:
+    """The objects of a list in a report, which comes from a file, in which anything may stand."""
+    items = cast("list[Any]", value) if isinstance(value, list) else []
+    yield from (cast("Mapping[str, Any]", each) for each in items if isinstance(each, dict))
 
 
 def _number(text: str | None) -> int | None:
