@@ -64,7 +64,7 @@ class Ledger:
 def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
     """The facts in a metadata record; what is not understood there is left out."""
     versions = {name: metadata[name] for name in _VERSIONS if name in metadata}
-    versions |= {name: str(each) for name, each in _object(metadata.get("versions")).items()}
+    versions |= {name: str(each) for name, each in json_object(metadata.get("versions")).items()}
     return Facts(
         run=metadata.get("run", ""),
         seed=_number(metadata.get("seed")),
@@ -81,7 +81,7 @@ def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
 def ledger_of(metadata: Mapping[str, str]) -> Ledger:
     """The ledger in a metadata record."""
     return Ledger(
-        report=_object(metadata.get("report")),
+        report=json_object(metadata.get("report")),
         recorded=_number(metadata.get("recorded")),
         missed=_number(metadata.get("missed")) or 0,
         complete=metadata.get("complete") == "true",
@@ -114,7 +114,8 @@ def _number(text: str | None) -> int | None:
     return int(text) if text is not None and len(text) < 20 and text.lstrip("-").isdecimal() else None
 
 
-def _object(text: str | None) -> dict[str, Any]:
+def json_object(text: str | None) -> dict[str, Any]:
+    """The object that a text is in JSON; empty where it is none."""
     try:
         found = json.loads(text or "{}")
     except (ValueError, RecursionError):

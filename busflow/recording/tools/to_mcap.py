@@ -11,6 +11,7 @@ from typing import IO, TYPE_CHECKING
 from mcap.writer import Writer
 
 from busflow.errors import BagError, MalformedMessage
+from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
 from busflow.recording.bag.offered_qos import offered, offered_qos_profiles
 from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
@@ -129,7 +130,7 @@ class Rosbag2Directory:
         """Write the end of the file, and the metadata."""
         self._copy.close()
         times = (self._first, self._last) if self._counts.total() else (None, None)
-        write_metadata(self._directory, [FileCounts(self._file, self._counts, *times)], qos=_profiles)
+        write_metadata(self._directory, [FileCounts(self._file, Survey(self._counts, *times))], qos=_profiles)
 
 
 def _profiles(channel: Channel) -> str:
