@@ -9,140 +9,31 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from threading import Lock, get_ident
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from threading import get_ident
+from typing import Any, TypeAlias, TypeVar
 
-from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.call import Activity
 from busflow.bus.client import Client
 from busflow.bus.dispatcher import Chooser, Dispatcher
 from busflow.bus.endpoint import Endpoint
+from busflow.bus.inbox import Inbox
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.bus.server import OnError, Server
 from busflow.bus.service import Service
+from busflow.bus.statistics import BusStatistics, SubscriptionStatistics
 from busflow.bus.subscription import OnFailure, Subscription
 from busflow.bus.timer import Spawn, Timer
 from busflow.bus.topic import Topic
 from busflow.clock import Clock, SystemClock
-from busflow.errors import IncompatibleQoS, IncompatibleType, NotRunning, WouldBlock
+from busflow.errors import IncompatibleQoS, IncompatibleType
 from busflow.interfaces.message import Message, ServiceType, type_name
 
 M = TypeVar("M", bound=Message)
 R = TypeVar("R")
 
-if TYPE_CHECKING:
-    from busflow.node.parameter_store import ParameterStore
-
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any]
 """One end of a topic or of a service."""
-Attached: TypeAlias = "End | Timer | ParameterStore"
-"""What can be part of a run."""
-
-CALL_TIMEOUT_S = 5.0
-"""How long a thread waits for the loop to do what it asks, in wall time."""
-
-INBOX_DEPTH = 4096
-"""Messages from other threads that may wait for the loop."""
-
-
-class Inbox:
-    """What other threads hand to the loop: in order, bounded, counted; a full inbox loses its oldest.
-
-    The lock only guards the few instructions that decide who wakes the loop; nothing waits while holding it.
-    """
-
-    __slots__ = ("_armed", "_closed", "_dispatcher", "_items", "_lock", "_loop", "dropped", "refused", "taken")
-
-    def __init__(self, dispatcher: Dispatcher) -> None:
-        self._dispatcher = dispatcher
-        self._items: deque[Callable[[], None]] = deque()
-        self._lock = Lock()
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._armed = False
-        self._closed = False
-        self.taken = 0
-        self.dropped = 0
-        self.refused = 0
-
-    def open(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Deliver on this loop, first of all what came before."""
-        with self._lock:
-            self._loop, self._closed = loop, False
-            self._armed = bool(self._items)
-        if self._armed:
-            loop.call_soon(self._drain)
-
-    def close(self) -> None:
-        """Deliver no more; what waits, or comes later, is lost and counted."""
-        with self._lock:
-            self._loop, self._closed = None, True
-            self.dropped += len(self._items)
-            self._items.clear()
-
-    def put(self, publish: Callable[[], None]) -> None:
-        """Hand over one publish, from any thread, without waiting."""
-        with self._lock:
-            if self._closed:
-                self.dropped += 1
-                return
-            if len(self._items) >= INBOX_DEPTH:
-                self._items.popleft()
-                self.dropped += 1
-            self._items.append(publish)
-            if self._armed or self._loop is None:
-                return
-            self._armed = True
-            loop = self._loop
-        loop.call_soon_threadsafe(self._drain)
-
-    def call(self, function: Callable[[], R]) -> R:
-        """Call a function on the loop, from another thread, and wait for what it returns or raises.
-
-        Raises:
-            NotRunning: there is no loop, or it does not come round to it in time; then it is not called later either.
-        """
-        future: Future[R] = Future()
-
-        def answer() -> None:
-            if future.set_running_or_notify_cancel():
-                try:
-                    future.set_result(function())
-                except BaseException as error:  # noqa: BLE001  # it is raised where it was called
-                    future.set_exception(error)
-
-        with self._lock:
-            loop = self._loop
-        if loop is None:
-            raise NotRunning("the graph's event loop is not running")
-        loop.call_soon_threadsafe(answer)
-        try:
-            return future.result(CALL_TIMEOUT_S)
-        except TimeoutError:
-            if not future.cancel():
-                raise
-            raise NotRunning(f"the graph's event loop did nothing else within {CALL_TIMEOUT_S:g} s") from None
-
-    def _drain(self) -> None:
-        self._dispatcher.run_now(self._publish_waiting)
-
-    def _publish_waiting(self) -> None:
-        with self._lock:
-            waiting = tuple(self._items)
-            self._items.clear()
-            self._armed = False
-        done = 0
-        try:
-            for publish in waiting:
-                done += 1
-                self.taken += 1
-                try:
-                    publish()
-                except (WouldBlock, NotRunning):  # the thread has long gone on: the count is how it is told
-                    self.refused += 1
-        finally:
-            self.dropped += len(waiting) - done
 
 
 class Bus:
@@ -158,8 +49,8 @@ class Bus:
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.services: dict[str, Service[Any, Any]] = {}
-        self.on_attach: list[Callable[[Attached], None]] = []
-        """Who hears of every end of a topic or service, timer and parameter store that comes, before it is used."""
+        self.on_attach: list[Callable[[Any], None]] = []
+        """Called with every end of a topic or service, timer and parameter store that comes, before it is used."""
         self.on_detach: list[Callable[[End], None]] = []
         """Who hears of every end of a topic or service that leaves."""
         self.clock: Clock = clock or SystemClock()
@@ -179,47 +70,47 @@ class Bus:
         self.inbox.close()
         self.dispatcher.close()
 
-    def attach_publisher(self, publisher: Publisher[M]) -> None:
-        """Connect a publisher to its topic.
+    def attach_publisher(self, publisher: Publisher[M], predecessor: Publisher[M] | None = None) -> None:
+        """Connect a publisher to its topic, in the place of the same one of its node's life before if there is one.
 
         Raises:
             IncompatibleType: the topic is of another type.
             IncompatibleQoS: a subscription there requests more than the publisher offers.
         """
-        topic = self._topic(publisher.endpoint, publisher.type)
-        for subscription in topic.subscriptions:
-            check_qos(publisher.endpoint, subscription.endpoint)
-        publisher.attach(topic, self._thread, self.inbox.put)
-        self._tell(publisher)
+        if predecessor is None:
+            topic = self._topic(publisher.endpoint, publisher.type)
+            for subscription in topic.subscriptions:
+                check_qos(publisher.endpoint, subscription.endpoint)
+            publisher.attach(topic, self._thread, self.inbox.put)
+        else:
+            publisher.adopt(predecessor)
+        self.announce(publisher)
 
-    def attach_subscription(self, subscription: Subscription[M], on_failure: OnFailure) -> None:
+    def attach_subscription(
+        self, subscription: Subscription[M], on_failure: OnFailure, predecessor: Subscription[M] | None = None
+    ) -> None:
         """Connect a subscription to its topic; it receives what transient_local publishers kept.
+
+        With a predecessor, the same one of its node's life before, it takes over the place, the queue and the account.
 
         Raises:
             IncompatibleType: the topic is of another type.
             IncompatibleQoS: it requests more than a publisher there offers.
         """
-        topic = self._topic(subscription.endpoint, subscription.type)
-        for publisher in topic.publishers:
-            if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
-                check_qos(publisher.endpoint, subscription.endpoint)
-        subscription.attach(topic, self.dispatcher, on_failure)
-        self._tell(subscription)
-
-    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
-        """Let a publisher of a restarted node take over from the same one of its life before."""
-        new.adopt(old)
-        self._tell(new)
-
-    def replace_subscription(self, old: Subscription[M], new: Subscription[M], on_failure: OnFailure) -> None:
-        """Let a subscription of a restarted node take over queue and account from the same one of its life before."""
-        new.adopt(old, on_failure)
-        self._tell(new)
+        if predecessor is None:
+            topic = self._topic(subscription.endpoint, subscription.type)
+            for publisher in topic.publishers:
+                if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
+                    check_qos(publisher.endpoint, subscription.endpoint)
+            subscription.attach(topic, self.dispatcher, on_failure)
+        else:
+            subscription.adopt(predecessor, on_failure)
+        self.announce(subscription)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
         """Give a timer the run's clock and its place in the dispatcher's turns."""
         timer.attach(self.clock, self.dispatcher, spawn, on_failure)
-        self._tell(timer)
+        self.announce(timer)
 
     def call(self, function: Callable[[], R]) -> R:
         """Call a function on the graph's own thread, from any thread; from another one, wait for its answer.
@@ -228,10 +119,6 @@ class Bus:
             NotRunning: the graph's event loop does not run, or is too busy to answer.
         """
         return function() if get_ident() == self._thread else self.inbox.call(function)
-
-    def attach_parameters(self, parameters: ParameterStore) -> None:
-        """Let those who hear of what comes know of a node's parameters, to hear of their changes."""
-        self._tell(parameters)
 
     def attach_server(self, server: Server[Any, Any], starting: Activity, on_error: OnError) -> None:
         """Let a server answer its service.
@@ -244,7 +131,7 @@ class Bus:
         service = self.service(endpoint.service, server.type, endpoint.origin)
         service.refuse_second(endpoint.origin)
         server.attach(service, self.dispatcher, starting, on_error)
-        self._tell(server)
+        self.announce(server)
 
     def attach_client(self, client: Client[Any, Any]) -> None:
         """Connect a client to its service, which somebody may answer or not.
@@ -253,7 +140,7 @@ class Bus:
             IncompatibleType: the service is of another type.
         """
         client.attach(self.service(client.service, client.type, client.endpoint.origin))
-        self._tell(client)
+        self.announce(client)
 
     def service(self, name: str, service_type: type[ServiceType], origin: str) -> Service[Any, Any]:
         """The service of a name; `origin` is who wants it, for people.
@@ -285,19 +172,24 @@ class Bus:
         topic.taps.remove(tap)
         topic.rebuild()
 
-    def detach_subscription(self, subscription: Subscription[Any]) -> None:
-        """Disconnect a subscription; its line stays in the ledger."""
-        subscription.close()
-
     def ledger(self) -> Iterator[SubscriptionStatistics]:
         """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
-            yield from (subscription.statistics() for subscription in topic.subscriptions)
-            yield from topic.gone
+            yield from topic.statistics().subscriptions
 
-    def _tell(self, attached: Attached) -> None:
-        for hear in self.on_attach:
-            hear(attached)
+    def statistics(self) -> BusStatistics:
+        """What crossed the bus, as it stands now: one walk over all ends that there are."""
+        return BusStatistics(
+            topics=tuple(self.topics[name].statistics() for name in sorted(self.topics)),
+            services=tuple(self.services[name].statistics() for name in sorted(self.services)),
+            inbox=self.inbox.statistics(),
+            dispatcher=self.dispatcher.statistics(),
+        )
+
+    def announce(self, attached: Any) -> None:
+        """Call every `on_attach` with what has come: an end, a timer, the parameters of a node."""
+        for on_attach in self.on_attach:
+            on_attach(attached)
 
     def _topic(self, endpoint: Endpoint, message_type: type[M]) -> Topic[M]:
         topic = self.topics.get(endpoint.topic)

@@ -1,4 +1,4 @@
-"""Recipient: the part of a subscription that every message goes through, from its queue to its handler.
+"""Recipient: the way of everything that waits in a queue to its handler: messages, and the requests of a service.
 
 Theory of operation. What a delivery costs is decided in four places: `Publisher.publish`, `Topic.wake`, the loop of
 the dispatcher, and here. Of the ten bare calls of a Python function (43 ns each, where this was measured) that a
@@ -18,56 +18,83 @@ a slower way in, which that subscription alone pays for.
 from __future__ import annotations
 
 import asyncio
+from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from busflow.bus.endpoint import Endpoint
-from busflow.bus.expiry import Perishable, fresh
 from busflow.bus.failure import is_failure, refuse_coroutine
-from busflow.bus.queues import Queue, create_queue
-from busflow.errors import Occupied
-from busflow.interfaces.message import Message
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Dispatcher
-    from busflow.bus.topic import Topic
-    from busflow.clock import Clock
 
-M = TypeVar("M", bound=Message)
-
-MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
-OnFailure = Callable[[BaseException, Message], None]
+T = TypeVar("T")
+S = TypeVar("S", bound="Source")
 
 
-class Recipient(Generic[M]):
-    """A bounded queue and who it is emptied into: a handler, plain or `async`, or a task that pulls.
+class Source:
+    """What recipients take from: a topic, or a service, where nothing expires and nobody waits for room."""
+
+    __slots__ = ("idle", "perishable", "waiting")
+
+    def __init__(self) -> None:
+        self.idle = False
+        """Whether some recipient may have to be woken when something comes."""
+        self.perishable = False
+        """Whether what waits may expire."""
+        self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
+        """One for each that waits for room."""
+
+    def grant(self) -> None:
+        """Wake the first that waits for room when there is some."""
+
+
+class Recipient(ABC, Generic[T, S]):
+    """Takes what waits into a handler, plain or `async`, or for a task that pulls.
 
     A recipient is `idle` while nothing waits and somebody wants to know when something does.
     """
 
     __slots__ = (
-        "_clock", "_dispatcher", "_doorbell", "_handler", "_is_async", "_on_failure", "_open", "_topic", "delivered",
-        "endpoint", "idle", "items", "queue",
+        "_dispatcher", "_doorbell", "_handler", "_is_async", "_open", "_origin", "_source", "delivered", "idle",
+        "items",
     )  # fmt: skip
 
-    def __init__(self, endpoint: Endpoint, handler: MessageHandler[M] | None) -> None:
-        self.endpoint = endpoint
+    def __init__(self, items: deque[Any], handler: Callable[[T], Any] | None, origin: str) -> None:
+        """A recipient of what is put into `items`, which is yet to be attached to a source and opened."""
+        self.items = items
         self.delivered: int = 0
+        """How many the handler, or a task, was given."""
         self.idle = False
-        self._have(create_queue(endpoint.qos.overflow, endpoint.qos.depth))
         self._handler = handler
         self._is_async = iscoroutinefunction(handler)
-        self._topic: Topic[M] | None = None
-        self._clock: Clock | None = None
+        self._origin = origin
+        self._source: S | None = None
         self._dispatcher: Dispatcher | None = None
-        self._on_failure: OnFailure | None = None
         self._doorbell: asyncio.Future[None] | None = None
         self._open = False
 
-    def _have(self, queue: Queue[M | Perishable[M]]) -> None:
-        """Take from this queue; what waits in it is looked at so often that it is at hand here too."""
-        self.queue, self.items = queue, queue.items
+    @abstractmethod
+    def _failed(self, error: BaseException, item: Any) -> None:
+        """Deal with what the handler raised, and on which item."""
+
+    def _fresh(self, item: Any) -> T | None:
+        """What the handler is given of an item, or None where that has expired; asked where the source perishes."""
+        return item
+
+    def open(self) -> Coroutine[Any, Any, None] | None:
+        """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
+        self._open = True
+        if self._handler is None:
+            return None
+        if self._is_async:
+            return self._pump(self._handler)
+        if self.items:
+            self.wake()
+        else:
+            self._rest()
+        return None
 
     def wake(self) -> None:
         """Something waits: a plain handler gets in line, a task is woken."""
@@ -78,12 +105,12 @@ class Recipient(Generic[M]):
             self._doorbell.set_result(None)
 
     def turn(self, limit: int) -> int:
-        """Hand up to `limit` messages to the plain handler; called by the dispatcher."""
+        """Hand up to `limit` items to the plain handler; called by the dispatcher."""
         if not self._open:  # it was paused, or has left, after it had got in line
             return 0
         items: Any = self.items
         handler: Any = self._handler
-        topic: Any = self._topic
+        source: Any = self._source
         before = delivered = self.delivered
         most = before + limit
         message: Any = None
@@ -91,37 +118,37 @@ class Recipient(Generic[M]):
         try:
             while items and delivered < most and self._open:
                 message = items.popleft()
-                if topic.perishable and (message := self._fresh(message)) is None:
+                if source.perishable and (message := self._fresh(message)) is None:
                     continue
                 self.delivered = delivered = delivered + 1
                 if (result := handler(message)) is not None:
-                    refuse_coroutine(result, self.endpoint.origin)
+                    refuse_coroutine(result, self._origin)
         except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
             self._failed(error, message)
-        if topic.waiting:
-            topic.grant()
+        if source.waiting:
+            source.grant()
         if self._open:
             if items:
                 self._dispatcher.ready.append(self)  # type: ignore[union-attr]  # attached, or it had no turn
             else:
-                self.idle = topic.idle = True
+                self.idle = source.idle = True
         return delivered - before
 
-    async def _pump(self, handler: Callable[[M], Any]) -> None:
-        """Hand messages to an `async` handler, one at a time, and give the loop its turn between batches."""
+    async def _pump(self, handler: Callable[[T], Any]) -> None:
+        """Hand items to an `async` handler, one at a time, and give the loop its turn between batches."""
         dispatcher: Dispatcher = self._dispatcher  # type: ignore[assignment]  # attached before it is opened
         items: Any = self.items
-        topic: Any = self._topic
+        source: Any = self._source
         message: Any = None
         while self._open:
             if not items:
-                await self._ring()
+                await self._wait()
             handled, started = 0, dispatcher.now()
             while items and self._open:
                 message = items.popleft()
-                if topic.waiting:
-                    topic.grant()
-                if topic.perishable and (message := self._fresh(message)) is None:
+                if source.waiting:
+                    source.grant()
+                if source.perishable and (message := self._fresh(message)) is None:
                     continue
                 handled += 1
                 self.delivered += 1
@@ -136,10 +163,8 @@ class Recipient(Generic[M]):
                     await dispatcher.rest()
                     handled, started = 0, dispatcher.now()
 
-    async def _ring(self) -> None:
-        """Wait until something arrives, or the subscription ends."""
-        if self._doorbell is not None:
-            raise Occupied(f"two tasks wait for {self.endpoint.topic} in {self.endpoint.node}; subscribe twice instead")
+    async def _wait(self) -> None:
+        """Wait until something arrives, or the recipient closes."""
         self._doorbell = asyncio.get_running_loop().create_future()
         self._rest()
         try:
@@ -148,24 +173,17 @@ class Recipient(Generic[M]):
             self._doorbell = None
             self.idle = False
 
-    def _rest(self) -> None:
-        """Have the topic tell when something waits again."""
-        self.idle = True
-        if self._topic is not None:
-            self._topic.idle = True
+    def _end_wait(self) -> None:
+        if self._doorbell is not None and not self._doorbell.done():
+            self._doorbell.set_result(None)
 
-    def _fresh(self, item: M | Perishable[M]) -> M | None:
-        """The message of an item, or None and one more drop when it has expired."""
-        message = fresh(item, self._clock) if isinstance(item, Perishable) and self._clock is not None else item
-        if message is None:
-            self.queue.drops["expired"] += 1
-        return message  # type: ignore[return-value]  # a Perishable is unpacked above once there is a clock
+    def _rest(self) -> None:
+        """Have the source wake this one when something waits again."""
+        self.idle = True
+        if self._source is not None:
+            self._source.idle = True
 
     def pause(self) -> None:
-        """Hand over no more; what arrives waits in the queue."""
+        """Hand over no more; what arrives waits."""
         self._open = False
         self.idle = False
-
-    def _failed(self, error: BaseException, message: Any) -> None:
-        self.pause()
-        cast("OnFailure", self._on_failure)(error, message)

@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from busflow.bus.statistics import DispatcherStatistics
 from busflow.clock import perf_counter
 
 QUANTUM = 8
@@ -76,6 +77,10 @@ class Dispatcher:
         """Serve no more: what waits stays queued and counted."""
         self._loop = None
         self._awake = False
+
+    def statistics(self) -> DispatcherStatistics:
+        """How busy the dispatcher is now."""
+        return DispatcherStatistics(ready=len(self.ready), quantum=self.quantum)
 
     def schedule(self, runnable: Runnable) -> None:
         """Put a subscription in line; it must not stand there already."""

@@ -7,6 +7,13 @@ from dataclasses import dataclass
 from busflow.bus.qos import QoS
 from busflow.interfaces.message import Message, ServiceType
 
+ROSOUT = "/rosout"
+"""The topic of the run's log."""
+LOG_NODE = "/_log"
+"""The node that publishes it, for all nodes of the run."""
+PARAMETER_EVENTS = "/parameter_events"
+"""The topic of every node's changes of parameters."""
+
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:

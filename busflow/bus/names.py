@@ -16,7 +16,6 @@ TOPIC_NAME_MAX = 247
 """ROS 2 keeps 8 of 255 characters for prefixes of its own."""
 NAMESPACE_MAX = TOPIC_NAME_MAX - 2
 NODE_NAME_MAX = 255
-ENCLAVE_MAX = 255
 
 _WORD = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_")
 _DIGITS = frozenset("0123456789")
@@ -73,13 +72,6 @@ def namespace_fault(name: str) -> Fault | None:
     if name == "/":
         return None
     return _absolute_name_fault(name) or _length_fault(name, NAMESPACE_MAX)
-
-
-def enclave_fault(name: str) -> Fault | None:
-    """What is wrong with a security enclave: a namespace that may be longer."""
-    if name == "/":
-        return None
-    return _absolute_name_fault(name) or _length_fault(name, ENCLAVE_MAX)
 
 
 def node_name_fault(name: str) -> Fault | None:
@@ -187,11 +179,6 @@ _REMAP_RULE = re.compile(
     rf"|(?P<special>__node|__name|__ns))):=(?P<replacement>.+)",
 )
 _NAMESPACE_VALUE = re.compile(rf"/(?:{_PART}(?:/{_PART})*/?)?")
-# Parameter names may hold two underscores within a part; one pass, so that no text takes long to refuse.
-_PARAMETER_PART = r"(?![0-9]|__)(?:(?!/[0-9]|/__|___)[A-Za-z0-9_/])+"
-_PARAMETER_RULE = re.compile(
-    rf"(?:(?P<node>{_PART}):)?(?P<name>{_PARAMETER_PART}(?:\.{_PARAMETER_PART})*):=(?P<value>.+)", re.DOTALL
-)
 _SCHEMES = {None: Target.NAME, "rostopic://": Target.TOPIC, "rosservice://": Target.SERVICE}
 _SPECIALS = {
     "__node": (Target.NODE, re.compile(_PART)),
@@ -286,33 +273,6 @@ def resolve(
     if rule is not None:
         final = expand(rule.replacement, node=node, namespace=namespace)
     return Resolved(check_full_topic_name(final), rule.key if rule else None)
-
-
-@dataclass(frozen=True, slots=True)
-class ParameterRule:
-    """A parameter's value as ROS 2 writes it on a command line: `[node:]name:=value`, the value as YAML."""
-
-    name: str
-    value: str
-    node: str | None = None
-
-    @classmethod
-    def parse(cls, text: str) -> ParameterRule:
-        """The rule that a text states.
-
-        >>> ParameterRule.parse("camera:noise.imu:=0.5")
-        ParameterRule(name='noise.imu', value='0.5', node='camera')
-
-        Raises:
-            InvalidName: The text is not such a rule.
-        """
-        found = _PARAMETER_RULE.fullmatch(text)
-        if found is None:
-            raise InvalidName(
-                f"parameter rule {printable(text, limit=300)!r} is not one; write it as 'name:=value' or "
-                "'node:name:=value', with names of letters, digits, '_', '/' and '.'"
-            )
-        return cls(found["name"], found["value"], found["node"])
 
 
 def _rule(match: str, replacement: str) -> RemapRule:

@@ -14,10 +14,10 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, PublisherMatched
+from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
 from busflow.bus.expiry import NS_PER_S, Perishable, Watch
-from busflow.bus.notices import Notices
 from busflow.bus.qos import Durability, Liveliness
+from busflow.bus.statistics import PublisherStatistics
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
 from busflow.interfaces.message import Message, type_name
 from busflow.text import printable
@@ -79,6 +79,19 @@ class Publisher(Generic[M]):
     def subscription_count(self) -> int:
         """How many subscriptions receive what is published here."""
         return len(self._topic.subscriptions) if self._topic else 0
+
+    def statistics(self) -> PublisherStatistics:
+        """What the publisher has counted, as it stands now."""
+        return PublisherStatistics(
+            node=self.endpoint.node,
+            topic=self.topic,
+            published=self.published,
+            kept=len(self._history or ()),
+            subscriptions=self.subscription_count,
+            alive=self.alive,
+            deadlines_missed=self.deadlines_missed,
+            liveliness_lost=self.liveliness_lost,
+        )
 
     def publish(self, message: M) -> None:
         """Hand a message to every subscription's queue, without waiting.
@@ -186,10 +199,7 @@ class Publisher(Generic[M]):
         if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
             self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
         self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
-        topic.publishers.append(self)
-        topic.since_ns = topic.since_ns if topic.publishers_come else topic.clock.monotonic_ns()
-        topic.publishers_come += 1
-        topic.rebuild()
+        topic.add_publisher(self)
 
     def adopt(self, predecessor: Publisher[M]) -> None:
         """Take over the place of the same publisher of an earlier life of this node; called by the bus.
@@ -210,7 +220,7 @@ class Publisher(Generic[M]):
         predecessor._topic, predecessor._direct = None, 0
         predecessor.close()
         if self._topic is not None:
-            self._topic.replace_publisher(predecessor, self)
+            self._topic.replace(self._topic.publishers, predecessor, self)
 
     def tell_changes(self) -> None:
         """Tell the node who receives what is published here, as far as that has changed since it was last told."""
@@ -231,7 +241,7 @@ class Publisher(Generic[M]):
             on_close(self)
         if self._topic is not None:
             topic, self._topic, self._direct = self._topic, None, 0
-            topic.forget_publisher(self)
+            topic.remove_publisher(self)
 
     def send_through(self, outlet: Callable[[M], None] | None) -> None:
         """Have every message leave the process too, after those here have it; None while nobody there listens."""

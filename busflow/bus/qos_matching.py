@@ -73,27 +73,6 @@ def compatibility(offered: QoS, requested: QoS) -> Compatibility:
     return Compatibility(Verdict.OK)
 
 
-def best_available(profile: QoS, peers: Iterable[QoS], *, publisher: bool) -> QoS:
-    """The profile with each `best_available` policy made definite, so that it fits those peers.
-
-    A publisher offers the most, with the tightest limits that a subscription requests; a subscription
-    requests what every publisher offers. Time limits that the profile leaves open are decided with
-    its liveliness. Newcomers change nothing afterwards.
-    """
-    peers = list(peers)
-    decided: dict[str, object] = {}
-    for name, (weak, strong) in _WEAK_AND_STRONG.items():
-        if getattr(profile, name) == "best_available":
-            strongs = [getattr(peer, name) == strong for peer in peers]
-            most = (name != "liveliness" or any(strongs)) if publisher else all(strongs)
-            decided[name] = strong if most else weak
-    for name in ("deadline_s", "lease_s"):
-        if "liveliness" in decided and getattr(profile, name) is None:
-            limits = [limit for peer in peers if (limit := getattr(peer, name)) is not None]
-            decided[name] = (min if publisher else max)(limits, default=None)
-    return profile.model_copy(update=decided)
-
-
 def _clash(name: str, offered: Any, requested: Any) -> bool:
     if name in _WEAK_AND_STRONG:
         return (offered, requested) == _WEAK_AND_STRONG[name]

@@ -12,8 +12,9 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
+from busflow.bus.delivery import Source
 from busflow.bus.expiry import NS_PER_S
-from busflow.bus.statistics import ClientStatistics, ServerStatistics
+from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import ServiceType
 from busflow.text import did_you_mean
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", ServerStatistics, ClientStatistics)
 
 
-class Service(Generic[Req, Res]):
+class Service(Source, Generic[Req, Res]):
     """A name, its type, who answers it now, and who asks."""
 
     __slots__ = (
@@ -49,6 +50,7 @@ class Service(Generic[Req, Res]):
             known: All services of the bus by name: those that may have been meant, and those that may wait.
             on_leave: Who hears of each end of this process that leaves.
         """
+        super().__init__()
         self.name = name
         self.type = service_type
         self.server: Answerer | None = None
@@ -199,20 +201,15 @@ class Service(Generic[Req, Res]):
         for hear in self._on_leave:
             hear(end)
 
-    def servers(self) -> list[ServerStatistics]:
-        """The account of each node of this process that answers or answered, all its lives together."""
-        accounts = dict(self._gone_servers)
+    def statistics(self) -> ServiceStatistics:
+        """The accounts of both ends, as they stand now; one for all lives of a node, and for all its clients."""
+        servers, clients = dict(self._gone_servers), dict(self._gone_clients)
         here = None if self.server is None else self.server.statistics()
         if here is not None:
-            _enter(accounts, here)
-        return list(accounts.values())
-
-    def asking(self) -> list[ClientStatistics]:
-        """The account of each node of this process that asks or asked, all its lives and clients together."""
-        accounts = dict(self._gone_clients)
+            _enter(servers, here)
         for client in self.clients:
-            _enter(accounts, client.statistics())
-        return list(accounts.values())
+            _enter(clients, client.statistics())
+        return ServiceStatistics(self.name, tuple(servers.values()), tuple(clients.values()))
 
 
 def _enter(accounts: dict[str, S], account: S) -> None:

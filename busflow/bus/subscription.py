@@ -4,28 +4,30 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, cast
 
-from busflow.bus.accounts import SubscriptionStatistics
-from busflow.bus.delivery import MessageHandler, OnFailure, Recipient
+from busflow.bus.delivery import Recipient
 from busflow.bus.endpoint import Endpoint
-from busflow.bus.events import DeadlineMissed, Event, SubscriptionMatched
-from busflow.bus.expiry import Perishable, Watch, expire
-from busflow.bus.notices import UNWANTED, Notices
+from busflow.bus.events import UNWANTED, DeadlineMissed, Event, Notices, SubscriptionMatched
+from busflow.bus.expiry import Perishable, Watch, expire, fresh
 from busflow.bus.qos import Durability
-from busflow.bus.queues import create_queue
+from busflow.bus.queues import Queue, create_queue
+from busflow.bus.statistics import SubscriptionStatistics
+from busflow.bus.topic import Topic
 from busflow.errors import Occupied
 from busflow.interfaces.message import Message
 
 if TYPE_CHECKING:
     from busflow.bus.dispatcher import Dispatcher
-    from busflow.bus.topic import Topic
     from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
 
+MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
+OnFailure = Callable[[BaseException, Message], None]
 
-class Subscription(Recipient[M]):
+
+class Subscription(Recipient[M, Topic[M]]):
     """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
 
     Pulling: `async for message in subscription` takes them one by one and ends with the graph; `latest` skips to
@@ -33,13 +35,15 @@ class Subscription(Recipient[M]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_deadline", "_ended", "_hear", "_latest", "_notices", "deadlines_missed",
-        "is_pulled", "link", "on_close", "on_event", "type",
+        "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_hear", "_latest", "_notices", "_on_failure",
+        "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
         """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
-        super().__init__(endpoint, handler)
+        self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
+        super().__init__(self.queue.items, handler, endpoint.origin)
+        self.endpoint = endpoint
         self.type = message_type
         self.deadlines_missed = 0
         self.on_event: Callable[[Event], None] | None = None
@@ -48,6 +52,8 @@ class Subscription(Recipient[M]):
         self.is_pulled = handler is None
         self._hear: Callable[[M], None] | None = None
         self._latest: M | None = None
+        self._clock: Clock | None = None
+        self._on_failure: OnFailure | None = None
         self._deadline: Watch | None = None
         self._notices = Notices()
         self._at_start = 0
@@ -62,14 +68,14 @@ class Subscription(Recipient[M]):
     @property
     def publisher_count(self) -> int:
         """How many publishers there are on the topic."""
-        return len(self._topic.publishers) if self._topic else 0
+        return len(self._source.publishers) if self._source else 0
 
     @property
     def published(self) -> int:
         """How many messages were published to this subscription since it came."""
         if self._at_close is not None:
             return self._at_close
-        return self._topic.published - self._at_start if self._topic else 0
+        return self._source.published - self._at_start if self._source else 0
 
     def statistics(self) -> SubscriptionStatistics:
         """The ledger's line of this subscription, as it stands now."""
@@ -110,9 +116,9 @@ class Subscription(Recipient[M]):
 
     def discard_expired(self) -> None:
         """Drop what has outlived its lifespan while it waited."""
-        if self._topic is None or not self._topic.perishable:
+        if self._source is None or not self._source.perishable:
             return
-        if expired := expire(self.items, self._topic.clock):
+        if expired := expire(self.items, self._source.clock):
             self.queue.drops["expired"] += expired
 
     # Pulling.
@@ -125,7 +131,9 @@ class Subscription(Recipient[M]):
         while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
-            await self._ring()
+            if self._doorbell is not None:
+                raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
+            await self._wait()
         return message
 
     @property
@@ -149,14 +157,14 @@ class Subscription(Recipient[M]):
         while items and message is None:
             message = items.popleft()
             if type(message) is Perishable:
-                message = self._fresh(message)  # type: ignore[arg-type]  # of this subscription's type
+                message = self._fresh(message)
         if message is not None:
             self._latest = message
             self.delivered += 1
             if self._hear is not None:
                 self._hear(message)
-        if self._topic is not None and self._topic.waiting:
-            self._topic.grant()
+        if self._source is not None and self._source.waiting:
+            self._source.grant()
         return message
 
     # Being handed messages.
@@ -176,18 +184,16 @@ class Subscription(Recipient[M]):
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
         """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
-        self._topic, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
+        self._source, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
         self._notices.before = topic.publishers_come - len(topic.publishers)
         self._watch(topic.clock)
-        topic.subscriptions.append(self)
-        topic.subscriptions_come += 1
         if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
             kept = topic.kept()[-self.endpoint.qos.depth :]
             self._at_start -= len(kept)
             for message in kept:
                 self.queue.push(message)
-        topic.rebuild()
+        topic.add_subscription(self)
 
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
@@ -197,14 +203,14 @@ class Subscription(Recipient[M]):
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """What has to hear of a message that arrives."""
-        push = self._make_room_and_push if self._topic is not None and self._topic.perishable else self.queue.way_in
+        push = self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.way_in
         if self._deadline is None or self._ended:
             return (push,)
         return (push, self._deadline.touch)
 
     def tell_changes(self) -> None:
         """Tell the node who publishes here, as far as that has changed since it was last told."""
-        tell, topic = self.on_event, self._topic
+        tell, topic = self.on_event, self._source
         if tell is None or topic is None:
             return
         name, notices = self.topic, self._notices
@@ -235,25 +241,12 @@ class Subscription(Recipient[M]):
     def hear_drops(self, hear: Callable[[str], None]) -> None:
         """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
         self.queue.hear_drops(hear)
-        if self._topic is not None:
-            self._topic.rebuild()
+        if self._source is not None:
+            self._source.rebuild()
 
     def hear_losses(self) -> None:
         """Tell the node also of messages that were lost, together those of one moment."""
         self.hear_drops(self._on_drop)
-
-    def open(self) -> Coroutine[Any, Any, None] | None:
-        """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
-        self._open = True
-        if self._handler is None:
-            return None
-        if self._is_async:
-            return self._pump(self._handler)
-        if self.items:
-            self.wake()
-        else:
-            self._rest()
-        return None
 
     def close(self) -> None:
         """Leave the topic; iterations end after what still waits."""
@@ -261,13 +254,13 @@ class Subscription(Recipient[M]):
         if not self._ended and self.on_close is not None:
             self.on_close(self)
         self._ended = True
-        self._answer()
+        self._end_wait()
         if self._deadline is not None:
             self._deadline.close()
-        if self._topic is not None:
-            topic, self._at_close = self._topic, self.published
-            self._topic = None
-            topic.forget_subscription(self)
+        if self._source is not None:
+            topic, self._at_close = self._source, self.published
+            self._source = None
+            topic.remove_subscription(self)
 
     def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
         """Take over the place of the same subscription of an earlier life of this node; called by the bus.
@@ -279,7 +272,7 @@ class Subscription(Recipient[M]):
         self.queue.ignore_drops()
         self.delivered = predecessor.delivered
         self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
-        self._topic, self._dispatcher, self._clock = predecessor._topic, predecessor._dispatcher, predecessor._clock
+        self._source, self._dispatcher, self._clock = predecessor._source, predecessor._dispatcher, predecessor._clock
         self._on_failure = on_failure
         self._notices = Notices(predecessor._notices.before, predecessor._notices.lost)
         self._deadline, predecessor._deadline = predecessor._deadline, None
@@ -288,19 +281,30 @@ class Subscription(Recipient[M]):
         self.link, predecessor.link = predecessor.link, None
         if self.link is not None:
             self.link.target = self
-        predecessor._topic = None
+        predecessor._source = None
         predecessor._have(create_queue(predecessor.endpoint.qos.overflow, predecessor.endpoint.qos.depth))
         predecessor.close()
-        if self._topic is not None:
-            self._topic.replace_subscription(predecessor, self)
+        if self._source is not None:
+            self._source.replace(self._source.subscriptions, predecessor, self)
 
     def _refuse_beside_handler(self) -> None:
         if self._handler is not None:
             raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
 
-    def _answer(self) -> None:
-        if self._doorbell is not None and not self._doorbell.done():
-            self._doorbell.set_result(None)
+    def _have(self, queue: Queue[M | Perishable[M]]) -> None:
+        """Take from this queue; what waits in it is looked at so often that it is at hand here too."""
+        self.queue, self.items = queue, queue.items
+
+    def _fresh(self, item: Any) -> M | None:
+        """The message of an item, or None and one more drop when it has expired."""
+        message = item if self._clock is None else fresh(item, self._clock)
+        if message is None:
+            self.queue.drops["expired"] += 1
+        return message
+
+    def _failed(self, error: BaseException, item: Any) -> None:
+        self.pause()
+        cast("OnFailure", self._on_failure)(error, item)
 
     def _watch(self, clock: Clock) -> None:
         self._clock = clock

@@ -10,13 +10,13 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.failure import is_failure, refuse_coroutine
+from busflow.bus.statistics import TimerStatistics
 from busflow.errors import InvalidDeclaration
 
 if TYPE_CHECKING:
@@ -40,19 +40,6 @@ class Missed(StrEnum):
     @classmethod
     def _missing_(cls, value: object) -> None:
         raise InvalidDeclaration(f"missed= is one of {', '.join(cls)}, got {value!r}")
-
-
-@dataclass(frozen=True, slots=True)
-class TimerStatistics:
-    """One timer's line of the report; times in seconds of the run's clock."""
-
-    node: str
-    name: str
-    period_s: float
-    fired: int
-    missed: int
-    lateness_p50_s: float | None
-    lateness_p99_s: float | None
 
 
 class Timer:

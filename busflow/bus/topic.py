@@ -9,14 +9,14 @@ from __future__ import annotations
 import asyncio
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from busflow.bus.accounts import SubscriptionStatistics
+from busflow.bus.delivery import Source
 from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
-from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Overflow
-from busflow.bus.subscription import Subscription
+from busflow.bus.statistics import PublisherStatistics, SubscriptionStatistics, TopicStatistics
 from busflow.errors import SendTimeout
 from busflow.interfaces.message import Message
 
@@ -24,15 +24,54 @@ if TYPE_CHECKING:
     from busflow.clock import Clock
 
 M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound="End")
 
 
-class Topic(Generic[M]):
-    """A name, its type, and who is on both ends of it now."""
+class End(Protocol):
+    """What a topic needs of each of its ends."""
+
+    endpoint: Endpoint
+    on_event: Callable[[Event], None] | None
+
+    def tell_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
+
+
+class Sender(End, Protocol):
+    """What a topic needs of a publisher."""
+
+    published: int
+    alive: bool
+
+    @property
+    def perishable(self) -> bool: ...  # noqa: D102  # as above
+    @property
+    def history(self) -> tuple[tuple[int, Any], ...]: ...  # noqa: D102  # as above
+    def adjust(self) -> None: ...  # noqa: D102  # as above
+    def statistics(self) -> PublisherStatistics: ...  # noqa: D102  # as above
+
+
+class Receiver(End, Protocol):
+    """What a topic needs of a subscription."""
+
+    idle: bool
+    items: deque[Any]
+
+    @property
+    def queued(self) -> int: ...  # noqa: D102  # as above
+    @property
+    def full(self) -> bool: ...  # noqa: D102  # as above
+    @property
+    def pushes(self) -> tuple[Callable[[Any], None], ...]: ...  # noqa: D102  # as above
+    def wake(self) -> None: ...  # noqa: D102  # as above
+    def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
+
+
+class Topic(Source, Generic[M]):
+    """A name, its type, and the publishers and subscriptions on it now."""
 
     __slots__ = (
-        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "idle", "losses", "name",
-        "perishable", "publishers", "publishers_come", "pushes", "recent", "since_ns", "subscriptions",
-        "subscriptions_come", "taps", "type", "waiting",
+        "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "publishers",
+        "publishers_come", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_come", "taps", "type",
     )  # fmt: skip
 
     def __init__(
@@ -40,23 +79,20 @@ class Topic(Generic[M]):
         name: str,
         message_type: type[M],
         clock: Clock,
-        on_leave: Sequence[Callable[[Publisher[Any] | Subscription[Any]], None]] = (),
+        on_leave: Sequence[Callable[[Any], None]] = (),
     ) -> None:
         """A topic on which nobody is yet; `on_leave` hear of each end that leaves it."""
+        super().__init__()
         self.name = name
         self.clock = clock
-        self.perishable = False
-        self.idle = False
-        """Whether some subscription may have to be woken when a message comes."""
         self.type = message_type
-        self.publishers: list[Publisher[M]] = []
-        self.subscriptions: list[Subscription[M]] = []
+        self.publishers: list[Sender] = []
+        self.subscriptions: list[Receiver] = []
         self.pushes: tuple[Callable[[Any], None], ...] = ()
-        self.blocking: tuple[Subscription[M], ...] = ()
+        self.blocking: tuple[Receiver, ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
         """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
-        self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
         self.publishers_come = 0
         self.since_ns = 0
         """When its first publisher came, on the monotonic clock: that may be before the run begins."""
@@ -80,6 +116,17 @@ class Topic(Generic[M]):
         """How many of them came from another process."""
         return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
 
+    def statistics(self) -> TopicStatistics:
+        """What went over the topic, with the account of each of its ends, as it stands now."""
+        return TopicStatistics(
+            topic=self.name,
+            published=self.published,
+            arrived=self.arrived,
+            losses=dict(self.losses),
+            publishers=tuple(each.statistics() for each in self.publishers),
+            subscriptions=(*(each.statistics() for each in self.subscriptions), *self._gone.values()),
+        )
+
     @property
     def gone(self) -> tuple[SubscriptionStatistics, ...]:
         """The accounts of the subscriptions that have left; one for all that were the same in code."""
@@ -90,7 +137,7 @@ class Topic(Generic[M]):
         kept = sorted((entry for each in self.publishers for entry in each.history), key=lambda entry: entry[0])
         return [item for _, item in kept if fresh(item, self.clock) is not None]
 
-    def first_full(self) -> Subscription[M] | None:
+    def first_full(self) -> Receiver | None:
         """The first `overflow: block` subscription without room."""
         for subscription in self.blocking:
             if subscription.full:
@@ -135,7 +182,7 @@ class Topic(Generic[M]):
         if full is None:
             self.waiting[0].set_result(None)
         elif self.perishable:
-            self._look_at(next_expiry_ns(full.queue.items))
+            self._look_at(next_expiry_ns(full.items))
 
     def _look_at(self, due_ns: int | None) -> None:
         """Look for room again when the next waiting message expires, if one does."""
@@ -199,34 +246,42 @@ class Topic(Generic[M]):
             if end.on_event is not None:
                 end.tell_changes()
 
-    def forget_publisher(self, publisher: Publisher[M]) -> None:
-        """A publisher leaves; what it published stays counted."""
+    # Ends that come and leave.
+
+    def add_publisher(self, publisher: Sender) -> None:
+        """Take in a publisher; the topic's time begins with the first."""
+        if not self.publishers_come:
+            self.since_ns = self.clock.monotonic_ns()
+        self.publishers_come += 1
+        self.publishers.append(publisher)
+        self.rebuild()
+
+    def add_subscription(self, subscription: Receiver) -> None:
+        """Take in a subscription, which has received already what is kept for it."""
+        self.subscriptions_come += 1
+        self.subscriptions.append(subscription)
+        self.rebuild()
+
+    def remove_publisher(self, publisher: Sender) -> None:
+        """Let a publisher leave; what it published stays counted."""
         self.publishers.remove(publisher)
         self._retired += publisher.published
         self._arrived += publisher.published if publisher.endpoint.remote else 0
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(publisher)
+        self._left(publisher)
 
-    def forget_subscription(self, subscription: Subscription[M]) -> None:
-        """A subscription leaves; its account stays."""
+    def remove_subscription(self, subscription: Receiver) -> None:
+        """Let a subscription leave; its account stays."""
         self.subscriptions.remove(subscription)
         line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
-        self._gone[subscription.endpoint] = line if before is None else before.merged(line)
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(subscription)
+        self._gone[subscription.endpoint] = line if before is None else before + line
+        self._left(subscription)
 
-    def replace_publisher(self, old: Publisher[M], new: Publisher[M]) -> None:
-        """A publisher takes over another one's place."""
-        self.publishers[self.publishers.index(old)] = new
-        self.rebuild()
-        for hear in self._on_leave:
-            hear(old)
+    def replace(self, ends: list[E], old: E, new: E) -> None:
+        """Let one of the topic's publishers or subscriptions be replaced by its successor, which counts on."""
+        ends[ends.index(old)] = new
+        self._left(old)
 
-    def replace_subscription(self, old: Subscription[M], new: Subscription[M]) -> None:
-        """A subscription takes over another one's place."""
-        self.subscriptions[self.subscriptions.index(old)] = new
+    def _left(self, end: End) -> None:
         self.rebuild()
-        for hear in self._on_leave:
-            hear(old)
+        for on_leave in self._on_leave:
+            on_leave(end)

@@ -149,7 +149,7 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
 def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator[Problem]:
     """Whether what the file says to record could be, as things are now."""
     from busflow.errors import RecordingRefused
-    from busflow.launchfile.model.faults import problem_at
+    from busflow.launchfile.model.problems import problem_at
     from busflow.recording.recorder.destination import foresee
     from busflow.runner.sources import is_simulated
 

@@ -81,7 +81,7 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
 
 def _unread(folders: Sequence[Path]) -> ExitCode:
     """Tell which of the folders cannot be looked into."""
-    from busflow.launchfile.load.folder_access import unreadable
+    from busflow.launchfile.load.files import unreadable
 
     faults = [fault for fault in map(unreadable, folders) if fault is not None]
     print_problems(faults, error_stream=True)

@@ -22,13 +22,16 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message
 from busflow.node.lifetime import Life
+from busflow.node.parameter_store import ParameterStore
 from busflow.validation.tracebacks import way
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.node.event_handler import EventHandler
+    from busflow.node.callbacks import EventHandler
 
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
+Attached: TypeAlias = End | ParameterStore
+"""What a bus announces: each part of a node that comes."""
 E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 
@@ -90,11 +93,8 @@ class Ends:
 
     def _connect_publisher(self, publisher: Publisher[Any], bus: Bus) -> None:
         publisher.on_first = self.on_first
-        before = self._before and _same(self._before.publishers, publisher)
-        if before:
-            bus.replace_publisher(before, publisher)
-        else:
-            bus.attach_publisher(publisher)
+        before = _same(self._before.publishers, publisher) if self._before else None
+        bus.attach_publisher(publisher, before)
         publisher.on_close = self.publishers.remove
 
     def _connect_subscription(self, subscription: Subscription[Any], bus: Bus) -> None:
@@ -104,11 +104,8 @@ class Ends:
         def on_failure(error: BaseException, message: Message) -> None:
             life.fail(origin, error, message)
 
-        before = self._before and _same(self._before.subscriptions, subscription)
-        if before:
-            bus.replace_subscription(before, subscription, on_failure)
-        else:
-            bus.attach_subscription(subscription, on_failure)
+        before = _same(self._before.subscriptions, subscription) if self._before else None
+        bus.attach_subscription(subscription, on_failure, before)
         subscription.on_close = self.subscriptions.remove
         if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
             subscription.hear_losses()

@@ -44,7 +44,7 @@ def rebuild(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRunti
         parameters: what the new instance has.
         life: how often the node was started anew by then.
     """
-    runtime = runtime_of(NodeFactory(type(former.node), former.name).build(parameters))
+    runtime = runtime_of(NodeFactory(former.node.__class__, former.name).build(parameters))
     runtime.parameters.take_over(former.parameters)
     runtime.declare(replace(former.surroundings, life=life))
     runtime.parameter_events.take_over(former.parameter_events)

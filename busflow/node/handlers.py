@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
-from types import FrameType
-from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
+from types import FrameType, FunctionType
+from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
 
 from busflow.bus.call import Pair, Req, Res
 from busflow.bus.events import Event
@@ -13,7 +13,14 @@ from busflow.bus.qos import QoS, checked_qos
 from busflow.bus.server import DEPTH
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message, ServiceType, type_name
-from busflow.node.declarations import Declaration, PullDeclaration, checked_name, checked_service_type, checked_type
+from busflow.node.declarations import (
+    Declaration,
+    PullDeclaration,
+    TimerDeclaration,
+    checked_name,
+    checked_service_type,
+    checked_type,
+)
 from busflow.node.signatures import line_of, message_annotation, names_used, resolve, takes_one
 from busflow.text import printable
 
@@ -262,3 +269,37 @@ class _HandlerDecorator:
 
 def _return_annotation(function: Callable[..., Any]) -> Any:
     return getattr(function, "__annotations__", {}).get("return", NOT_STATED)
+
+
+def declarations_of(node_class: type) -> dict[str, Declaration]:
+    """The declarations of a class and its bases, by attribute, in the order they were first written."""
+    found: dict[str, Declaration] = {}
+    for owner in reversed(node_class.__mro__):
+        for name, value in vars(owner).items():
+            if isinstance(value, Declaration):
+                found[name] = value
+            elif name in found:
+                del found[name]
+    return found
+
+
+def inherit(node_class: type, frame: FrameType) -> None:
+    """Settle a new class's declarations: a method that overrides a handler without a decorator stays one."""
+    for name in {name for base in node_class.__mro__ for name in vars(base)}:
+        # The one who overrides may also be a mixin that knows nothing of nodes.
+        value, above, *_ = [vars(base)[name] for base in node_class.__mro__ if name in vars(base)] + [None]
+        renewed = _renewed(above, value) if isinstance(value, FunctionType) else None
+        if renewed is not None:
+            renewed.__set_name__(node_class, name)
+            setattr(node_class, name, renewed)
+    for value in vars(node_class).values():
+        if isinstance(value, Handler):
+            value.remember(frame)
+
+
+def _renewed(above: object, function: FunctionType) -> Declaration | None:
+    if isinstance(above, Handler):
+        return Handler(function, above.roles, cast("Handler[..., Any]", above))
+    if isinstance(above, TimerDeclaration):
+        return above.with_function(function)
+    return None

@@ -53,9 +53,9 @@ class Life:
         self._tasks = tasks
 
     @property
-    def has_tasks(self) -> bool:
-        """Whether something that was spawned still runs."""
-        return self._running > 0
+    def tasks(self) -> int:
+        """How many of those that were spawned still run."""
+        return self._running
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         """Run a coroutine in the node's task group; its failure is the node's."""

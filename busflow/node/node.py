@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Coroutine
-from inspect import iscoroutinefunction, isfunction
-from typing import Any, TypeVar, TypeVarTuple, Unpack, overload
+from inspect import getattr_static, iscoroutinefunction, isfunction
+from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, overload
 
 import anyio.to_thread
 from structlog.typing import FilteringBoundLogger
@@ -22,8 +22,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.node.context import Rng
 from busflow.node.declarations import ParametersDeclaration
-from busflow.node.habits import Habits
-from busflow.node.inheritance import inherit
+from busflow.node.handlers import inherit
 from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame
@@ -35,7 +34,46 @@ Ts = TypeVarTuple("Ts")
 _HOOKS = frozenset({"declare", "start", "run", "stop"})
 
 
-class Node(Habits):
+_RCLPY = {
+    "add_on_set_parameters_callback": "a validator of the Parameters class",
+    "add_post_set_parameters_callback": "@on_parameters above def retune(self, old)",
+    "create_guard_condition": "an asyncio.Event",
+    "create_rate": "a timer, or await self.clock.sleep(0.1) in async def run(self)",
+    "declare_parameter": "a field of the Parameters class, with Field(default=1.0, ge=0, description=…)",
+    "declare_parameters": "a field of the Parameters class, with Field(default=1.0, ge=0, description=…)",
+    "destroy_node": "async def stop(self)",
+    "get_clock": "self.clock.now()",
+    "get_logger": 'self.log.info("text", x=x)',
+    "get_name": "self.name",
+    "get_parameter": "self.parameters.a",
+    "get_parameters": "self.parameters.a",
+    "set_parameters": 'graph.set_parameters("node", {"noise.imu": 0.5})',
+}
+"""Names that a node has in rclpy and not here, and what to write instead, in the words of docs/coming-from-rclpy.md."""
+
+
+class _RclpyName:
+    """Raises AttributeError for a name of rclpy's, and says what to write instead.
+
+    It stands in the class because a `__getattr__` would cost each attribute of a node some 80 ns on Python 3.11.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: object, owner: type) -> Never:
+        raise AttributeError(f"{owner.__name__} has no {self._name}, which is rclpy's; here it is {_RCLPY[self._name]}")
+
+
+class _RclpyNames:
+    """A class with rclpy's names, of which a node is one."""
+
+
+for _name in _RCLPY:  # one by one, so that type checkers do not take them for attributes
+    setattr(_RclpyNames, _name, _RclpyName(_name))
+
+
+class Node(_RclpyNames):
     """A unit of a robot's software: declares what it publishes and receives, and reacts.
 
     Subclass it, annotate `parameters` with your own `Parameters` class if there are any, declare endpoints with
@@ -206,6 +244,10 @@ class Node(Habits):
         shown = name or getattr(handler, "__name__", "timer")
         period = exact_period(period_s, hz, shown)
         return self._runtime.create_timer(period, handler, name=shown, missed=Missed(missed))
+
+    def __dir__(self) -> list[str]:
+        absent = {name for name in _RCLPY if isinstance(getattr_static(self, name), _RclpyName)}
+        return [name for name in super().__dir__() if name not in absent]
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._runtime.full_name}>"

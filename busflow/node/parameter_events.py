@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from structlog.typing import FilteringBoundLogger
 
+from busflow.bus import qos
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import PARAMETER_EVENTS
 from busflow.clock import Clock
 from busflow.errors import BusflowError
 from busflow.node.parameter_store import ParameterChange, ParameterStore
@@ -16,8 +17,6 @@ from busflow.node.parameter_store import ParameterChange, ParameterStore
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
     from busflow.msgs.rcl_interfaces import ParameterEvent
-
-TOPIC = "/parameter_events"
 
 
 class ParameterEvents:
@@ -56,19 +55,19 @@ class ParameterEvents:
 
     def tell(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
         """Tell of a change. Who listens with a QoS that does not fit hears nothing, and the log says so."""
-        topic = bus.topics.get(TOPIC)
+        topic = bus.topics.get(PARAMETER_EVENTS)
         if self._publisher is None and (topic is None or not topic.pushes):
             return
         try:
             self._publisher = self._publisher or self._created()
             self._publish(self._publisher, changes)
         except BusflowError as error:
-            self._log.warning("a change of parameters is not announced", topic=TOPIC, reason=str(error))
+            self._log.warning("a change of parameters is not announced", topic=PARAMETER_EVENTS, reason=str(error))
 
     def _created(self) -> Publisher[ParameterEvent]:
         from busflow.msgs.rcl_interfaces import ParameterEvent
 
-        return self._create(ParameterEvent, TOPIC, PARAMETER_EVENTS, origin="parameter events")
+        return self._create(ParameterEvent, PARAMETER_EVENTS, qos.PARAMETER_EVENTS, origin="parameter events")
 
     def _publish(self, publisher: Publisher[ParameterEvent], changes: Iterable[ParameterChange]) -> None:
         from busflow.node.parameter_messages import event_message

@@ -12,8 +12,7 @@ from pydantic import BaseModel
 
 from busflow.bus.timer import Timer, checked_period
 from busflow.errors import Fault, InvalidDeclaration, InvalidParameter, Place
-from busflow.node.parameter_changes import with_changes
-from busflow.node.parameters import ParameterInfo, Parameters, describe, unknown, value_of
+from busflow.node.parameters import ParameterInfo, Parameters, describe, unknown, value_of, with_changes
 from busflow.validation.faults import same, shown
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from structlog.typing import FilteringBoundLogger
 
@@ -14,11 +14,12 @@ from busflow.bus.endpoint import Endpoint, ServiceEndpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, checked_qos
 from busflow.bus.server import RequestHandler, Server
+from busflow.bus.statistics import NodeStatistics
 from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler
 from busflow.errors import BusflowError, InvalidDeclaration, NotRunning
 from busflow.interfaces.message import Message
-from busflow.node.callbacks import ParameterHandler
+from busflow.node.callbacks import EventHandler, ParameterHandler
 from busflow.node.context import Rng, Surroundings
 from busflow.node.declarations import (
     ClientDeclaration,
@@ -29,12 +30,10 @@ from busflow.node.declarations import (
     checked_service_type,
 )
 from busflow.node.endpoints import Ends
-from busflow.node.event_handler import EventHandler
-from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole
-from busflow.node.inheritance import declarations_of
+from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.lifetime import Life
 from busflow.node.parameter_events import ParameterEvents
-from busflow.node.parameter_store import ParameterStore, SetResult
+from busflow.node.parameter_store import Holder, ParameterStore, SetResult
 from busflow.node.parameters import Parameters
 from busflow.text import did_you_mean
 
@@ -42,16 +41,23 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from busflow.bus.bus import Bus
-    from busflow.node.node import Node
 
 M = TypeVar("M", bound=Message)
+
+
+class Declarer(Holder, Protocol):
+    """What a runtime needs of its node."""
+
+    def declare(self) -> None:
+        """Create what only the parameters decide."""
+        ...
 
 
 class NodeRuntime:
     """One node, from declaration to the end."""
 
-    def __init__(self, node: Node, name: str) -> None:
-        self.node = node
+    def __init__(self, node: Declarer, name: str) -> None:
+        self.node: Any = node
         self.name = name
         self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
         """With its namespace, from `declare` on."""
@@ -95,7 +101,7 @@ class NodeRuntime:
         self.life.be_called(self.full_name, self.log)
         self.parameters.stated = surroundings.parameter_source
         self.parameter_events = ParameterEvents(self.parameters, self.create_publisher, surroundings.clock, self.log)
-        for attribute, declaration in declarations_of(type(self.node)).items():
+        for attribute, declaration in declarations_of(self.node.__class__).items():
             try:
                 endpoint = self._create(declaration)
             except BusflowError as error:
@@ -231,7 +237,7 @@ class NodeRuntime:
     def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
         """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
         self._bus, self.life.dispatcher = bus, bus.dispatcher
-        bus.attach_parameters(self.parameters)
+        bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
         self.ends.connect(bus, before.ends.bequeath() if before else None)
 
@@ -245,7 +251,21 @@ class NodeRuntime:
     @property
     def is_busy(self) -> bool:
         """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
-        return self.life.has_tasks or self.ends.keep_busy
+        return self.life.tasks > 0 or self.ends.keep_busy
+
+    def statistics(self) -> NodeStatistics:
+        """What the node has on the bus and runs, as it stands now."""
+        ends = self.ends
+        return NodeStatistics(
+            node=self.full_name,
+            publishers=tuple(each.statistics() for each in ends.publishers),
+            subscriptions=tuple(each.statistics() for each in ends.subscriptions),
+            servers=tuple(each.statistics() for each in ends.servers),
+            clients=tuple(each.statistics() for each in ends.clients),
+            timers=tuple(each.statistics() for each in ends.timers),
+            tasks=self.life.tasks,
+            parameters_set=self.parameters.times_set,
+        )
 
     def open(self) -> None:
         """Begin to hand over messages, and to tick."""

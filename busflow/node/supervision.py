@@ -1,8 +1,8 @@
-"""Supervision: what is asked for a node: when it starts, what happens when it fails, and when it ends."""
+"""Supervision: what is asked for a node: when it starts, what happens when it fails, and when it ends or stops."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeVar
@@ -11,7 +11,6 @@ from busflow.errors import InvalidDeclaration
 
 if TYPE_CHECKING:
     from busflow.node.node import Node
-
 
 W = TypeVar("W", bound=StrEnum)
 
@@ -119,3 +118,82 @@ def supervised(
         for name, what in (depends_on or {}).items()
     }
     return Supervised(node, Supervision(policy, needs, _word(OnExit, "on_exit", on_exit)))
+
+
+class Backoff:
+    """When a node that ended is started anew, and when it is given up.
+
+    Pure: the time comes from outside, in seconds of the run's clock.
+
+    >>> backoff = Backoff(RestartPolicy(most=3, first_s=1, longest_s=3, window_s=60))
+    >>> [backoff.next_s(lived_s=0, now_s=at) for at in (0, 2, 5, 9)]
+    [1, 2, 3, None]
+    """
+
+    __slots__ = ("_policy", "_recent", "_row", "restarts")
+
+    def __init__(self, policy: RestartPolicy) -> None:
+        self.restarts = 0
+        """How often the node was started anew, or is about to be."""
+        self._policy = policy
+        self._recent: list[float] = []
+        self._row = 0
+
+    def next_s(self, *, lived_s: float, now_s: float) -> float | None:
+        """The pause before the next restart, counted as one; None when the limit is reached.
+
+        Args:
+            lived_s: How long the node has run since its start returned.
+            now_s: The run's time.
+        """
+        policy, recent = self._policy, self._recent
+        while recent and now_s - recent[0] >= policy.window_s:
+            del recent[0]
+        if len(recent) >= policy.most:
+            return None
+        recent.append(now_s)
+        self.restarts += 1
+        self._row = 0 if lived_s >= policy.window_s else self._row
+        pause_s = min(policy.longest_s, policy.first_s * 2 ** min(self._row, 64))
+        self._row += 1
+        return pause_s
+
+
+def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
+    """The names along a circle of those who wait for each other, the first one again at its end; empty without one.
+
+    >>> cycle({"/a": ["/b"], "/b": ["/c"], "/c": ["/b"]})
+    ['/b', '/c', '/b']
+    >>> cycle({"/a": ["/b", "/c"], "/b": ["/c"], "/c": []})
+    []
+    """
+    done: set[str] = set()
+    for name in needs:
+        way: list[tuple[str, list[str]]] = [(name, list(needs[name]))]
+        while way:
+            here, left = way[-1]
+            names = [each for each, _ in way]
+            following = left.pop(0) if left else None
+            if following is None:
+                done.add(here)
+                way.pop()
+            elif following in names:
+                return [*names[names.index(following) :], following]
+            elif following not in done and following in needs:
+                way.append((following, list(needs[following])))
+    return []
+
+
+def stop_order(names: Sequence[str], needs: Mapping[str, Collection[str]]) -> list[str]:
+    """The order to stop in: the last one first, but nobody before those who need him.
+
+    >>> stop_order(["/sensors", "/balance", "/motors"], {"/sensors": ["/motors"]})
+    ['/balance', '/sensors', '/motors']
+    """
+    left = list(reversed(names))
+    order: list[str] = []
+    while left:
+        free = next((name for name in left if not any(name in needs.get(other, ()) for other in left)), left[0])
+        left.remove(free)
+        order.append(free)
+    return order

@@ -19,10 +19,11 @@ from busflow.validation.faults import plain
 from busflow.wire.zenoh.run_directory import RunCard
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached, Bus
+    from busflow.bus.bus import Bus
     from busflow.launchfile.check.member import Member
     from busflow.launchfile.check.preflight import Plan
     from busflow.log import Log
+    from busflow.node.endpoints import Attached
     from busflow.node.parameter_store import SetResult
     from busflow.node.parameters import Parameters
 

@@ -10,17 +10,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.errors import BagError
 from busflow.launchfile.model.description import OnDrop
-from busflow.node import parameter_events
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2 import LACKING, REPORT
 from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
 from busflow.recording.recorder.destination import as_directory, named, refusal
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.share import Share
-from busflow.runner import rosout
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.text import did_you_mean, printable
@@ -160,7 +159,7 @@ class JointRecording(Extension):
         """Say which patterns meant nothing in any process."""
         selection = Selection(self._spec.topics, self._spec.exclude)
         names = [topic.name for topic in report.topics] + [service.name for service in report.services]
-        for name in (*names, rosout.TOPIC, parameter_events.TOPIC):
+        for name in (*names, ROSOUT, PARAMETER_EVENTS):
             selection.includes(name)
         for service in report.services:
             selection.includes(service.name, service.name + SUFFIX)

@@ -12,8 +12,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import ExitCode
-from busflow.node.backoff import Backoff
-from busflow.node.supervision import Restart
+from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
 from busflow.processes.pipe import record_of
@@ -104,7 +103,8 @@ class Member:
         self.report: Mapping[str, Any] | None = None
         """The last one of this life."""
         self.child: Child | None = None
-        self._spec, self._arguments, self._company, self._log = spec, [*arguments, "--process", spec.name], company, log
+        self.spec = spec
+        self._arguments, self._company, self._log = [*arguments, "--process", spec.name], company, log
         self._environment = {**environment, **spec.env}
         self._end: dict[str, Any] = {}
         self._stopping = asyncio.Event()
@@ -125,22 +125,12 @@ class Member:
     @property
     def policy(self) -> RestartPolicy:
         """When it is started anew."""
-        return self._spec.restart
+        return self.spec.restart
 
     @property
     def restarts(self) -> int:
         """How often it was started anew, or is about to be."""
         return self._backoff.restarts
-
-    @property
-    def env(self) -> Mapping[str, str]:
-        """Its own variables."""
-        return self._spec.env
-
-    @property
-    def nice(self) -> int:
-        """How much it gives way to others."""
-        return self._spec.nice
 
     @property
     def pid(self) -> int | None:

@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.patterns import Selection
 from busflow.bus.qos import QoS
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.rcl_interfaces import ParameterEvent
-from busflow.node import parameter_events
 from busflow.node.parameter_messages import event_message
 from busflow.node.parameter_store import ParameterChange
 from busflow.node.parameters import ParameterInfo
@@ -123,7 +123,7 @@ class Eavesdropper:
         support, now = TypeSupport(ParameterEvent), self._clock.now()
         number = 0
         for node, rows in sorted(found.items()):
-            number = number or self._announcer.announce(self._spool, parameter_events.TOPIC, support, [_PARAMETERS_QOS])
+            number = number or self._announcer.announce(self._spool, PARAMETER_EVENTS, support, [_PARAMETERS_QOS])
             changes = [ParameterChange(row["name"], None, row["value"]) for row in rows]
             infos = {row["name"]: ParameterInfo(row["name"], row["type"]) for row in rows}
             self._sequence += 1

@@ -7,13 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from busflow.bus.accounts import SubscriptionStatistics
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import ClientStatistics, ServerStatistics
-from busflow.bus.timer import TimerStatistics
+from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics, TimerStatistics
 from busflow.launchfile.model.placement import MAIN
-from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceReport, TopicReport
-from busflow.runner.watchdog import Blocks
+from busflow.runner.report import Blocks, NodeReport, ProcessReport, Report, ServiceReport, TopicReport
 
 if TYPE_CHECKING:
     from busflow.processes.member import Member
@@ -148,7 +145,7 @@ def _lines(
         same = next((each for each in left if (each.node, each.depth) == (line.node, line.depth)), None)
         if same is not None:
             left.remove(same)
-            line = line.merged(same)  # noqa: PLW2901  # the line of all lives so far
+            line = line + same  # noqa: PLW2901  # the line of all lives so far
         lines.append(line)
     return (*lines, *left)
 

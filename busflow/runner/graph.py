@@ -29,8 +29,8 @@ from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
-from busflow.runner.orphan_tasks import hear_of_strays
-from busflow.runner.report import Report, node_reports, service_reports, topic_reports
+from busflow.runner.orphan_tasks import OrphanTasks
+from busflow.runner.report import Report, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.supervisor import Overseer, Unit, outlast
@@ -149,7 +149,9 @@ class Graph:
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
-            begun.callback(hear_of_strays(loop, self.give_up))
+            if (tasks := OrphanTasks.of(loop)) is not None:
+                tasks.on_orphan.append(self.give_up)
+                begun.callback(tasks.on_orphan.remove, self.give_up)
             for extension in self.extensions:
                 extension.begin()
                 begun.callback(extension.end)
@@ -390,13 +392,13 @@ class Graph:
             clock=self.clock.kind,
             duration_s=self.clock.seconds() if self._duration_s is None else self._duration_s,
             exit_code=self.exit_code,
-            nodes=node_reports(self.units),
+            nodes=tuple(unit.statistics() for unit in self.units),
             topics=topic_reports(self.bus),
             services=service_reports(self.bus),
             timers=tuple(timer.statistics() for unit in self.units for timer in unit.runtime.ends.timers),
             inbox_dropped=self.bus.inbox.dropped,
             inbox_refused=self.bus.inbox.refused,
-            blocks=self.watchdog.blocks if self.watchdog else (),
+            blocks=self.watchdog.statistics() if self.watchdog else (),
             log_lines_lost=self.log.lost,
         )
         for extension in self.extensions:

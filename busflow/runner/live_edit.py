@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -13,8 +13,7 @@ from busflow.launchfile.check.member import Member
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import tell
-from busflow.node.node import parameters_class
-from busflow.node.parameters import describe, value_of
+from busflow.node.parameters import Parameters, describe, value_of
 from busflow.runner.extension import Extension
 from busflow.validation.faults import same
 
@@ -42,10 +41,12 @@ class Watch(Extension):
         self._log = graph.log.bind("busflow")
         self._times = _times(description.files)
         self._contents = _contents(description.files)
+        self._stated: dict[str, _Stated] = {}
         self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
         """Begin to look at the files."""
+        self._stated = _stated(self._graph.plan())
         self._task = asyncio.get_running_loop().create_task(self._live(), name="busflow.watch")
         self._task.add_done_callback(self._ended)
 
@@ -86,17 +87,17 @@ class Watch(Extension):
         if plan.errors:
             self._refuse(plan.errors)
             return new.files
-        found = revision(self._description, self._plan(self._description), new, plan)
+        found = revision(self._description, self._stated, new, plan)
+        self._description, self._stated = new, _stated(plan)
         tell(plan.problems, self._log, embedded=False)
         await apply(found, self._graph)
-        self._description = new
         self._log.info("follows the edited launch file", **(found.told() or {"changed": "nothing that runs"}))
         if found.later:
             self._log.warning("this change needs a restart of the run", keys=", ".join(found.later))
         return new.files
 
     def _plan(self, description: LaunchDescription) -> Plan:
-        """The nodes of a description as this graph would have them, which nobody starts yet."""
+        """The nodes of a description as this graph would have them, of which none is started."""
         graph = self._graph
         return Preflight(graph.clock, graph.log, seed=graph.seed, strict=graph.strict).plan([description])
 
@@ -152,9 +153,6 @@ class Revision:
     later: tuple[str, ...]
     """The keys whose change only another run will see."""
 
-    def __bool__(self) -> bool:
-        return any((self.parameters, self.leaving, self.coming, self.restarting, self.later))
-
     def told(self) -> dict[str, str]:
         """What is different, for the log."""
         parts = {
@@ -166,10 +164,25 @@ class Revision:
         return {key: ", ".join(names) for key, names in parts.items() if names}
 
 
-def revision(old: LaunchDescription, before: Plan, new: LaunchDescription, after: Plan) -> Revision:
-    """What is different, by the plans of both descriptions, of which neither has been started."""
-    present = {member.runtime.full_name: member for member in before.members}
-    parameters: dict[str, Mapping[str, object]] = {}
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """A node as its launch file states it, by an instance of which nothing has been started yet."""
+
+    shape: str
+    """Everything of it that cannot be changed while it runs."""
+    parameters: Parameters
+    """What it begins with; to set one while it runs is to have others."""
+
+
+def _stated(plan: Plan) -> dict[str, _Stated]:
+    """By name, the nodes of a plan that is yet to be started."""
+    return {member.runtime.full_name: _Stated(_shape(member), member.node.parameters) for member in plan.members}
+
+
+def revision(old: LaunchDescription, before: Mapping[str, _Stated], new: LaunchDescription, after: Plan) -> Revision:
+    """What is different between a description whose nodes were stated so, and one whose plan is yet to be started."""
+    present = dict(before)
+    changed: dict[str, Mapping[str, object]] = {}
     coming: list[Member] = []
     restarting: list[Member] = []
     for member in after.members:
@@ -177,14 +190,15 @@ def revision(old: LaunchDescription, before: Plan, new: LaunchDescription, after
         if former is None:
             coming.append(member)
             continue
-        changes = dict(_changes(former, member))
-        read_only = {info.name for info in describe(parameters_class(type(member.node))) if info.read_only}
-        if _shape(former) != _shape(member) or read_only & changes.keys():
+        parameters: Parameters = member.node.parameters
+        changes = dict(_changes(former.parameters, parameters))
+        read_only = {info.name for info in describe(type(parameters)) if info.read_only}
+        if former.shape != _shape(member) or read_only & changes.keys():
             restarting.append(member)
         elif changes:
-            parameters[member.runtime.full_name] = changes
+            changed[member.runtime.full_name] = changes
     later = (key for name, key in _LATER.items() if getattr(old, name) != getattr(new, name))
-    return Revision(parameters, tuple(present), tuple(coming), tuple(restarting), tuple(later))
+    return Revision(changed, tuple(present), tuple(coming), tuple(restarting), tuple(later))
 
 
 async def apply(revision: Revision, graph: Graph) -> None:
@@ -199,16 +213,15 @@ async def apply(revision: Revision, graph: Graph) -> None:
     graph.admit([*revision.restarting, *revision.coming])
 
 
-def _changes(former: Member, member: Member) -> Iterator[tuple[str, object]]:
+def _changes(before: Parameters, after: Parameters) -> Iterator[tuple[str, object]]:
     """The parameters whose values are different."""
-    before, after = former.node.parameters, member.node.parameters
-    for info in describe(parameters_class(type(member.node))) if type(former.node) is type(member.node) else ():
+    for info in describe(type(after)) if type(before) is type(after) else ():
         if not same(value_of(before, info.name), value_of(after, info.name)):
             yield info.name, value_of(after, info.name)
 
 
-def _shape(member: Member) -> Hashable:
-    """Everything of a node that it cannot be told while it runs."""
+def _shape(member: Member) -> str:
+    """Everything of a node that cannot be changed while it runs."""
     topics = [(end.topic, end.type, end.qos) for end in (*member.publishers, *member.subscriptions)]
     services = [(end.service, end.type) for end in (*member.servers, *member.clients)]
     spec = member.spec

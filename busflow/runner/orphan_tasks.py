@@ -1,10 +1,10 @@
-"""Strays: what nodes give to the event loop themselves, and who is told when it fails and nobody has asked.
+"""Orphan tasks: what nodes give to the event loop themselves fails its node, also where nothing awaits it.
 
-Theory of operation. asyncio tells of a task's exception that nobody has retrieved when the task is collected: late, or
-never while somebody holds it. So each loop that is busflow's makes tasks through `Strays`, which remembers on whose
-behalf: the node whose method the coroutine is, or whose code makes it, or that made the task which makes it. A task
-that fails has until its node's end to be awaited; the log says so before. What asyncio does tell, of a callback too,
-fails the node at once. A message costs nothing of this: busflow's own tasks are passed on as they are.
+Theory of operation. asyncio reports an exception that was never retrieved when the task is collected: late, or never
+while something holds it. So each loop of busflow's own makes its tasks through `OrphanTasks`, which notes their node:
+the one whose method the coroutine is or whose code makes it, or that of the task which makes it. A task that failed may
+be awaited until its node ends; the log warns before. What asyncio does report, of callbacks too, fails the node at
+once. The way of a message costs nothing more: a task that busflow makes for itself is made as it is.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import os
 import sys
 import warnings
 import weakref
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from traceback import walk_tb
-from types import FrameType, TracebackType
-from typing import Any, TextIO
+from types import FrameType
+from typing import Any
 
 import anyio
 
@@ -35,20 +35,17 @@ from busflow.text import printable
 from busflow.validation.tracebacks import blame, reason, shown
 
 PATIENCE_S = 0.1
-"""How long a task that failed may wait to be awaited until the log says that nobody has."""
+"""How long a task that failed may wait to be awaited until the log warns."""
 
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
-_NOT_THE_USERS = (_BUSFLOW, *_LIBRARIES)
 _LIFE: ContextVar[Life | None] = ContextVar("busflow_life", default=None)
 """Whose task runs, where a node made it itself."""
 
-OnLost = Callable[[Stray], None]
-
 
 @dataclass(frozen=True, slots=True)
-class _Unheard:
-    """A task that failed, of which it is not known yet whether anybody will ask."""
+class _Failed:
+    """A task that failed, and may still be awaited."""
 
     life: Life | None
     name: str
@@ -56,9 +53,9 @@ class _Unheard:
     task: weakref.ref[asyncio.Task[Any]]
 
     @property
-    def is_unheard(self) -> bool:
-        """Whether the task is still there, and nobody has retrieved its exception."""
-        return getattr(self.task(), "_log_traceback", False)  # what asyncio itself decides by; there is no public way
+    def is_awaited(self) -> bool:
+        """Whether its exception was retrieved, or asyncio has reported it as the task went."""
+        return not getattr(self.task(), "_log_traceback", False)  # what asyncio decides by; there is no public way
 
     @property
     def origin(self) -> str:
@@ -66,142 +63,120 @@ class _Unheard:
         return f"task {self.name} that nobody awaited: use self.spawn(…)"
 
 
-class Strays:
-    """Makes the tasks of one event loop, and hears of what failed there."""
+class OrphanTasks:
+    """Makes the tasks of one event loop, and finds what failed there and is awaited by nothing."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Have all tasks of this loop made here from now on."""
-        self.on_lost: list[OnLost] = []
-        """Who is told of what belongs to no node: the graphs that run on this loop."""
-        self.lost: list[Stray] = []
-        """What failed when no graph was there any more."""
+        """Make all tasks of this loop from now on."""
+        self.on_orphan: list[Callable[[Stray], None]] = []
+        """Called with each failure that is no node's: the graphs on this loop give up."""
+        self.left: list[Stray] = []
+        """The failures that came when there was no graph any more."""
         self._loop = loop
         self._make: Any = loop.get_task_factory() or _plain_task
-        self._failed: dict[int, _Unheard] = {}
+        self._failed: dict[int, _Failed] = {}
         loop.set_task_factory(self)
-        loop.set_exception_handler(self._hear)
+        loop.set_exception_handler(self._on_exception)
+
+    @classmethod
+    def of(cls, loop: asyncio.AbstractEventLoop) -> OrphanTasks | None:
+        """That of a loop, if the loop has one."""
+        return found if isinstance(found := loop.get_task_factory(), cls) else None
 
     def __call__(self, loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
         """Make a task, as asyncio asks for it."""
-        first: FrameType | None = getattr(coroutine, "cr_frame", None)
-        frames = [*_users([first]), *_users(_outwards(sys._getframe(1)))]  # noqa: SLF001  # documented in spite of its name
+        caller = sys._getframe(1)  # noqa: SLF001  # documented in spite of its name
+        frames = [*_user_frames(getattr(coroutine, "cr_frame", None)), *_user_frames(caller)]
         if not frames:
             return self._make(loop, coroutine, **options)
         life = _life_in(frames)
-        if life is None and asyncio.current_task(loop) is not None:  # a callback may be there on anybody's behalf
+        if (
+            life is None and asyncio.current_task(loop) is not None
+        ):  # a callback runs in any context there happens to be
             life = _LIFE.get()
         token = _LIFE.set(life)
         try:
             task: asyncio.Task[Any] = self._make(loop, coroutine, **options)
         finally:
             _LIFE.reset(token)
-        task.add_done_callback(partial(self._done, life, getattr(coroutine, "__name__", "")))
+        task.add_done_callback(partial(self._on_done, life, getattr(coroutine, "__name__", "")))
         return task
 
     def close(self, life: Life | None = None) -> None:
-        """A node has ended, or the loop: tasks that failed and were never awaited count as failures now."""
-        for stray in [each for each in self._failed.values() if life is None or each.life is life]:
-            del self._failed[id(stray.error)]
-            if stray.is_unheard:
-                self._fail(stray.life, stray.origin, stray.error)
-            if (task := stray.task()) is not None:
-                task.exception()  # asyncio need not tell it as well
+        """A node has ended, or the loop: its tasks that failed and were never awaited count as failures now."""
+        for failed in [each for each in self._failed.values() if life is None or each.life is life]:
+            del self._failed[id(failed.error)]
+            if not failed.is_awaited:
+                self._fail(failed.life, failed.origin, failed.error)
+            if (task := failed.task()) is not None:
+                task.exception()  # asyncio need not report it as well
 
-    def _done(self, life: Life | None, name: str, task: asyncio.Task[Any]) -> None:
+    def _on_done(self, life: Life | None, name: str, task: asyncio.Task[Any]) -> None:
         error: BaseException | None = getattr(task, "_exception", None)  # to ask for it would be to retrieve it
         if error is None:
             return
-        stray = _Unheard(life, name or task.get_name(), error, weakref.ref(task))
-        self._failed[id(error)] = stray
+        failed = self._failed[id(error)] = _Failed(life, name or task.get_name(), error, weakref.ref(task))
         if life is not None:
             life.on_end = partial(self.close, life)
-        self._loop.call_later(PATIENCE_S, self._look, stray)
+        self._loop.call_later(PATIENCE_S, self._warn, failed)
 
-    def _look(self, stray: _Unheard) -> None:
-        if not stray.is_unheard:
-            self._failed.pop(id(stray.error), None)
-        elif stray.life is not None:
-            place = blame(stray.error)
-            stray.life.log.warning(
-                "a task that the node made has failed, and nobody has awaited it: use self.spawn(…)",
-                task=stray.name,
-                error=reason(stray.error),
-                **({"at": str(place)} if place else {}),
-            )
+    def _warn(self, failed: _Failed) -> None:
+        if failed.is_awaited:
+            self._failed.pop(id(failed.error), None)
+        elif failed.life is not None:
+            at = {"at": str(place)} if (place := blame(failed.error)) else {}
+            text = "a task that the node made has failed, and nobody has awaited it: use self.spawn(…)"
+            failed.life.log.warning(text, task=failed.name, error=reason(failed.error), **at)
 
-    def _hear(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """What asyncio tells: a task that is gone with its exception, a callback that raised."""
+    def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """What asyncio reports: a task that is gone with its exception, a callback that raised."""
         error = context.get("exception")
+        if not isinstance(error, BaseException) or loop.is_closed() or not self.on_orphan:
+            loop.default_exception_handler(context)
         if not isinstance(error, BaseException):
-            loop.default_exception_handler(context)
             return
-        stray = self._failed.pop(id(error), None)
-        if stray is not None:
-            life, origin = stray.life, stray.origin
+        if (failed := self._failed.pop(id(error), None)) is not None:
+            life, origin = failed.life, failed.origin
         else:
-            frames = [frame for frame, _ in walk_tb(error.__traceback__)]
-            life = _life_in(frames[::-1])
-            error = error.with_traceback(_without_libraries(error.__traceback__))
+            life = _life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
             origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
-        if loop.is_closed() or not self.on_lost:
-            loop.default_exception_handler(context)
-        if not loop.is_closed():  # from any thread, where the collector works
+        if not loop.is_closed():  # in any thread, where the collector works
             loop.call_soon_threadsafe(self._fail, life, origin, error)
 
     def _fail(self, life: Life | None, origin: str, error: BaseException) -> None:
-        if life is not None and life.on_failure is not None and self.on_lost:
+        if life is not None and life.on_failure is not None and self.on_orphan:
             life.fail(f"{life.kind} ({origin})", error)
             return
-        whose = "no node is known for what" if life is None else f"node {life.name}"
-        lost = Stray(f"{whose} {Failure('', origin, error).summary}")
-        lost.__cause__ = error
-        for tell in self.on_lost or [self.lost.append]:
-            tell(lost)
+        owner = "no node is known for what" if life is None else f"node {life.name}"
+        orphan = Stray(f"{owner} {Failure('', origin, error).summary}")
+        orphan.__cause__ = error
+        for report in self.on_orphan or [self.left.append]:
+            report(orphan)
 
 
-def catch_strays(loop: asyncio.AbstractEventLoop) -> None:
-    """Have a loop, which has to be one of busflow's own, tell of what fails there."""
-    if not isinstance(loop.get_task_factory(), Strays):
-        Strays(loop)
+def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
+    return asyncio.Task(coroutine, loop=loop, **options)
 
 
-def hear_of_strays(loop: asyncio.AbstractEventLoop, on_lost: OnLost) -> Callable[[], None]:
-    """Be told of what fails on a loop and belongs to no node, if the loop is one of busflow's, until told otherwise."""
-    factory = loop.get_task_factory()
-    if not isinstance(factory, Strays):
-        return lambda: None
-    factory.on_lost.append(on_lost)
-    return partial(factory.on_lost.remove, on_lost)
-
-
-def lost_on(loop: asyncio.AbstractEventLoop) -> list[Stray]:
-    """What failed on a loop that is closed, and nobody was told of."""
-    factory = loop.get_task_factory()
-    if not isinstance(factory, Strays):
+def orphans_left(loop: asyncio.AbstractEventLoop) -> list[Stray]:
+    """The failures on a loop that is closed which no graph was there to have."""
+    if (tasks := OrphanTasks.of(loop)) is None:
         return []
-    factory.close()
-    return factory.lost
+    tasks.close()
+    return tasks.left
 
 
 @contextmanager
-def forgotten_awaits_told(log: Log) -> Generator[None]:
-    """Let the log say where a coroutine was made and never awaited, instead of Python on standard error."""
+def unawaited_logged(log: Log) -> Generator[None]:
+    """Log where a coroutine was made and never awaited, instead of Python's warning on standard error."""
     before = warnings.showwarning
 
-    def show(
-        message: Warning | str,
-        category: type[Warning],
-        filename: str,
-        lineno: int,
-        file: TextIO | None = None,
-        line: str | None = None,
-    ) -> None:
+    def show(message: Warning | str, category: type[Warning], filename: str, lineno: int, *rest: Any) -> None:
         if not (issubclass(category, RuntimeWarning) and str(message).endswith(" was never awaited")):
-            before(message, category, filename, lineno, file, line)
+            before(message, category, filename, lineno, *rest)
             return
-        life = _life_in(list(_users(_outwards(sys._getframe(1)))))  # noqa: SLF001  # as above
-        told = log.bind("busflow") if life is None else life.log
-        told.warning(
+        life = _life_in(_user_frames(sys._getframe(1)))  # noqa: SLF001  # as above
+        (log.bind("busflow") if life is None else life.log).warning(
             f"{message}, so nothing of it has run: write await before the call", at=f"{shown(filename)}:{lineno}"
         )
 
@@ -212,31 +187,15 @@ def forgotten_awaits_told(log: Log) -> Generator[None]:
         warnings.showwarning = before
 
 
-def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
-    return asyncio.Task(coroutine, loop=loop, **options)
-
-
-def _without_libraries(trace: TracebackType | None) -> TracebackType | None:
-    """A traceback from the user's first line on: the loop's own are no place to look at."""
-    while trace is not None and trace.tb_next and trace.tb_frame.f_code.co_filename.startswith(_LIBRARIES):
-        trace = trace.tb_next
-    return trace
-
-
-def _outwards(frame: FrameType | None) -> Iterator[FrameType | None]:
-    """A frame and those around it, up to where busflow called."""
+def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
+    """A frame and those around it up to where busflow called, without those of libraries."""
     while frame is not None and not frame.f_code.co_filename.startswith(_BUSFLOW):
-        yield frame
+        if not frame.f_code.co_filename.startswith(_LIBRARIES):
+            yield frame
         frame = frame.f_back
 
 
-def _users(frames: Iterator[FrameType | None] | list[FrameType | None]) -> Iterator[FrameType]:
-    for frame in frames:
-        if frame is not None and not frame.f_code.co_filename.startswith(_NOT_THE_USERS):
-            yield frame
-
-
-def _life_in(frames: list[FrameType]) -> Life | None:
+def _life_in(frames: Iterable[FrameType]) -> Life | None:
     """That of the first node whose method is among the frames."""
     for frame in frames:
         code = frame.f_code

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.accounts import SubscriptionStatistics
+from busflow.bus.endpoint import ROSOUT
+from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
-from busflow.runner import rosout
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.bus.statistics import ClientStatistics, ServerStatistics
-    from busflow.bus.timer import TimerStatistics
+    from busflow.bus.statistics import ClientStatistics, ServerStatistics, TimerStatistics
     from busflow.errors import ExitCode
-    from busflow.runner.supervisor import Unit
-    from busflow.runner.watchdog import Blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +68,16 @@ class ProcessReport:
     state: str = "running"
     fates: tuple[str, ...] = ()
     """How those of its lives ended that did not end well; what is known of them is no older than half a second."""
+
+
+@dataclass(slots=True)
+class Blocks:
+    """How often one handler blocked the loop."""
+
+    node: str
+    handler: str
+    count: int = 0
+    longest_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +136,7 @@ class Report:
             "nodes": [asdict(node) for node in self.nodes],
             "topics": [_topic_json(topic) for topic in self.topics],
             "services": [asdict(service) for service in self.services],
-            "timers": [_timer_json(timer) for timer in self.timers],
+            "timers": [asdict(timer) for timer in self.timers],
             "inbox": {"dropped": self.inbox_dropped, "refused": self.inbox_refused},
             "blocks": [asdict(each) for each in self.blocks],
             "log_lines_lost": self.log_lines_lost,
@@ -141,43 +147,26 @@ class Report:
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
     """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
-    ledger = list(bus.ledger())
-    topics = [topic for topic in bus.topics.values() if topic.name != rosout.TOPIC or topic.published]
     return tuple(
         TopicReport(
-            name=topic.name,
-            type=type_name(topic.type),
-            published=topic.published,
-            arrived=topic.arrived,
+            name=each.topic,
+            type=type_name((topic := bus.topics[each.topic]).type),
+            published=each.published,
+            arrived=each.arrived,
             since_s=max(0, topic.since_ns - topic.clock.monotonic_ns() + topic.clock.elapsed_ns()) / 1e9,
-            losses=dict(topic.losses),
-            subscriptions=tuple(line for line in ledger if line.topic == topic.name),
+            losses=each.losses,
+            subscriptions=each.subscriptions,
         )
-        for topic in sorted(topics, key=lambda topic: topic.name)
+        for each in (bus.topics[name].statistics() for name in sorted(bus.topics))
+        if each.topic != ROSOUT or each.published
     )
 
 
 def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
     """The bus's services by name, each with the accounts of both its ends."""
     return tuple(
-        ServiceReport(service.name, type_name(service.type), tuple(service.servers()), tuple(service.asking()))
-        for service in sorted(bus.services.values(), key=lambda service: service.name)
-    )
-
-
-def node_reports(units: Sequence[Unit]) -> tuple[NodeReport, ...]:
-    """The run's nodes, in the order of the launch file."""
-    return tuple(
-        NodeReport(
-            name=unit.name,
-            plugin=unit.plugin,
-            state=unit.state.value,
-            parameters_set=unit.runtime.parameters.times_set,
-            restarts=unit.restarts,
-            failures=unit.failure_count,
-            last_failure=unit.failure and unit.failure.summary,
-        )
-        for unit in units
+        ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
+        for each in (bus.services[name].statistics() for name in sorted(bus.services))
     )
 
 
@@ -189,29 +178,10 @@ def _topic_json(topic: TopicReport) -> dict[str, Any]:
         "arrived": topic.arrived,
         "since_s": topic.since_s,
         "losses": topic.losses,
-        "subscriptions": [
-            {
-                "node": line.node,
-                "depth": line.depth,
-                "overflow": line.overflow.value,
-                "published": line.published,
-                "delivered": line.delivered,
-                "dropped": line.dropped,
-                "queued": line.queued,
-                "drops": line.drops,
-            }
-            for line in topic.subscriptions
-        ],
+        "subscriptions": [_subscription_json(line) for line in topic.subscriptions],
     }
 
 
-def _timer_json(timer: TimerStatistics) -> dict[str, Any]:
-    return {
-        "node": timer.node,
-        "name": timer.name,
-        "period_s": timer.period_s,
-        "fired": timer.fired,
-        "missed": timer.missed,
-        "lateness_p50_s": timer.lateness_p50_s,
-        "lateness_p99_s": timer.lateness_p99_s,
-    }
+def _subscription_json(line: SubscriptionStatistics) -> dict[str, Any]:
+    plain = asdict(line) | {"overflow": line.overflow.value}
+    return {key: value for key, value in plain.items() if key not in {"topic", "deadlines_missed"}}

@@ -9,7 +9,7 @@ from __future__ import annotations
 from threading import get_ident
 from typing import TYPE_CHECKING
 
-from busflow.bus.endpoint import Endpoint
+from busflow.bus.endpoint import LOG_NODE, ROSOUT, Endpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, QoS
 from busflow.bus.subscription import Subscription
@@ -18,12 +18,10 @@ from busflow.log import LEVELS, Log, LogRecord, values_text
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached, Bus
+    from busflow.bus.bus import Bus
     from busflow.msgs.rcl_interfaces import Log as LogMessage
+    from busflow.node.endpoints import Attached
 
-TOPIC = "/rosout"
-NODE = "/_log"
-"""Who publishes it, for all nodes of the run."""
 _DEPTH = 1000
 _NS_PER_S = 1_000_000_000
 
@@ -50,17 +48,17 @@ class Rosout:
         from busflow.msgs.rcl_interfaces import Log as LogMessage
 
         qos = QoS(depth=_DEPTH, durability=durability)
-        publisher = Publisher(LogMessage, Endpoint(NODE, TOPIC, LogMessage, qos, "the run's log", TOPIC))
+        publisher = Publisher(LogMessage, Endpoint(LOG_NODE, ROSOUT, LogMessage, qos, "the run's log", ROSOUT))
         self._publisher = publisher
         try:
             self._bus.attach_publisher(publisher)
         except BusflowError as error:
-            self._log.bind("busflow").warning(f"the log is not published on {TOPIC}: {error}")
+            self._log.bind("busflow").warning(f"the log is not published on {ROSOUT}: {error}")
             return
         self._log.sinks.append(self._write)
 
     def _on_attach(self, attached: Attached) -> None:
-        if isinstance(attached, Subscription) and attached.topic == TOPIC:
+        if isinstance(attached, Subscription) and attached.topic == ROSOUT:
             self.announce(attached.endpoint.qos.durability)
 
     def _write(self, record: LogRecord) -> None:
@@ -69,7 +67,7 @@ class Rosout:
             return
         if record.process:  # which publishes it itself
             return
-        if any(each.endpoint.node == record.node for each in self._bus.topics[TOPIC].subscriptions):
+        if any(each.endpoint.node == record.node for each in self._bus.topics[ROSOUT].subscriptions):
             return
         self._publishing.add(thread)
         try:

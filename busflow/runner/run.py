@@ -13,7 +13,7 @@ from busflow.runner.extension import Extension
 from busflow.runner.garbage import StepwiseCollection
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory, answers, new_event_loop
-from busflow.runner.orphan_tasks import catch_strays, forgotten_awaits_told, lost_on
+from busflow.runner.orphan_tasks import OrphanTasks, orphans_left, unawaited_logged
 from busflow.runner.signals import SignalGuard
 from busflow.runner.supervisor import Unit
 
@@ -42,17 +42,22 @@ def run_graph(
         await graph.wait()
 
     guard = SignalGuard(graph.ask_to_stop_from_thread, grace_s=graph.grace_s + 0.1, around_s=graph.end_s)
-    told = forgotten_awaits_told(graph.log)
-    with guard, told, closing(StepwiseCollection()) as collection, asyncio.Runner(loop_factory=loop_factory) as runner:
+    with (
+        guard,
+        unawaited_logged(graph.log),
+        closing(StepwiseCollection()) as collection,
+        asyncio.Runner(loop_factory=loop_factory) as runner,
+    ):
         graph.attach(_Program(guard, collection, for_s if graph.clock.kind == "system" else None))
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
-        catch_strays(loop)
+        if OrphanTasks.of(loop) is None:
+            OrphanTasks(loop)
         try:
             runner.run(main())
         finally:  # what still works in threads of its own does not keep the program from ending
             guard.count_down(graph.exit_code)
-    for lost in lost_on(loop):
-        graph.give_up(lost)
+    for orphan in orphans_left(loop):
+        graph.give_up(orphan)
     graph.check()
     return graph.exit_code
 

@@ -13,10 +13,10 @@ import anyio.abc
 
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
-from busflow.node.backoff import Backoff
 from busflow.node.factory import rebuild
 from busflow.node.node import Node, runtime_of
-from busflow.node.supervision import Condition, OnExit, Restart, Supervision
+from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
+from busflow.runner.report import NodeReport
 
 START_TIMEOUT_S = 10.0
 """How long a node's `start` may take, in wall time, and its `stop` before it is started anew."""
@@ -60,7 +60,7 @@ class Unit:
 
     def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
         """A unit that `live` will carry."""
-        self.node = node
+        self.node: Node = node
         self.plugin = plugin
         self.supervision = supervision or Supervision()
         self.runtime = runtime_of(node)
@@ -104,6 +104,18 @@ class Unit:
     def restarts(self) -> int:
         """How often the node was started anew, or is about to be."""
         return self._backoff.restarts
+
+    def statistics(self) -> NodeReport:
+        """The node's line of the report."""
+        return NodeReport(
+            name=self.name,
+            plugin=self.plugin,
+            state=self.state.value,
+            parameters_set=self.runtime.parameters.times_set,
+            restarts=self.restarts,
+            failures=self.failure_count,
+            last_failure=self.failure and self.failure.summary,
+        )
 
     async def live(self) -> None:
         """Start the node, let it run until it ends, fails or is asked to stop, and stop it; then anew, if asked."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import Clock, perf_counter
 from busflow.errors import NotRunning
-from busflow.node.dependencies import stop_order
 from busflow.node.node import Node
+from busflow.node.supervision import stop_order
 from busflow.runner.supervisor import Overseer, Unit
 from busflow.text import did_you_mean
 

@@ -14,7 +14,6 @@ import sys
 import threading
 import traceback
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -23,9 +22,10 @@ from busflow.bus.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.clock import perf_counter
-from busflow.node.event_handler import EventHandler
+from busflow.node.callbacks import EventHandler
 from busflow.node.lifetime import Life
 from busflow.runner.loops import system as event_loop
+from busflow.runner.report import Blocks
 from busflow.runner.supervisor import Unit
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
@@ -46,16 +46,6 @@ _IDLE = {
 """Where a loop is that waits for something to do."""
 
 
-@dataclass(slots=True)
-class Blocks:
-    """How often one handler blocked the loop."""
-
-    node: str
-    handler: str
-    count: int = 0
-    longest_s: float = 0.0
-
-
 class Watchdog:
     """Watches one event loop, from `begin` to `close`."""
 
@@ -66,9 +56,8 @@ class Watchdog:
         self._last_s: dict[str, float] = {}
         self._ended = threading.Event()
 
-    @property
-    def blocks(self) -> tuple[Blocks, ...]:
-        """Who blocked the loop, in the order in which they first did."""
+    def statistics(self) -> tuple[Blocks, ...]:
+        """The handlers that blocked the loop, in the order in which they first did."""
         return tuple(self._found.values())
 
     @property

@@ -18,8 +18,8 @@ from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
 from busflow.interfaces.message import Message, type_name
 from busflow.launchfile.check.preflight import Member
 from busflow.launchfile.model.description import LaunchDescription
-from busflow.launchfile.model.faults import problems
 from busflow.launchfile.model.keys import ExpectKeys, TopicExpectationKeys
+from busflow.launchfile.model.problems import problems
 from busflow.launchfile.yaml.value import Origin, Source, Value
 from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header

@@ -53,7 +53,7 @@ class Faults:
         if topic not in self._faults:
             self._faults[topic] = Fault()
             for subscription in self._bus.topics[topic].subscriptions:
-                self._interpose(subscription)
+                self._interpose(cast("Subscription[Any]", subscription))
         return self._faults[topic]
 
     def _on_attach(self, attached: object) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import linecache
 import os
 import traceback
@@ -10,9 +9,8 @@ from pathlib import Path
 
 from busflow.errors import Place
 
-_MACHINERY = tuple(
-    str(folder) + os.sep for folder in (Path(__file__).resolve().parents[1], Path(importlib.__file__).resolve().parent)
-)
+_STANDARD = (Path(traceback.__file__).resolve().with_name(name) for name in ("asyncio", "importlib"))
+_MACHINERY = tuple(str(folder) + os.sep for folder in (Path(__file__).resolve().parents[1], *_STANDARD))
 
 
 def blame(error: BaseException) -> Place | None:

@@ -174,7 +174,7 @@ class BusModel(RuleBasedStateMachine):
     @rule(which=WHICH)
     def remove_subscription(self, which):
         receiver = self.receivers.pop(which % len(self.receivers))
-        self.bus.detach_subscription(receiver.end)
+        receiver.end.close()
         if receiver.pulled:
             assert [self.stepped(anext(receiver.end)).data for _ in receiver.queue] == list(receiver.queue)
             with pytest.raises(StopAsyncIteration):

@@ -8,13 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.bus import qos
 from busflow.bus.qos import PRESETS, Durability, Liveliness, QoS, Reliability
-from busflow.bus.qos_matching import Verdict, best_available, compatibility
+from busflow.bus.qos_matching import Verdict, compatibility
 
 FOLDER = Path(__file__).parents[1] / "cases"
 COMPAT = json.loads((FOLDER / "a_qos_compat.json").read_text(encoding="utf-8"))
-BEST = json.loads((FOLDER / "a_qos_best_available.json").read_text(encoding="utf-8"))["cases"]
 
 
 def profile(fields):
@@ -99,30 +97,10 @@ def test_doing_what_the_fix_says_mends_the_pair(offered, requested):
 
 
 @given(profiles)
-def test_what_busflow_itself_decides_fits_itself(one):
-    definite = best_available(QoS.merge(one), [], publisher=True)
-    if "unknown" not in (definite.reliability, definite.durability, definite.liveliness):
-        assert compatibility(definite, definite).verdict is Verdict.OK
-
-
-@pytest.mark.parametrize("case", BEST, ids=lambda case: case["id"])
-def test_best_available_is_decided_by_the_peers(case):
-    peers = [profile(peer) for peer in case["peers"]]
-    given = case.get("given") or case.get("profile") or {}
-    merged = QoS.merge(qos.BEST_AVAILABLE, profile(given))
-    found = best_available(merged, peers, publisher=case["role"] == "publisher")
-    assert {name: getattr(found, name) for name in ("reliability", "durability", "liveliness")} == {
-        name: case["expect"][name] for name in ("reliability", "durability", "liveliness")
-    }
-    for name in ("deadline", "lease"):
-        seconds = getattr(found, f"{name}_s")
-        assert (seconds and round(seconds * 1e9)) == case["expect"][f"{name}_ns"]
-
-
-def test_what_is_definite_stays_as_it_is():
-    stated = QoS.merge(qos.BEST_AVAILABLE, QoS(durability=Durability.VOLATILE, deadline_s=3))
-    found = best_available(stated, [QoS(deadline_s=1)], publisher=True)
-    assert (found.durability, found.deadline_s, found.reliability) == ("volatile", 3.0, "reliable")
+def test_what_is_definite_fits_itself(one):
+    merged = QoS.merge(one)
+    if not {"unknown", "best_available"} & {merged.reliability, merged.durability, merged.liveliness}:
+        assert compatibility(merged, merged).verdict is Verdict.OK
 
 
 def test_a_pair_of_presets_gives_no_doubt_once_merged():

@@ -76,7 +76,7 @@ class Adder(Node):
 
 def line(lab, name):
     """The account of a service's only server."""
-    (found,) = lab.graph.bus.services[name].servers()
+    (found,) = lab.graph.bus.services[name].statistics().servers
     return found
 
 

@@ -244,7 +244,7 @@ async def test_a_handler_that_closes_its_own_subscription_gets_no_more(make_benc
 
     def handle(message):
         values.append(message.data)
-        bench.bus.detach_subscription(subscription)
+        subscription.close()
 
     subscription = bench.subscription(handle)
     publisher = bench.publisher()
@@ -280,7 +280,7 @@ async def test_an_iteration_ends_when_the_subscription_does_after_what_still_wai
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     publish(publisher, 1, 2)
-    bench.bus.detach_subscription(subscription)
+    subscription.close()
     publish(publisher, 3)
     assert [message.data async for message in subscription] == [1, 2]
     assert [message async for message in subscription] == []
@@ -296,7 +296,7 @@ async def test_an_iteration_that_waits_ends_when_the_subscription_does(make_benc
 
     collecting = asyncio.create_task(collect())
     await settle()
-    bench.bus.detach_subscription(subscription)
+    subscription.close()
     assert await collecting == []
 
 
@@ -394,7 +394,7 @@ async def test_counting_starts_when_a_subscription_comes_and_ends_when_it_goes(m
     publish(publisher, 1, 2)
     subscription = bench.subscription()
     publish(publisher, 3)
-    bench.bus.detach_subscription(subscription)
+    subscription.close()
     publish(publisher, 4)
     assert subscription.published == 1
     assert subscription.publisher_count == 0
@@ -428,7 +428,7 @@ async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
     await settle()
     publish(publisher, 3)
     after = Subscription(Int64, before.endpoint, lambda message: values.append(message.data))
-    bench.bus.replace_subscription(before, after, bench.failures.append)
+    bench.bus.attach_subscription(after, bench.failures.append, before)
     after.open()
     publish(publisher, 4)
     await settle()
@@ -523,7 +523,7 @@ async def test_a_deadline_runs_from_the_first_message_and_is_told_once_per_perio
     assert (publisher.deadlines_missed, subscription.statistics().deadlines_missed) == (2, 2)
     publish(publisher, 3)
     publisher.close()
-    bench.bus.detach_subscription(subscription)
+    subscription.close()
     await asyncio.sleep(10)
     assert sum(isinstance(event, DeadlineMissed) for event in events) == 4
 
@@ -666,7 +666,7 @@ async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_o
     await asyncio.sleep(0.6)
     after = Subscription(Int64, before.endpoint, lambda _message: None)
     after.on_event = events.append
-    bench.bus.replace_subscription(before, after, bench.failures.append)
+    bench.bus.attach_subscription(after, bench.failures.append, before)
     assert told == [("left", before), ("came", after)]
     await asyncio.sleep(0.6)
     assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]

@@ -148,7 +148,7 @@ async def test_expired_messages_are_not_delivered(make_bench, case):
         if tick % 32 == 0:
             subscription = bench.subscription(lambda message: received.append(message.data), **limits)
         if tick % 32 == 16:
-            bench.bus.detach_subscription(subscription)
+            subscription.close()
         publish(publisher, tick)
         await asyncio.sleep(given["publish_period_s"])
     assert publisher.published * 2 / 5 < len(received) < publisher.published
@@ -242,7 +242,7 @@ async def test_what_a_publisher_keeps_for_newcomers_is_kept_by_its_successor(mak
     for value in (1, 2, 3):
         before.publish(Int64(data=value))
     after = Publisher(Int64, before.endpoint)
-    bench.bus.replace_publisher(before, after)
+    bench.bus.attach_publisher(after, before)
     with pytest.raises(NotRunning):
         before.publish(Int64(data=4))
     after.publish(Int64(data=4))

@@ -14,8 +14,7 @@ from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration
 from busflow.msgs.std_msgs import Bool, Int64, String
 from busflow.node.declarations import PublisherDeclaration, PullDeclaration, TimerDeclaration
-from busflow.node.handlers import Handler, on_event
-from busflow.node.inheritance import declarations_of
+from busflow.node.handlers import Handler, declarations_of, on_event
 from busflow.testing import virtual_time
 
 if TYPE_CHECKING:

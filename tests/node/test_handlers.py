@@ -9,8 +9,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import SetBool, Trigger
-from busflow.node.handlers import Handler, ServiceRole
-from busflow.node.inheritance import declarations_of
+from busflow.node.handlers import Handler, ServiceRole, declarations_of
 from busflow.testing import harness, virtual_time
 
 

@@ -34,7 +34,7 @@ SKIPPED = {
     "otp/one_for_all": "each node is restarted alone: whoever needs a fresh start of another one is no node of its own",
     "otp/rest_for_one": "as one_for_all",
     "otp/temporary-bystander": "as one_for_all",
-    "otp/defaults": "busflow's own: test_backoff.py",
+    "otp/defaults": "busflow's own: test_supervision_backoff.py",
     "otp/spec-not-a-map": "tests/launchfile/mistakes.txt",
     "otp/stop-infinity": "a run always ends within its grace",
     "otp/no-memory-for-temporary": "nodes are not added to a run",
@@ -50,7 +50,7 @@ SKIPPED = {
     "launch/sigint": "a node in a process of its own: later",
     "launch/include-missing-argument": "tests/launchfile/test_arguments.py",
 }
-ELSEWHERE = ("intensity/", "kubernetes/")  # test_backoff.py
+ELSEWHERE = ("intensity/", "kubernetes/")  # test_supervision_backoff.py
 HERE = {
     "otp/init-fails": "test_a_class_that_fails_when_it_is_built_anew_counts_as_a_life_until_the_limit",
     "otp/one_for_one": "test_only_the_node_that_failed_is_built_anew",
@@ -60,7 +60,7 @@ HERE = {
     "otp/stop-order-timeout": "test_supervisor.py: a stop that takes longer than the grace",
     "otp/stop-in-parallel-bound": "test_supervisor.py: a stop that takes longer than the grace",
     "otp/hanging-restart-loop": "test_a_run_stops_at_once_whatever_a_node_is_waiting_for",
-    "systemd/start-limit": "test_backoff.py: the standard policy outlasts",
+    "systemd/start-limit": "test_supervision_backoff.py: the standard policy outlasts",
     "launch/respawn-delay": "test_a_pause_is_of_the_run_s_clock",
     "launch/respawn-max-retries": "test_a_node_that_fails_too_often_ends_the_run",
     "launch/shutdown-preempts-timers": "test_a_run_stops_at_once_whatever_a_node_is_waiting_for",

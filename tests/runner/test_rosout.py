@@ -1,11 +1,12 @@
 """`/rosout`: the log as a topic, for whoever receives it, and for nobody else."""
 
 from busflow import Node, publisher, subscription
+from busflow.bus.endpoint import ROSOUT
 from busflow.bus.qos import QoS
 from busflow.log import LogRecord
 from busflow.msgs.rcl_interfaces import Log
 from busflow.msgs.std_msgs import Int64
-from busflow.runner.rosout import TOPIC, log_message
+from busflow.runner.rosout import log_message
 from busflow.testing import harness, virtual_time
 
 
@@ -23,7 +24,7 @@ class Listener(Node):
         super().__init__()
         self.heard: list[Log] = []
 
-    @subscription(TOPIC)
+    @subscription(ROSOUT)
     def on_line(self, line: Log) -> None:
         self.heard.append(line)
         self.log.info("heard a line")
@@ -43,10 +44,10 @@ async def test_a_node_hears_what_the_others_log_and_not_itself():
 async def test_where_nobody_listens_there_is_no_topic():
     async with harness(Talker()) as robot:
         robot.node(Talker).say("alone")
-        assert TOPIC not in robot.graph.bus.topics
+        assert ROSOUT not in robot.graph.bus.topics
         robot.graph.rosout.announce()
         robot.node(Talker).say("still alone")
-        assert robot.graph.bus.topics[TOPIC].published == 0
+        assert robot.graph.bus.topics[ROSOUT].published == 0
         assert [topic.name for topic in robot.graph.report().topics] == []
 
 
@@ -54,9 +55,9 @@ async def test_where_nobody_listens_there_is_no_topic():
 async def test_who_comes_later_hears_from_then_on_and_a_latched_one_what_was_published():
     async with harness(Talker()) as robot:
         robot.node(Talker).say("before")
-        first = robot.graph.subscribe(Log, TOPIC, qos=QoS(durability="transient_local"))
+        first = robot.graph.subscribe(Log, ROSOUT, qos=QoS(durability="transient_local"))
         robot.node(Talker).say("after")
-        second = robot.graph.subscribe(Log, TOPIC, qos=QoS(durability="transient_local"))
+        second = robot.graph.subscribe(Log, ROSOUT, qos=QoS(durability="transient_local"))
         await robot.settle()
         assert [first.latest and first.latest.msg, second.latest and second.latest.msg] == ["after", "after"]
 
@@ -64,7 +65,7 @@ async def test_who_comes_later_hears_from_then_on_and_a_latched_one_what_was_pub
 @virtual_time
 async def test_a_full_queue_that_blocks_does_not_make_logging_fail():
     async with harness(Talker()) as robot:
-        waiting = robot.graph.subscribe(Log, TOPIC, qos=QoS(depth=1, overflow="block"))
+        waiting = robot.graph.subscribe(Log, ROSOUT, qos=QoS(depth=1, overflow="block"))
         for _ in range(3):
             robot.node(Talker).say("on and on")
         assert robot.graph.rosout.refused == 2
@@ -76,7 +77,7 @@ class Wrong(Node):
 
     numbers = publisher(Int64, "numbers")
 
-    @subscription(TOPIC)
+    @subscription(ROSOUT)
     def on_number(self, number: Int64) -> None:
         pass
 

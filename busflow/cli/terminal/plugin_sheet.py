@@ -18,8 +18,7 @@ from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.launchfile.check.preflight import Preflight
 from busflow.log import Log
 from busflow.node.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
-from busflow.node.handlers import Handler, ServiceRole, SubscriptionRole
-from busflow.node.inheritance import declarations_of
+from busflow.node.handlers import Handler, ServiceRole, SubscriptionRole, declarations_of
 from busflow.node.node import default_name, parameters_class
 from busflow.node.parameters import ParameterInfo, describe
 from busflow.node.plugins import load

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import Problem, Severity
-from busflow.launchfile.model.faults import problem_at
 from busflow.launchfile.model.network import TLS, NetworkSpec, StatedFile
+from busflow.launchfile.model.problems import problem_at
 
 if TYPE_CHECKING:
     from busflow.clock import Time

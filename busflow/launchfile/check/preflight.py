@@ -13,18 +13,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, cast
 
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
-from busflow.launchfile.check.conflicts import conflicts
-from busflow.launchfile.check.endpoints import idle_specs, loose_ends
+from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
 from busflow.launchfile.check.member import Member
 from busflow.launchfile.check.supervision import supervision_problems
-from busflow.launchfile.model.description import Doubt, EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
-from busflow.launchfile.model.faults import parameter_problems, problem_at
+from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
+from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import as_seen_from, idle_places
-from busflow.launchfile.model.problems import in_order
+from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.yaml.value import Source
-from busflow.node import parameter_events, plugins
+from busflow.node import plugins
 from busflow.node.context import Surroundings
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node
@@ -190,7 +190,7 @@ def _source(spec: NodeSpec, name: str) -> ValueSource | None:
 
 def _announce_parameters(members: Sequence[Member]) -> None:
     """Where a node listens to changes of parameters, the others publish them from the start."""
-    if any(endpoint.topic == parameter_events.TOPIC for member in members for endpoint in member.subscriptions):
+    if any(endpoint.topic == PARAMETER_EVENTS for member in members for endpoint in member.subscriptions):
         for member in members:
             member.runtime.parameter_events.declare()
 

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from busflow.errors import Problem
-from busflow.launchfile.model.faults import problem_at
-from busflow.node.dependencies import cycle
-from busflow.node.supervision import Condition, Restart
+from busflow.launchfile.model.problems import problem_at
+from busflow.node.supervision import Condition, Restart, cycle
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:

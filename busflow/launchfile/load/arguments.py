@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, cast
@@ -12,10 +12,11 @@ from pydantic import ValidationError, create_model
 from busflow.errors import Fault, LaunchError, Problem
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.description import Argument
-from busflow.launchfile.model.faults import key_origin, problem_at, problems
 from busflow.launchfile.model.keys import ArgumentKeys
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.model.problems import problems as located
 from busflow.launchfile.yaml.document import parse_value
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.annotations import Bounds, StrictModel
 from busflow.validation.faults import faults, shown
@@ -91,13 +92,13 @@ def _bind(
         included = entry.origin.included_from
         fix = f"add `{name}:` to the `args` of the include" if included else f"add {name}:=<{keys.type}> to the command"
         message = f"the argument {name} has no value"
-        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)), doubt=None)
+        resolver.problems.add(problem_at("missing-argument", message, fix, key_origin(entry)), left_out=())
         found.broken.add(name)
         return
     value, wrong = _typed(argument, stated)
     found.known[name] = replace(argument, value=value)
     if wrong:
-        resolver.problems.add(*wrong, doubt=None)
+        resolver.problems.add(*wrong, left_out=())
         found.broken.add(name)
 
 
@@ -119,8 +120,8 @@ def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
         named = [
             replace(each, path=each.path[1:], message=f"argument {argument.name}{each.message[5:]}") for each in found
         ]
-        return stated, problems(named, stated, noun="argument")
-    wrong = problems(_outside(argument, stated.data), stated, noun="argument")
+        return stated, located(named, stated, noun="argument")
+    wrong = located(_outside(argument, stated.data), stated, noun="argument")
     return (stated if isinstance(value, list) else replace(stated, content=value)), wrong
 
 
@@ -149,3 +150,21 @@ def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
 def from_caller(args: Mapping[str, object]) -> dict[str, Value]:
     """Arguments that Python code passes."""
     return {name: Value.of(data, Origin(Source.CALLER)) for name, data in args.items()}
+
+
+def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[str, Value]:
+    """Arguments as `name:=value` states them, their values still as text."""
+    given: dict[str, Value] = {}
+    for text in assignments:
+        name, sign, value = text.partition(":=")
+        key = on_command_line(text, 0, len(name))
+        if not sign or not name.strip():
+            fix = "write name:=value, for instance rate_hz:=50"
+            problems.add(Problem("bad-argument", "this is not an argument", fix, on_command_line(text, 0, len(text))))
+            continue
+        if name.strip() in given:
+            message = f"the argument {name.strip()} is given twice"
+            problems.add(Problem("duplicate-argument", message, "leave one of them out", key), left_out=())
+        place = on_command_line(text, len(name) + 2, len(value))
+        given[name.strip()] = Value(value, Origin(Source.COMMAND_LINE, place), key)
+    return given

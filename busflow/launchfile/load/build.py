@@ -14,9 +14,7 @@ from busflow.errors import InvalidName
 from busflow.launchfile.load.build_network import network_of, unknown_machine
 from busflow.launchfile.load.merge import Part
 from busflow.launchfile.model.description import (
-    Argument,
     ClockSpec,
-    Doubt,
     EndpointSpec,
     LaunchDescription,
     NodeSpec,
@@ -25,10 +23,9 @@ from busflow.launchfile.model.description import (
     RemapSpec,
     TopicSpec,
 )
-from busflow.launchfile.model.faults import key_origin, problem_at, problems
 from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
 from busflow.launchfile.model.placement import MAIN
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, problems
 from busflow.launchfile.yaml.value import Value
 from busflow.node.supervision import RestartPolicy, Supervision
 from busflow.text import did_you_mean
@@ -46,7 +43,7 @@ class Builder:
     problems: Problems
     _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
 
-    def build(self, name: str, arguments: Mapping[str, Argument], files: tuple[Path, ...]) -> LaunchDescription:
+    def build(self, name: str, files: tuple[Path, ...]) -> LaunchDescription:
         """The description of everything that is right."""
         keys = self.keys
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
@@ -57,7 +54,7 @@ class Builder:
             nodes=tuple(node for node in nodes if node is not None),
             topics=tuple(self._topics()),
             profiles=self._profiles,
-            arguments=tuple(arguments.values()),
+            arguments=self.part.arguments,
             folders=tuple(self.part.folders),
             processes=tuple(self._processes()),
             network=network_of(keys, self.part.tree, self.problems),
@@ -118,7 +115,7 @@ class Builder:
         if name is not None and name != MAIN and name not in self.keys.processes:
             fix = f"{did_you_mean(name, [MAIN, *self.keys.processes])}; or add it: processes: {{{name}: {{}}}}"
             origin = node.members["process"].origin
-            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin), doubt=None)
+            self.problems.add(problem_at("unknown-process", f"there is no process {name}", fix, origin), left_out=())
         return None if name == MAIN else name
 
     def _machine(self, stated: NodeKeys, node: Value) -> str | None:
@@ -129,14 +126,14 @@ class Builder:
         if stated.machine is not None and stated.machine != (process.machine or MAIN):
             text = f"the process {stated.process} is on the machine {process.machine or MAIN}, not on {stated.machine}"
             fix = f"write machine: {stated.machine} below processes: {stated.process}, or leave it out here"
-            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin), doubt=None)
+            self.problems.add(problem_at("other-machine", text, fix, node.members["machine"].origin), left_out=())
         return None if process.machine == MAIN else process.machine
 
     def _known_machine(self, name: str | None, entry: Value) -> str | None:
         """A machine as an entry names it; None for the main one."""
         if name is not None and name != MAIN and name not in self.keys.machines:
             text, fix = unknown_machine(name, self.keys.machines)
-            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin), doubt=None)
+            self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin), left_out=())
         return None if name == MAIN else name
 
     def _processes(self) -> Iterator[ProcessSpec]:
@@ -144,7 +141,7 @@ class Builder:
             stated = self.keys.processes[name]
             if name == MAIN:
                 message, fix = "main is the process that busflow run itself is", "choose another name"
-                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)), doubt=None)
+                self.problems.add(problem_at("invalid-name", message, fix, key_origin(value)), left_out=())
             elif self._named(_process_name_fault, "process name", name, value):
                 env = variables(value.members.get("env", value.without(())))
                 machine = self._known_machine(stated.machine, value)
@@ -186,7 +183,7 @@ class Builder:
         for name, value in stated.items():
             if name in PRESETS:
                 message, fix = f"{name} is a built-in profile", "choose another name"
-                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)), doubt=Doubt.QOS)
+                self.problems.add(problem_at("duplicate-profile", message, fix, key_origin(value)), left_out=[("qos",)])
             qos = self._qos(value)
             if qos is not None:
                 found[name] = qos
@@ -202,14 +199,14 @@ class Builder:
             if value.content not in self.part.tree.section("qos"):
                 message = f"there is no QoS profile {value.content}"
                 fix = did_you_mean(value.content, known)
-                self.problems.add(problem_at("unknown-profile", message, fix, value.origin), doubt=Doubt.QOS)
+                self.problems.add(problem_at("unknown-profile", message, fix, value.origin), left_out=[("qos",)])
             return None
         data = cast("dict[str, Any]", value.data)
         found = qos_faults(data)
         if "qos" in data:
             without = "write the profile's name, or its fields, without `qos:`"
             found = [replace(fault, fix=without) if fault.path == ("qos",) else fault for fault in found]
-        self.problems.add(*problems(found, value, noun="key"), doubt=Doubt.QOS)
+        self.problems.add(*problems(found, value, noun="key"), left_out=[("qos",)])
         return None if found else QoS.model_validate(data)
 
     def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:

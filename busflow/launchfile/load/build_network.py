@@ -8,12 +8,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from busflow.launchfile.model.faults import key_origin, problem_at
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.network import TCP, TLS, Endpoint, MachineSpec, NetworkSpec, StatedFile
+from busflow.launchfile.model.network import NAME, TCP, TLS, Endpoint, MachineSpec, NetworkSpec, Role, StatedFile
 from busflow.launchfile.model.placement import MAIN
-from busflow.launchfile.model.problems import Problems
-from busflow.launchfile.model.roles import NAME, Role
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Origin, Value
 from busflow.text import did_you_mean
 

@@ -14,14 +14,39 @@ from busflow.errors import KeyPath, LaunchError
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.merge import changed, compose, duplicate, is_off, names_plugin
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.description import Doubt
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.key_faults import without
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_VALUES, Limits
 from busflow.launchfile.yaml.value import Value
 
 SECTIONS = ("nodes", "topics", "include", "groups")
 """The keys below which entries stand that may have `for_each` and `when`."""
+
+
+def expanded(file: Value, scope: Scope, problems: Problems, limits: Limits) -> Value:
+    """A file with its entries as often as they shall be there; without what could not be evaluated.
+
+    Its arguments stay as they are. Of its profiles, which may be for another place, what cannot be evaluated is no
+    problem.
+    """
+    tree, failed = _Expander(scope, problems, limits).expand(file.without(("args",)).without(("profiles",)))
+    problems.left_out |= failed
+    tree = without(tree, failed)
+    if "profiles" in file.members:
+        tree = tree.with_member(("profiles",), readable(file.members["profiles"], scope, limits))
+    return tree.with_member(("args",), file.members["args"]) if "args" in file.members else tree
+
+
+def readable(profiles: Value, scope: Scope, limits: Limits) -> Value:
+    """Profiles as they can be checked although nobody has chosen them: without what cannot be evaluated."""
+    members: dict[str, Value] = {}
+    for name, profile in profiles.members.items():
+        try:
+            value, failed = _Expander(scope, Problems(), limits).expand(profile)
+        except LaunchError:
+            continue
+        members[name] = value.without_any(failed)
+    return replace(profiles, content=members) if isinstance(profiles.content, dict) else profiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +60,7 @@ class _Made:
 
 
 @dataclass(slots=True)
-class Expander:
+class _Expander:
     """Replaces the expressions of a file, collecting what is wrong."""
 
     scope: Scope
@@ -84,7 +109,7 @@ class Expander:
         resolver = Resolver(self.scope, self.problems)
         variables = resolver.resolve(stated)
         if resolver.failed:
-            self.problems.doubts.add(Doubt.NODES)
+            self.problems.left_out.add(())
             return
         lists = {name: each.content for name, each in variables.members.items() if isinstance(each.content, list)}
         if not lists or len(lists) < len(variables.members):
@@ -126,7 +151,7 @@ class Expander:
     ) -> tuple[str, Value, frozenset[KeyPath]]:
         """The key and the content of an entry, and where that failed."""
         if section == "groups":
-            value, failed = Expander(scope, problems, self.limits).expand(entry)
+            value, failed = _Expander(scope, problems, self.limits).expand(entry)
             return key, value, frozenset(failed)
         resolver = Resolver(scope, problems)
         ((name, value),) = resolver.resolve(Value({key: entry}, entry.origin)).members.items()

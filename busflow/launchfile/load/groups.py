@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from busflow.launchfile.load.merge import changed, compose, duplicate, full_key, is_off, names_plugin
@@ -20,27 +19,26 @@ class Included:
     namespace: str | None
 
 
+def flattened(keys: LaunchKeys, tree: Value, problems: Problems) -> tuple[Value, list[Included]]:
+    """The tree of a file without groups and defaults, and what it includes; namespaces are still below the file's."""
+    flat = _Flat(problems)
+    flat.add(keys, tree, None, Value({}, tree.origin), None)
+    members = {key: value for key, value in tree.members.items() if key not in {"groups", "defaults"}}
+    for section, entries in flat.entries.items():
+        if entries or section in members:
+            members[section] = replace(members.get(section, tree), content=entries)
+    return replace(tree, content=members), flat.includes
+
+
 @dataclass(slots=True)
-class Flat:
-    """The entries of a file and of its groups, side by side; namespaces are still below that of the file."""
+class _Flat:
+    """The entries of a file and of its groups, side by side."""
 
     problems: Problems
-    complete: Callable[[Value], Value]
-    """Adds to a node what its files of parameters say."""
     includes: list[Included] = field(default_factory=list[Included])
-    _nodes: dict[str, Value] = field(default_factory=dict[str, Value])
-    _topics: dict[str, Value] = field(default_factory=dict[str, Value])
+    entries: dict[str, dict[str, Value]] = field(default_factory=lambda: {"nodes": {}, "topics": {}})
 
-    def of(self, keys: LaunchKeys, tree: Value) -> Value:
-        """The tree of a file without groups and defaults."""
-        self._add(keys, tree, None, Value({}, tree.origin), None)
-        members = {key: value for key, value in tree.members.items() if key not in {"groups", "defaults"}}
-        for section, entries in {"nodes": self._nodes, "topics": self._topics}.items():
-            if entries or section in members:
-                members[section] = replace(members.get(section, tree), content=entries)
-        return replace(tree, content=members)
-
-    def _add(self, keys: GraphKeys, tree: Value, namespace: str | None, below: Value, off: Value | None) -> None:
+    def add(self, keys: GraphKeys, tree: Value, namespace: str | None, below: Value, off: Value | None) -> None:
         """Add what stands in a file or a group.
 
         Args:
@@ -53,8 +51,7 @@ class Flat:
         defaults = tree.members.get("defaults")
         below = below.merged(defaults) if defaults is not None and defaults.content is not None else below
         for key, stated in tree.section("nodes").items():
-            node = self.complete(stated)
-            node = below.merged(node) if names_plugin(node) else node
+            node = below.merged(stated) if names_plugin(stated) else stated
             if namespace is None:
                 self._put("nodes", key, node, off)
             else:
@@ -71,10 +68,10 @@ class Flat:
             inner = group.namespace if namespace is None else compose(namespace, group.namespace)
             value = tree.section("groups")[name]
             when = off or (None if group.when else value.members["when"])
-            self._add(group, value, inner or "", below, when)
+            self.add(group, value, inner or "", below, when)
 
     def _put(self, section: str, key: str, value: Value, off: Value | None) -> None:
-        entries = self._nodes if section == "nodes" else self._topics
+        entries = self.entries[section]
         value = value.with_member(("when",), off) if off is not None else value
         first = entries.get(key)
         if first is not None and section == "nodes" and names_plugin(first) != names_plugin(value):

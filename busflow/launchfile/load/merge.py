@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from busflow.errors import Place, Problem
-from busflow.launchfile.model.description import PluginFolder
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.description import Argument, PluginFolder
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import dotted
 
@@ -21,6 +20,9 @@ class Part:
     tree: Value
     """The keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
     folders: list[PluginFolder] = field(default_factory=list[PluginFolder])
+    arguments: tuple[Argument, ...] = ()
+    """Those of the file, not of what it includes."""
+    warnings: list[Problem] = field(default_factory=list[Problem])
     own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
     """The plugin folders of the file that names a node's plugin, by node."""
 
@@ -149,6 +151,8 @@ def _laid(below: Part, above: Part) -> Part:
     return Part(
         below.tree.merged(above.tree),
         [*above.folders, *below.folders],
+        above.arguments,
+        [*below.warnings, *above.warnings],
         {**below.own_folders, **above.own_folders},
     )
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launchfile.model.faults import key_origin, problem_at
+from busflow.errors import KeyPath, LaunchError, Problem
 from busflow.launchfile.model.keys import NodeKeys
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.faults import dotted, shown
 
@@ -28,20 +28,6 @@ class Override:
     value: Value
 
 
-def parse_assignment(text: str) -> tuple[str, Value]:
-    """The argument's name, and its value still as text, of `name:=value`.
-
-    Raises:
-        LaunchError: It is not an assignment.
-    """
-    name, sign, value = text.partition(":=")
-    if not sign or not name.strip():
-        fix = "write name:=value, for instance rate_hz:=50"
-        raise LaunchError([Problem("bad-argument", "this is not an argument", fix, _place(text, 0, len(text)))])
-    place = _place(text, len(name) + 2, len(value))
-    return name.strip(), Value(value, Origin(Source.COMMAND_LINE, place), _place(text, 0, len(name)))
-
-
 def parse_override(text: str) -> Override:
     """What `--set` states: a dotted path, `=`, a value.
 
@@ -52,12 +38,12 @@ def parse_override(text: str) -> Override:
     steps = path.strip().split(".")
     if not sign or not all(steps) or len(steps) > MAX_DEPTH:
         fix = "write a path and a value: nodes.talker.parameters.rate_hz=50"
-        raise LaunchError([Problem("bad-override", "this is not path=value", fix, _place(text, 0, len(text)))])
+        raise LaunchError([Problem("bad-override", "this is not path=value", fix, on_command_line(text, 0, len(text)))])
     if not value:
         fix = f"for an empty text write {path}='\"\"'"
-        raise LaunchError([Problem("bad-override", "there is no value", fix, _place(text, len(text), 1))])
+        raise LaunchError([Problem("bad-override", "there is no value", fix, on_command_line(text, len(text), 1))])
     found = parse_value(value, COMMAND_LINE, path + sign)
-    return Override(tuple(steps), replace(found, key=_place(text, 0, len(path))))
+    return Override(tuple(steps), replace(found, key=on_command_line(text, 0, len(path))))
 
 
 def from_caller(overrides: Mapping[str, object]) -> list[Override]:
@@ -66,7 +52,16 @@ def from_caller(overrides: Mapping[str, object]) -> list[Override]:
     return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
 
 
-def apply(tree: Value, override: Override) -> tuple[Value, Problem | None]:
+def applied(tree: Value, changes: Iterable[Override], problems: Problems) -> Value:
+    """The description with these values replaced."""
+    for change in changes:
+        tree, problem = _applied(tree, change)
+        if problem is not None:
+            problems.add(problem)
+    return tree
+
+
+def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
     """The description with one value replaced, or why it cannot be."""
     path = override.path
     section, *_ = path
@@ -130,7 +125,3 @@ def _instead(tree: Value, path: KeyPath) -> str:
 
 def _unknown(override: Override, message: str, fix: str) -> Problem:
     return problem_at("unknown-override", message, fix, key_origin(override.value))
-
-
-def _place(text: str, start: int, width: int) -> Place:
-    return Place(COMMAND_LINE, 1, start + 1, max(1, width), text)

@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from busflow.errors import LaunchError, Place
-from busflow.launchfile.load.expand import Expander
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.faults import problem_at
-from busflow.launchfile.model.problems import Problems
-from busflow.launchfile.yaml.document import Limits
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.model.problems import Problems, problem_at
+from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
 from busflow.text import did_you_mean
 
 
 def from_command_line(names: Iterable[str]) -> list[Value]:
     """The profiles that `--profile` names."""
-    label, option = Source.COMMAND_LINE.value, "--profile "
-    places = ((name, Place(label, 1, len(option) + 1, max(1, len(name)), option + name)) for name in names)
+    option = "--profile "
+    places = ((name, on_command_line(option + name, len(option), len(name))) for name in names)
     return [Value(name, Origin(Source.COMMAND_LINE, place)) for name, place in places]
 
 
@@ -40,15 +36,3 @@ def chosen(root: Value, asked: Sequence[Value], scope: Scope, problems: Problems
         elif isinstance(profile.content, dict):  # or else it is told with the other keys
             under = replace(under.merged(profile), origin=root.origin)
     return under
-
-
-def readable(profiles: Value, scope: Scope, limits: Limits) -> Value:
-    """Profiles as they can be checked although nobody has chosen them: without what cannot be evaluated."""
-    members: dict[str, Value] = {}
-    for name, profile in profiles.members.items():
-        try:
-            value, failed = Expander(scope, Problems(), limits).expand(profile)
-        except LaunchError:
-            continue
-        members[name] = value.without_any(failed)
-    return replace(profiles, content=members) if isinstance(profiles.content, dict) else profiles

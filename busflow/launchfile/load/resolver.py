@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from busflow.errors import KeyPath, LaunchError
 from busflow.launchfile.load.expression import Scope, Template
-from busflow.launchfile.model.faults import key_origin, problem_at
-from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import shown
 
@@ -48,7 +47,7 @@ class Resolver:
             data, through = Template(value, content, self.scope, as_text=as_text).evaluate()
         except LaunchError as error:
             self.failed.add(path)
-            self.problems.add(*error.problems, doubt=None)  # who leaves out what has failed knows
+            self.problems.add(*error.problems, left_out=())  # who leaves out what has failed knows
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
@@ -58,7 +57,7 @@ class Resolver:
         stated = Value(key, key_origin(value))
         if not self.scope.each:
             message, fix = "a key cannot hold an expression", "write it out; only below for_each keys hold expressions"
-            self.problems.add(problem_at("expression", message, fix, stated.origin), doubt=None)
+            self.problems.add(problem_at("expression", message, fix, stated.origin), left_out=())
             self.failed.add((*path, key))
             return key
         found = self.resolve(stated, (*path, key), as_text=True).content

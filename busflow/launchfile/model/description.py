@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
+from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.yaml.value import Origin, Value
 from busflow.node.supervision import RestartPolicy, Supervision
 
@@ -39,15 +40,6 @@ class OnDrop(StrEnum):
 
     WARN = "warn"
     FAIL = "fail"
-
-
-class Doubt(StrEnum):
-    """What nobody can know of a graph until a mistake in its launch file is mended."""
-
-    NODES = "nodes"  # which there are, and by which names they meet
-    PLUGINS = "plugins"  # where they are
-    PARAMETERS = "parameters"  # which are stated
-    QOS = "qos"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,37 +1,54 @@
-"""What is wrong with the keys of a launch file, in its own words, with what to write instead."""
+"""What is wrong with the keys of a launch file, with what to write instead; and the keys without it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import cast, get_origin
 
 from pydantic import ValidationError
 
-from busflow.errors import Fault, KeyPath
-from busflow.launchfile.model.description import Doubt
+from busflow.errors import Fault, KeyPath, LaunchError
 from busflow.launchfile.model.keys import LaunchKeys, NodeKeys, Section
+from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.model.problems import problems as located
 from busflow.launchfile.yaml.scalar import flow
+from busflow.launchfile.yaml.value import Value
 from busflow.text import nearest, printable
 from busflow.validation.annotations import at, split
-from busflow.validation.faults import faults
+from busflow.validation.faults import MOST_FAULTS, faults
 
 _ASSIGNMENT = re.compile(r"([A-Za-z_/~][\w/~-]*)\s*:?=\s*(\S+)")
 _ALIKE = 0.75
 """From how much on a key is so like the one that is suggested that it is read as that one."""
 
 
-def key_faults(data: object) -> tuple[LaunchKeys | None, tuple[Fault, ...]]:
-    """The keys of a launch file as a model, or all that is wrong with them."""
-    try:
-        return LaunchKeys.model_validate(data), ()
-    except ValidationError as error:
-        return None, tuple(_named(fault, data) for fault in faults(error, LaunchKeys, data, noun="key"))
+def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
+    """The keys of a launch file as a model, without those that are wrong, which are reported.
+
+    Raises:
+        LaunchError: There are too many to go on.
+    """
+    first = True
+    while True:
+        data = tree.data
+        try:
+            return LaunchKeys.model_validate(data), tree
+        except ValidationError as error:
+            found = [_named(fault, tree) for fault in faults(error, LaunchKeys, data, noun="key")]
+        # What is missing only because it was wrong and left out is reported already.
+        told = [fault for fault in found if first or fault.code != "missing"]
+        first = False
+        problems.add(*located(_once(told, tree), tree, noun="key"), left_out=())
+        if len(found) >= MOST_FAULTS:
+            raise LaunchError([])  # the rest would only repeat what is reported
+        tree, lost = _mended(tree, found)
+        problems.left_out.update(lost)
 
 
-def _named(fault: Fault, data: object) -> Fault:
+def _named(fault: Fault, tree: Value) -> Fault:
     """The fault in a launch file's words: a key that a later version will know is not a typo."""
     if not fault.path:
         message = fault.message.replace("the keys", "a launch file")
@@ -44,10 +61,11 @@ def _named(fault: Fault, data: object) -> Fault:
     if fault.code == "unknown" and owner is not None and fault.path[-1] in owner.later:
         message = f"{fault.message.removeprefix('unknown ')} is not in this version yet"
         return replace(fault, message=message, fix=owner.later[str(fault.path[-1])], code="later")
-    return replace(fault, fix=_instead(fault, owner, _found(data, fault.path)))
+    stated = tree.find(fault.path)
+    return replace(fault, fix=_instead(fault, owner, stated.data if stated is not None else None))
 
 
-def meant(fault: Fault, value: object) -> str | None:
+def _meant(fault: Fault, value: object) -> str | None:
     """The key that an unknown one surely is, but for how it is written, if this can be its value."""
     owner, written = _section(fault.path[:-1]), str(fault.path[-1]) if fault.path else ""
     if fault.code != "unknown" or owner is None:
@@ -60,7 +78,7 @@ def meant(fault: Fault, value: object) -> str | None:
     return near if isinstance(value, Mapping) or not is_section else None
 
 
-def wants_list(fault: Fault) -> bool:
+def _wants_list(fault: Fault) -> bool:
     """Whether a list should be where something else is."""
     return fault.code == "type" and get_origin(split(at(LaunchKeys, fault.path)[0])[0]) is list
 
@@ -68,19 +86,6 @@ def wants_list(fault: Fault) -> bool:
 def _section(path: KeyPath) -> type[Section] | None:
     owner, _ = split(at(LaunchKeys, path)[0])
     return owner if isinstance(owner, type) and issubclass(owner, Section) else None
-
-
-def _found(data: object, path: KeyPath) -> object:
-    """What is at a path."""
-    for step in path:
-        match data:
-            case Mapping():
-                data = cast("Mapping[object, object]", data).get(step)
-            case list() if isinstance(step, int):
-                data = cast("list[object]", data)[step]
-            case _:
-                return None
-    return data
 
 
 def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | None:
@@ -93,7 +98,7 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
     wanted, _ = split(at(LaunchKeys, fault.path)[0])
     section = _section(fault.path)
     text: str | None = None
-    if wants_list(fault):
+    if _wants_list(fault):
         text = f"{key}: [{flow(value)}]"
     elif section is None and get_origin(wanted) is not dict:
         return None
@@ -143,25 +148,33 @@ def _type(value: object) -> str:
             return "str"
 
 
-_NAMELESS = {"name", "args", "env", "clock", "seed", "record", "expect", "shutdown", "processes", "machines", "network"}
-"""Keys of a launch file that decide neither which nodes there are nor how they are connected."""
-_OWN = {"restart", "depends_on", "on_exit", "process", "machine"}
-"""The like of a node."""
+def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
+    """The faults without those of a further entry of the same `for_each`: the same key of the same line."""
+    found: dict[object, Fault] = {}
+    for fault in faults:
+        place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
+        found.setdefault((place, fault.code, fault.path[-1:]) if place is not None else fault, fault)
+    return list(found.values())
 
 
-def doubt_about(path: KeyPath) -> Doubt | None:
-    """What is left open where what is at a path of a launch file is not known."""
-    steps = [str(step) for step in path]
-    while steps[:1] == ["groups"] and len(steps) > 2:  # whose keys are those of a file
-        steps = steps[2:]
-    head = steps[0] if steps else ""
-    if head in _NAMELESS or head == "profiles" or head.startswith("x-"):  # one that is chosen is in the file's own keys
-        return None
-    if head == "plugins":
-        return Doubt.PLUGINS
-    key = steps[1] if head == "defaults" and len(steps) > 1 else steps[2] if head == "nodes" and len(steps) > 2 else ""
-    if head in {"qos", "topics"} or key in {"publishers", "subscriptions"}:
-        return Doubt.QOS
-    if key in {"parameters", "parameters_from"}:
-        return Doubt.PARAMETERS
-    return None if key in _OWN else Doubt.NODES
+def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
+    """The tree without what is wrong, and where that was; with what is surely meant in its place."""
+    wrong: list[KeyPath] = []
+    lost: list[KeyPath] = []
+    for fault in faults:
+        found = tree.nearest(fault.path)
+        key = _meant(fault, found.content)
+        if _wants_list(fault) and isinstance(found.content, str):
+            tree = tree.with_member(fault.path, replace(found, content=[replace(found, key=None)]))
+            continue
+        wrong.append(fault.path)
+        if key is not None and tree.find(path := (*fault.path[:-1], key)) is None:
+            tree = tree.with_member(path, found)
+        else:
+            lost.append(fault.path)
+    return without(tree, wrong), lost
+
+
+def without(tree: Value, paths: Iterable[KeyPath]) -> Value:
+    """The tree without what is at these paths; without the whole node where its plugin is wrong."""
+    return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)

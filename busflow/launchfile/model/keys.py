@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 
 from busflow.bus.patterns import check_pattern
 from busflow.launchfile.model.description import ClockMode, Compression, OnDrop
-from busflow.launchfile.model.roles import Role
+from busflow.launchfile.model.network import Role
 from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation.annotations import StrictModel
 from busflow.validation.durations import PATTERN, parse_duration

@@ -7,17 +7,17 @@ file is what would still be wrong with these lines indented.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import get_args, get_origin
 
 from pydantic import BaseModel
 
 from busflow.errors import KeyPath, Place
-from busflow.launchfile.model.faults import key_origin, problem_at
+from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.problems import Problems
-from busflow.launchfile.yaml.document import twice
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.yaml.document import Repeated, twice
 from busflow.launchfile.yaml.scalar import plain_scalar
 from busflow.launchfile.yaml.syntax import unspaced
 from busflow.launchfile.yaml.value import Value
@@ -28,9 +28,16 @@ _GLUED = re.compile(r"([A-Za-z_]\w*):([^\s:/].*)")
 """A key whose value follows its colon without a space."""
 
 
-def set_right(file: Value, problems: Problems) -> Value:
-    """A launch file with each key on the level where it can stand."""
-    return _settled(file, LaunchKeys, None, problems)[0]
+def set_right(file: Value, repeated: Repeated, problems: Problems) -> Value:
+    """A launch file with each key on the level where it can stand, and once."""
+    settler = _Settler(problems, repeated)
+    tree, _ = settler.settled(file, LaunchKeys, None)
+    for name, first, second in settler.repeated:  # where any key can stand
+        settler.repeat(name, first, second)
+    unsure = [path for path, each in tree.leaves() if each.key in settler.unsure]
+    problems.left_out.update(unsure)
+    # Which plugin is meant is not known, and so nothing of what the node should have.
+    return without(tree, [path for path in unsure if path[-1:] == ("plugin",)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,54 +80,69 @@ def _kind(annotation: object) -> _Kind | None:
     return None
 
 
-def _settled(
-    stated: Value, annotation: object, around: _Kind | None, problems: Problems
-) -> tuple[Value, dict[str, Value]]:
-    """A mapping with what belongs into it, and what is meant to stand beside it."""
-    kind = _kind(annotation)
-    stated = _spaced(stated, kind, problems) if kind is not None else stated
-    if kind is None or not isinstance(stated.content, dict):
-        return stated, {}
-    tree, outside, owner = replace(stated, content={}), dict[str, Value](), KeyPath()
-    strays: dict[KeyPath, dict[str, Value]] = {}
-    for key, value in _in_order(stated):
-        is_right = kind.may_hold(key, value)
-        if not is_right or (value.content is None and owner):
-            owner = _owner(tree, annotation, key, value, owner if is_right else None)
-            strays.setdefault(owner, {})[key] = value
-        elif is_right:
-            owner = ()
-        if (first := tree.find((*owner, key))) is not None:
-            problems.add(replace(twice(key, first, value), included_from=value.origin.included_from))
-        elif not is_right and not owner and around is not None and around.surely_holds(key, value):
-            outside[key] = value
-        else:
-            tree = tree.with_member((*owner, key), value)
-    for path, moved in strays.items():
-        if path:
-            _tell_inner(tree, path, moved, problems)
-    return _with_settled_members(tree, annotation, kind, problems), outside
+@dataclass(slots=True)
+class _Settler:
+    """Puts the keys of a file where they can stand, collecting what was wrong."""
 
+    problems: Problems
+    repeated: Repeated
+    """Keys that stand twice, as far as they are not looked at yet."""
+    unsure: list[Place | None] = field(default_factory=list[Place | None])
+    """The keys whose value is one of two."""
 
-def _with_settled_members(tree: Value, annotation: object, kind: _Kind, problems: Problems) -> Value:
-    members: dict[str, Value] = {}
-    for key, value in tree.members.items():
-        members[key], beside = _settled(value, step_into(annotation, key)[0], kind, problems)
-        if beside and value.key is not None:
-            origin = key_origin(next(iter(beside.values())))
-            message = f"{_listed(beside)} must stand beside {key}, not below it"
-            fix = f"begin {_lines(beside.values())} in the column of {key}: (line {value.key.line})"
-            problems.add(problem_at("misplaced-key", message, fix, origin), doubt=None)
-        members |= {name: each for name, each in beside.items() if name not in members and name not in tree.members}
-    return replace(tree, content=members)
+    def settled(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
+        """A mapping with what belongs into it, and what is meant to stand beside it."""
+        kind = _kind(annotation)
+        stated = _spaced(stated, kind, self.problems) if kind is not None else stated
+        if kind is None or not isinstance(stated.content, dict):
+            return stated, {}
+        tree, outside, owner = replace(stated, content={}), dict[str, Value](), KeyPath()
+        strays: dict[KeyPath, dict[str, Value]] = {}
+        for key, value in self._in_order(stated):
+            is_right = kind.may_hold(key, value)
+            if not is_right or (value.content is None and owner):
+                owner = _owner(tree, annotation, key, value, owner if is_right else None)
+                strays.setdefault(owner, {})[key] = value
+            elif is_right:
+                owner = ()
+            if (first := tree.find((*owner, key))) is not None:
+                tree = tree.with_member((*owner, key), self.repeat(key, first, value))
+            elif not is_right and not owner and around is not None and around.surely_holds(key, value):
+                outside[key] = value
+            else:
+                tree = tree.with_member((*owner, key), value)
+        for path, moved in strays.items():
+            if path:
+                _tell_inner(tree, path, moved, self.problems)
+        return self._with_settled_members(tree, annotation, kind), outside
 
+    def repeat(self, name: str, first: Value, second: Value) -> Value:
+        """What a key that stands twice states: two mappings are laid on each other, of other values the first holds."""
+        self.problems.add(twice(name, first, second), left_out=())
+        if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
+            return replace(first, content=first.merged(second).content)
+        self.unsure.append(first.key)
+        return first
 
-def _in_order(stated: Value) -> Iterator[tuple[str, Value]]:
-    """The members of a mapping as its file has them, a key that stands twice too."""
-    for key, value in stated.members.items():
-        beside = value.beside
-        yield key, replace(value, content=None) if beside else value
-        yield from beside.items()
+    def _in_order(self, stated: Value) -> list[tuple[str, Value]]:
+        """The members of a mapping as its file has them, a key that stands twice too."""
+        members = list(stated.members.items())
+        again = [each for each in self.repeated if stated.members.get(each[0]) is each[1]]
+        self.repeated = [each for each in self.repeated if each not in again]
+        members += [(name, second) for name, _, second in again]
+        return sorted(members, key=lambda member: _position(member[1]))
+
+    def _with_settled_members(self, tree: Value, annotation: object, kind: _Kind) -> Value:
+        members: dict[str, Value] = {}
+        for key, value in tree.members.items():
+            members[key], beside = self.settled(value, step_into(annotation, key)[0], kind)
+            if beside and value.key is not None:
+                origin = key_origin(next(iter(beside.values())))
+                message = f"{_listed(beside)} must stand beside {key}, not below it"
+                fix = f"begin {_lines(beside.values())} in the column of {key}: (line {value.key.line})"
+                self.problems.add(problem_at("misplaced-key", message, fix, origin), left_out=())
+            members |= {name: each for name, each in beside.items() if name not in members and name not in tree.members}
+        return replace(tree, content=members)
 
 
 def _owner(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
@@ -166,7 +188,7 @@ def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: P
         by = f" by {counted(more, 'more space')}" if more > 0 else ""
         fix = f"indent {_lines(moved.values())}{by}, below {path[-1]}: (line {owner.key.line})"
     message = f"{_listed(moved)} must stand below {path[-1]}"
-    problems.add(problem_at("misplaced-key", message, fix, key_origin(first)), doubt=None)
+    problems.add(problem_at("misplaced-key", message, fix, key_origin(first)), left_out=())
 
 
 def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
@@ -202,7 +224,11 @@ def _part(found: re.Match[str], whole: Value) -> Value:
 
 def _tell_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
     message, fix = unspaced(found[1], found[2])
-    problems.add(problem_at("yaml", message, fix, value.origin, place), doubt=None)
+    problems.add(problem_at("yaml", message, fix, value.origin, place), left_out=())
+
+
+def _position(member: Value) -> tuple[int, int]:
+    return (member.key.line, member.key.column) if member.key is not None else (0, 0)
 
 
 def _lines(values: Iterable[Value]) -> str:

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
 
-from busflow.launchfile.model.roles import Role
 from busflow.launchfile.yaml.value import Origin
+
+NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
+"""What machines and those that join a run may be called: the common name of their certificate, and its file's name."""
+
+
+class Role(StrEnum):
+    """What a certificate lets do."""
+
+    READ = "read"
+    """Look, and receive topics; not publish, call or set."""
+    ALL = "all"
+    """All that who started the run may do."""
+
 
 TLS, TCP = "tls", "tcp"
 

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from busflow.errors import Problem, Severity
 from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec
-from busflow.launchfile.model.faults import problem_at
+from busflow.launchfile.model.problems import problem_at
 
 MAIN = "main"
 """The process that `busflow run` itself is, and the machine that it is on without `--machine`."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
@@ -33,8 +33,8 @@ _UNREADABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\u
 _BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xfe\xff": "UTF-32"}
 
 
-Doubled: TypeAlias = Callable[[Problem, Value], None]
-"""Told of a key that stands twice, with what it first stated."""
+Repeated: TypeAlias = list[tuple[str, Value, Value]]
+"""Keys that stand twice in a mapping: each with its first value, which holds, and a further one."""
 
 
 @dataclass(slots=True)
@@ -49,7 +49,7 @@ def read_file(
     shown: str,
     included_from: tuple[Place, ...] = (),
     limits: Limits | None = None,
-    doubled: Doubled | None = None,
+    repeated: Repeated | None = None,
 ) -> Value:
     """The content of a YAML file.
 
@@ -58,9 +58,7 @@ def read_file(
         shown: What an error calls it: the path as the user wrote it.
         included_from: The `include` entries that led here, innermost first.
         limits: What is left of a launch's limits.
-        doubled: Told of keys that stand twice, instead of an error. Their mappings are laid on each other; of other
-            values the first one holds. Where such a key comes after another one that is empty, as what should stand
-            below it does, it is a member of that.
+        repeated: Takes the keys that stand twice, which are an error without it.
 
     Raises:
         LaunchError: The file cannot be read, or is not what this module takes.
@@ -70,7 +68,7 @@ def read_file(
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _refusal("unreadable-file", f"cannot read {shown}: {reason}", None, None, included_from) from None
-    return parse(raw, shown, included_from, limits, doubled=doubled)
+    return parse(raw, shown, included_from, limits, repeated=repeated)
 
 
 def parse(
@@ -79,7 +77,7 @@ def parse(
     included_from: tuple[Place, ...] = (),
     limits: Limits | None = None,
     loader: Any = None,
-    doubled: Doubled | None = None,
+    repeated: Repeated | None = None,
 ) -> Value:
     """The one document of a YAML text.
 
@@ -94,7 +92,7 @@ def parse(
         fix = "split it with `include:` or `parameters_from:`"
         raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
     text = _decoded(raw, file, included_from)
-    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits, doubled=doubled)
+    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits or Limits(), repeated)
     return builder.build(text, loader)
 
 
@@ -117,7 +115,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     Raises:
         LaunchError: It opens a quote, a list or a mapping and then is not one.
     """
-    builder = _Builder([before + text], label, Source.COMMAND_LINE, (), None, shift=len(before))
+    builder = _Builder([before + text], label, Source.COMMAND_LINE, shift=len(before))
     bad = _UNREADABLE.search(text)
     if bad is not None:
         place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
@@ -130,27 +128,21 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     return Value(text if content is None or isinstance(content, str) else content, Origin(Source.COMMAND_LINE, place))
 
 
+@dataclass(slots=True)
 class _Builder:
     """Builds values from YAML's events, counting as it goes."""
 
-    def __init__(
-        self,
-        lines: list[str],
-        file: str,
-        source: Source,
-        included_from: tuple[Place, ...],
-        limits: Limits | None,
-        shift: int = 0,
-        doubled: Doubled | None = None,
-    ) -> None:
-        self._lines = lines
-        self._file = file
-        self._source = source
-        self._included_from = included_from
-        self._shift = shift
-        self._doubled = doubled
-        self._limits = limits or Limits()
-        self._problems: list[Problem] = []
+    lines: list[str]
+    file: str
+    source: Source
+    included_from: tuple[Place, ...] = ()
+    limits: Limits = field(default_factory=Limits)
+    repeated: Repeated | None = None
+    shift: int = 0
+    """How far to the right the text begins on its first line."""
+    problems: list[Problem] = field(default_factory=list[Problem])
+    repeats: list[Problem] = field(default_factory=list[Problem])
+    """Of keys that surely stand twice: they are reported here where nobody can look at the whole."""
 
     def build(self, text: str, loader: Any) -> Value:
         """The one document of `text`."""
@@ -164,20 +156,20 @@ class _Builder:
                     self._refuse("several-documents", "a second document begins here", "use one file for each", event)
                     break
         except yaml.MarkedYAMLError as error:
-            self._problems.append(explain(error, text, self._place))
+            self.problems.append(explain(error, text, self._place))
         except (yaml.YAMLError, ValueError, OverflowError) as error:
             # The pure parser lets chr() complain about an escape beyond Unicode.
-            self._problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
+            self.problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
         self.finish()
         if root is None or root.content is None:
-            self._stop(Problem("empty-file", "the file is empty", "write `key: value` lines", Place(self._file, 1, 1)))
+            self._stop(Problem("empty-file", "the file is empty", "write `key: value` lines", Place(self.file, 1, 1)))
         return root
 
     def finish(self) -> None:
         """Raise what was found."""
-        if self._problems:
-            found = self._problems[:MAX_PROBLEMS]
-            raise LaunchError([_included(problem, self._included_from) for problem in found])
+        if self.problems:
+            found = [*self.problems, *self.repeats][:MAX_PROBLEMS]
+            raise LaunchError([_included(problem, self.included_from) for problem in found])
 
     def scalar(self, text: str, place: Place) -> Scalar:
         """What a plain scalar means."""
@@ -185,13 +177,13 @@ class _Builder:
             return plain_scalar(text)
         except ValueError as error:
             fix = "quote it if it is text; a larger number needs a float such as 1.0e+20"
-            self._problems.append(Problem("number-too-large", str(error), fix, place))
+            self.problems.append(Problem("number-too-large", str(error), fix, place))
             return None
 
     def _node(self, event: Any, events: Iterator[Any], depth: int, key: Place | None) -> Value:
-        self._limits.values -= 1
+        self.limits.values -= 1
         place = self._place_of(event)
-        if self._limits.values < 0:
+        if self.limits.values < 0:
             fix = "keep large data in a file that the node itself reads"
             self._stop(Problem("too-many-values", f"a launch has at most {MAX_VALUES} values", fix, place))
         if depth > MAX_DEPTH:
@@ -206,7 +198,7 @@ class _Builder:
                 content.append(self._node(item, events, depth + 1, None))
         elif isinstance(event, yaml.MappingStartEvent):
             content = self._members(events, depth)
-        return Value(content, Origin(self._source, place, self._included_from), key)
+        return Value(content, Origin(self.source, place, self.included_from), key)
 
     def _members(self, events: Iterator[Any], depth: int) -> dict[str, Value]:
         members: dict[str, Value] = {}
@@ -220,25 +212,20 @@ class _Builder:
             name: str = item.value
             place = self._place_of(item)
             value = self._node(next(events), events, depth + 1, place)
-            if name in members:
-                self._twice(members, name, value)
-            else:
-                members[name] = value
+            if members.setdefault(name, value) is not value:
+                self._repeat(members, name, value)
         return members
 
-    def _twice(self, members: dict[str, Value], name: str, second: Value) -> None:
+    def _repeat(self, members: dict[str, Value], name: str, second: Value) -> None:
         """A key of a mapping once more."""
-        first, owner = members[name], _owner(members, name)
-        if self._doubled is None:
-            self._keep(twice(name, first, second))
-        elif owner is not None:
-            content = {**members[owner].members, name: second}
-            members[owner] = replace(members[owner], content=content)
-        else:
-            problem = twice(name, first, second)
-            self._doubled(_included(problem, self._included_from), first)
-            if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
-                members[name] = replace(first, content=first.merged(second).content)
+        problem = twice(name, members[name], second)
+        if self.repeated is None:
+            self._keep(problem)
+            return
+        self.repeated.append((name, members[name], second))
+        # It may be meant to stand below an empty key.
+        if all(each.content is not None or key == name for key, each in members.items()):
+            self.repeats.append(problem)
 
     def _check_plain(self, event: Any) -> None:
         """Refuse what would make YAML more than data."""
@@ -256,12 +243,12 @@ class _Builder:
         self._keep(Problem(code, message, fix, self._place_of(event)))
 
     def _keep(self, problem: Problem) -> None:
-        self._problems.append(problem)
-        if len(self._problems) >= MAX_PROBLEMS:
+        self.problems.append(problem)
+        if len(self.problems) >= MAX_PROBLEMS:
             self.finish()
 
     def _stop(self, problem: Problem) -> NoReturn:
-        self._problems.append(problem)
+        self.problems.append(problem)
         self.finish()
         raise AssertionError  # finish raises, there being a problem
 
@@ -274,26 +261,19 @@ class _Builder:
 
     def _place(self, line: int, column: int, width: int | None = None) -> Place:
         """A stretch of a line, counted from 0; without a width it reaches to the line's end."""
-        excerpt = self._lines[line] if line < len(self._lines) else ""
-        shift = self._shift if line == 0 else 0
+        excerpt = self.lines[line] if line < len(self.lines) else ""
+        shift = self.shift if line == 0 else 0
         if width is None:
             width = len(excerpt.rstrip()) - column - shift
-        return Place(self._file, line + 1, column + shift + 1, max(1, width), excerpt)
+        return Place(self.file, line + 1, column + shift + 1, max(1, width), excerpt)
 
 
 def twice(name: str, first: Value, second: Value) -> Problem:
     """A key that stands twice."""
     message = f"the key {name} stands twice; it was first at {first.key}"
-    return Problem("duplicate-key", message, "leave one of them out", second.key)
-
-
-def _owner(members: dict[str, Value], name: str) -> str | None:
-    """The empty key that a key which is there already comes after, if an empty key is before the first one, too."""
-    keys = list(members)
-    empty = [key for key, value in members.items() if value.content is None or value.beside]
-    if not empty or not keys.index(empty[0]) < keys.index(name) < keys.index(empty[-1]):
-        return None
-    return empty[-1] if name not in members[empty[-1]].members else None
+    return Problem(
+        "duplicate-key", message, "leave one of them out", second.key, included_from=second.origin.included_from
+    )
 
 
 def event_stream(text: str, loader: Any = None) -> Iterator[Any]:

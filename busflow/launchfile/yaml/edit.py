@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, cast
 
@@ -12,6 +12,7 @@ import yaml
 from busflow.errors import KeyPath, LaunchError, Problem
 from busflow.launchfile.yaml.document import event_stream, parse
 from busflow.launchfile.yaml.scalar import flow, plain_scalar, written
+from busflow.launchfile.yaml.value import Value
 from busflow.validation.faults import dotted, same
 
 Data: TypeAlias = Any
@@ -38,9 +39,10 @@ def edit(text: str, path: KeyPath, value: object) -> str:
     """
     mark = _BYTE_ORDER_MARK * text.startswith(_BYTE_ORDER_MARK)
     text = text.removeprefix(_BYTE_ORDER_MARK)
-    before = parse(text.encode(errors="surrogatepass"), dotted(path)).data
-    value = _plain(value)
-    wanted = _with(before, path, _escaped(value))
+    before = parse(text.encode(errors="surrogatepass"), dotted(path))
+    path = _steps(before, path)
+    value = Value.of(value, before.origin).data
+    wanted = before.with_member(path, Value.of(_escaped(value), before.origin)).data
     for whole in (False, True):
         editor = _Editor(text, _tree(text))
         editor.put(editor.root, path, value, whole=whole)
@@ -230,18 +232,6 @@ def _block(members: dict[str, Data], indent: int) -> list[str]:
     return lines
 
 
-def _plain(value: object) -> Data:
-    """Plain data with Python's own lists and mappings, and keys that are texts."""
-    match value:
-        case Mapping():
-            items = cast("Mapping[object, object]", value).items()
-            return {str(key): _plain(each) for key, each in items}
-        case list() | tuple():
-            return [_plain(each) for each in cast("Sequence[object]", value)]
-        case _:
-            return value
-
-
 def _escaped(value: Data) -> Data:
     """What a file has to state, so that `${` in a text is no expression."""
     match value:
@@ -255,25 +245,22 @@ def _escaped(value: Data) -> Data:
             return value
 
 
-def _with(data: Data, path: KeyPath, value: Data, done: int = 0) -> Data:
-    """Plain data with `value` at `path`, of which so many steps are `done`.
+def _steps(tree: Value, path: KeyPath) -> KeyPath:
+    """The path with a number wherever it steps into a list.
 
     Raises:
         LaunchError: There is something on the way that holds nothing.
     """
-    if done == len(path):
-        return value
-    step = str(path[done])
-    if isinstance(data, list):
-        items = list(cast("list[Data]", data))
-        if not step.isdecimal() or int(step) >= len(items):
-            raise _refusal(path, f"there is no {step} in a list of {len(items)}", "set the whole list")
-        items[int(step)] = _with(items[int(step)], path, value, done + 1)
-        return items
-    if data is not None and not isinstance(data, dict):
-        raise _refusal(path, f"{written(data)} stands where {step} would belong", "write it by hand")
-    members = cast("dict[str, Data]", data or {})
-    return {**members, step: _with(members.get(step), path, value, done + 1)}
+    steps: KeyPath = ()
+    for step in map(str, path):
+        found = tree.find(steps)
+        content = found.content if found is not None else None
+        if isinstance(content, list) and (not step.isdecimal() or int(step) >= len(content)):
+            raise _refusal(path, f"there is no {step} in a list of {len(content)}", "set the whole list")
+        if content is not None and not isinstance(content, (list, dict)):
+            raise _refusal(path, f"{written(content)} stands where {step} would belong", "write it by hand")
+        steps = (*steps, int(step) if isinstance(content, list) else step)
+    return steps
 
 
 def _loads_as(text: str, wanted: Data) -> bool:

@@ -38,9 +38,19 @@ class Origin:
     through: Origin | None = None
     """The origin of the argument or variable that an expression at `place` took its value from."""
 
+    @property
+    def trail(self) -> tuple[Place, ...]:
+        """The place, and the `include` entries that led there; empty where there is no place."""
+        return (self.place, *self.included_from) if self.place is not None else ()
+
     def __str__(self) -> str:
         here = str(self.place) if self.source is Source.FILE and self.place else self.source.value
         return f"{here}, from {self.through}" if self.through else here
+
+
+def on_command_line(text: str, start: int, width: int) -> Place:
+    """A stretch of what a command line states, counted from 0."""
+    return Place(Source.COMMAND_LINE.value, 1, start + 1, max(1, width), text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,14 +84,6 @@ class Value:
     def members(self) -> Mapping[str, Value]:
         """The members of a mapping; empty for anything else."""
         return self.content if isinstance(self.content, dict) else {}
-
-    @property
-    def beside(self) -> Mapping[str, Value]:
-        """Members whose keys stand beside the value's own key, and not below it: see `document.read_file`."""
-        place, key = self.origin.place, self.key
-        if place is None or key is None or place.excerpt[place.column - 1 : place.column] == "{":
-            return {}
-        return {name: each for name, each in self.members.items() if each.key and each.key.column == key.column}
 
     def section(self, key: str) -> Mapping[str, Value]:
         """The members of the member `key`; empty where that is not a mapping."""

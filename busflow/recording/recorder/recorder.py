@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.client import Client
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
@@ -25,7 +26,7 @@ from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
-from busflow.node import parameter_events, parameter_messages
+from busflow.node import parameter_messages
 from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Track, Tracks
@@ -35,14 +36,12 @@ from busflow.recording.recorder.provenance import facts, launch_files, ledger, l
 from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
 from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
 from busflow.recording.recorder.ticks import TICKS, tick_message
-from busflow.runner import rosout
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.runner.rosout import log_message
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached
     from busflow.bus.call import Call
     from busflow.bus.service import Service
     from busflow.bus.topic import Topic
@@ -50,6 +49,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
+    from busflow.node.endpoints import Attached
     from busflow.node.parameters import Parameters
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
@@ -125,10 +125,10 @@ class Recorder(Extension):
         self._loop, self._thread = asyncio.get_running_loop(), threading.get_ident()
         self._spool = Spool(file, destination, threaded=self._clock.kind == "system", on_failure=self._on_failure)
         graph.bus.on_attach.append(self._on_attach)
-        if self._selection.includes(rosout.TOPIC):
+        if self._selection.includes(ROSOUT):
             from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-            track = self._tracks.own(rosout.TOPIC, LogMessage, _LOG_QOS)
+            track = self._tracks.own(ROSOUT, LogMessage, _LOG_QOS)
             graph.log.sinks.append(partial(self._on_log, track))
 
     def end(self) -> None:
@@ -198,7 +198,7 @@ class Recorder(Extension):
 
     def _follow_topic(self, topic: Topic[Any]) -> None:
         # Of the nodes' parameters and log the recorder itself tells, also where nobody else is listening.
-        if topic.name in {parameter_events.TOPIC, rosout.TOPIC} or not self._selection.includes(topic.name):
+        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selection.includes(topic.name):
             return
         track = self._tracks.add(topic.name, topic.type)
         tap = partial(self._write, track) if self._share is None else self._own(track, topic, self._share)
@@ -239,7 +239,7 @@ class Recorder(Extension):
         service.taps.append(hear)
 
     def _follow_parameters(self, store: ParameterStore) -> None:
-        track = self._tracks.own(parameter_events.TOPIC, ParameterEvent, _PARAMETERS_QOS)
+        track = self._tracks.own(PARAMETER_EVENTS, ParameterEvent, _PARAMETERS_QOS)
         self._parameters.follow(store, partial(self._write, track))
 
     def _follow_timer(self, timer: Timer) -> None:

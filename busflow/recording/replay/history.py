@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.errors import BagError, MalformedMessage
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
-from busflow.node import parameter_events
 from busflow.node.parameter_messages import plain_value
 from busflow.recording.bag.facts import mappings
 from busflow.recording.recorder.service_events import SUFFIX
@@ -108,7 +108,7 @@ def past_of(bag: Bag) -> Past:
     ticks: Counter[tuple[str, str]] = Counter()
     answered: set[str] = set()
     began, latest_ns, in_order = None, 0, True
-    for entry in bag.entries(lambda channel: channel.topic in {parameter_events.TOPIC, TICKS} or _is_call(channel)):
+    for entry in bag.entries(lambda channel: channel.topic in {PARAMETER_EVENTS, TICKS} or _is_call(channel)):
         if _is_call(entry.channel):
             answered |= _answered(entry)
         elif entry.channel.topic == TICKS:

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from typing import cast as cast_
 
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.errors import BagError, PluginError
 from busflow.launchfile.check.preflight import Member, Preflight
 from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
 from busflow.launchfile.yaml.value import Origin, Source, Value
-from busflow.node import parameter_events, plugins
+from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
 from busflow.node.parameters import ParameterInfo, describe, value_of
-from busflow.runner import rosout
 from busflow.runner.sources import What, described
 from busflow.text import did_you_mean
 
@@ -30,7 +30,7 @@ Recorded = Mapping[str, Mapping[str, object]]
 """By the full name of a node, its parameters when the recording began."""
 
 _RECORDED = Origin(Source.CALLER)
-TOLD_BY_THE_RUN = {parameter_events.TOPIC, rosout.TOPIC}
+TOLD_BY_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
 """Topics of which a node says nothing itself."""
 
 

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.publisher import Publisher
 from busflow.clock import Duration, Time
 from busflow.errors import BagError, BusflowError, NodeFailed
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import type_name
-from busflow.node import parameter_events
 from busflow.node.node import runtime_of
 from busflow.recording.recorder.ticks import TICKS
 from busflow.recording.replay.calls import Calls, plain_of
@@ -148,7 +148,7 @@ class Rerun:
         topic = channel.topic
         if topic == TICKS:
             return self._tick, True
-        if topic == parameter_events.TOPIC:
+        if topic == PARAMETER_EVENTS:
             return self._change, True
         if topic in self._published:
             return (self._compare, False) if topic in self._check.compared else None

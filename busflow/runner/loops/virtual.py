@@ -23,7 +23,7 @@ from busflow.clock import perf_counter
 from busflow.errors import Deadlock
 from busflow.runner.loops.schedule import AnyOrder, Schedule
 from busflow.runner.loops.stalls import waiting
-from busflow.runner.orphan_tasks import catch_strays
+from busflow.runner.orphan_tasks import OrphanTasks
 
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
@@ -75,7 +75,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if schedule is not None:
             self._ready = AnyOrder(self._ready, schedule)
             schedule.attach(self, self.time_ns)
-        catch_strays(self)
+        OrphanTasks(self)
 
     def time(self) -> float:
         """Virtual seconds."""

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar, overload
 from busflow.errors import InvalidDeclaration
 from busflow.runner.loops.schedule import Schedule
 from busflow.runner.loops.virtual import HORIZON_S, VirtualLoop
-from busflow.runner.orphan_tasks import lost_on
+from busflow.runner.orphan_tasks import orphans_left
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -27,8 +27,8 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
 
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
         result = runner.run(named())
-    for lost in lost_on(loop):
-        raise lost
+    for orphan in orphans_left(loop):
+        raise orphan
     return result
 
 

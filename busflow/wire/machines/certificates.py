@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Self
 
 from busflow.clock import SystemClock
 from busflow.errors import CertificateError, how_to_install
-from busflow.launchfile.model.roles import NAME
+from busflow.launchfile.model.network import NAME
 
 if TYPE_CHECKING:
     from cryptography import x509

@@ -12,8 +12,7 @@ from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
 from busflow.launchfile.check.credentials import Credentials, examined
 from busflow.launchfile.load.load import examine
-from busflow.launchfile.model.network import TLS, Endpoint, NetworkSpec, StatedFile
-from busflow.launchfile.model.roles import Role
+from busflow.launchfile.model.network import TLS, Endpoint, NetworkSpec, Role, StatedFile
 from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
@@ -23,7 +23,7 @@ from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
-    from busflow.bus.topic import Topic
+    from busflow.bus.topic import Receiver, Topic
     from busflow.clock import Clock
     from busflow.wire.mirror.connection import Connection
 
@@ -72,7 +72,7 @@ class Latecomers:
         """A publisher has been let in: get what it keeps for those who want more than comes anyhow."""
         for subscription in self._topic.subscriptions:
             if self._lacks(subscription, gid):
-                self._ask(Gate.of(subscription, self), [gid])
+                self._ask(Gate.of(cast("Subscription[Any]", subscription), self), [gid])
 
     def forget(self, gid: bytes) -> None:
         """A publisher has gone."""
@@ -92,7 +92,7 @@ class Latecomers:
         for gate in tuple(self._gates):
             self._let_go(gate)
 
-    def _lacks(self, subscription: Subscription[Any], gid: bytes) -> bool:
+    def _lacks(self, subscription: Receiver, gid: bytes) -> bool:
         """Whether a subscription wants more of what a publisher keeps than is known here, or on its way."""
         publisher, qos = self._publishers[gid], subscription.endpoint.qos
         ends = qos.durability, publisher.endpoint.qos.durability

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from busflow.bus.client import Client
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.bus.server import Server
@@ -26,9 +27,7 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.node import parameter_events
 from busflow.node.parameter_store import ParameterStore
-from busflow.runner import rosout
 from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import Neighbours
@@ -41,8 +40,8 @@ from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.sender import Sender
 
 if TYPE_CHECKING:
-    from busflow.bus.bus import Attached
     from busflow.bus.bus import End as AnyEnd
+    from busflow.node.endpoints import Attached
     from busflow.runner.graph import Graph
     from busflow.wire.zenoh.run_directory import RunCard
 
@@ -73,7 +72,7 @@ class Mirror:
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
-        self._history = History(graph.bus, {rosout.TOPIC: 0} | dict(history))  # the log has a book of its own
+        self._history = History(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
         sender, replier = (Sender(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier"))
         self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
@@ -166,7 +165,7 @@ class Mirror:
     def _wanted_of_rosout(self) -> Durability:
         """What the nodes that receive the log, and are connected after its publisher, request of it."""
         ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
-        latched = any(end.topic == rosout.TOPIC and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
+        latched = any(end.topic == ROSOUT and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
     def _on_attach(self, attached: Attached) -> None:
@@ -270,7 +269,7 @@ class Mirror:
     def _hear(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is Kind.SERVICE:
             self._services.hear(text, token, alive=alive)
-        elif token.kind is Kind.SUBSCRIPTION and token.topic == parameter_events.TOPIC:
+        elif token.kind is Kind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif alive:
             self._neighbours.come(token)

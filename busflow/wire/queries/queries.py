@@ -24,7 +24,7 @@ from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
-    from busflow.bus.topic import Topic
+    from busflow.bus.topic import Receiver, Sender, Topic
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
     from busflow.runner.graph import Graph
@@ -115,14 +115,14 @@ class Questions:
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
         """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
-        topics = self._graph.bus.topics.values()
+        topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
         return {
             "process": self._process,
             "pid": os.getpid(),
             "elapsed_s": self._graph.clock.seconds(),
             "clock": self._graph.clock.kind,
-            "inbox": {"dropped": self._graph.bus.inbox.dropped, "refused": self._graph.bus.inbox.refused},
+            "inbox": {"dropped": inbox.dropped, "refused": inbox.refused},
             "nodes": [_node(unit) for unit in self._graph.units],
             "topics": [self._topic(topic) for topic in topics],
             "services": [asdict(each) for each in service_reports(self._graph.bus)],
@@ -143,6 +143,7 @@ class Questions:
         """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
         wanted = arguments.get("names")
         services = self._graph.bus.services
+        accounts = {name: service.statistics() for name, service in services.items()}
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
         for unit in self._graph.units:
             types |= {name: service_type for name, service_type, _ in ParameterServices(unit.runtime.parameters).all()}
@@ -152,8 +153,8 @@ class Questions:
                 "hash": self._supports(service_type).type_hash,
                 "request": _described(self._supports(service_type.Request)),
                 "response": _described(self._supports(service_type.Response)),
-                "servers": [asdict(each) for each in services[name].servers()] if name in services else [],
-                "clients": [asdict(each) for each in services[name].asking()] if name in services else [],
+                "servers": [asdict(each) for each in accounts[name].servers] if name in accounts else [],
+                "clients": [asdict(each) for each in accounts[name].clients] if name in accounts else [],
             }
             for name, service_type in types.items()
             if wanted is None or name in wanted
@@ -250,11 +251,11 @@ def _names(ends: Sequence[Publisher[Any] | Subscription[Any]]) -> list[dict[str,
     return [{"topic": end.topic, "type": type_name(end.type)} for end in ends]
 
 
-def _publisher(publisher: Publisher[Any]) -> dict[str, Any]:
+def _publisher(publisher: Sender) -> dict[str, Any]:
     return _endpoint(publisher.endpoint) | {"published": publisher.published}
 
 
-def _subscription(subscription: Subscription[Any]) -> dict[str, Any]:
+def _subscription(subscription: Receiver) -> dict[str, Any]:
     return _endpoint(subscription.endpoint) | asdict(subscription.statistics())
 
 

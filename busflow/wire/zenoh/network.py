@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from busflow.launchfile.check.credentials import Credentials, credentials_of
-from busflow.launchfile.model.network import TCP, TLS, Endpoint, NetworkSpec
-from busflow.launchfile.model.roles import Role
+from busflow.launchfile.model.network import TCP, TLS, Endpoint, NetworkSpec, Role
 from busflow.wire.zenoh.keys import DOMAIN, GRAPH, QUERY_PREFIX, READ_ONLY_QUERIES
 
 _RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}

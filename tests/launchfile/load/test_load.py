@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import LaunchError
-from busflow.launchfile.load.load import MAX_FILES, MAX_INCLUDE_DEPTH, examine, load
+from busflow.launchfile.load.load import examine, load
 from busflow.launchfile.model.description import ClockMode, ClockSpec, NodeSpec
 from busflow.node.supervision import Restart
 from busflow.text import printable
@@ -128,78 +128,6 @@ def test_a_later_override_and_one_from_python_win_in_their_order(folder):
     assert (found.seed, found.nodes[0].supervision.restart.when) == (3, Restart.ALWAYS)
 
 
-def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):
-    folder.write("joints: [a, b]\nnoise: {imu: 1, joints: 1}\n", "config/one.yaml")
-    folder.write("noise: {imu: 2}\nrate: ${args.rate}\n", "config/two.yaml")
-    found = node(
-        folder,
-        "args: {rate: {type: int, default: 5}}\n"
-        + TALKER
-        + "    parameters_from: [config/one.yaml, config/two.yaml]\n    parameters: {joints: [c]}\n",
-    )
-    assert found.parameters.data == {"joints": ["c"], "noise": {"imu": 2, "joints": 1}, "rate": 5}
-    value = found.parameters.find(("noise", "imu"))
-    assert value is not None
-    assert str(value.origin) == "config/two.yaml:1:14"
-    assert [str(place) for place in value.origin.included_from] == ["lab1.yaml:5:40"]
-
-
-def test_a_wrong_expression_in_a_parameter_file_is_told_there_and_its_parameter_left_out(folder):
-    folder.write("a: ${args.nope}\nb: 1\n", "joints.yaml")
-    folder.write(TALKER + "    parameters_from: joints.yaml\n")
-    found, problems = examine("lab1.yaml", environment={})
-    assert [each.render().splitlines()[0] for each in problems] == ["joints.yaml:1:6: error: unknown argument nope"]
-    assert found is not None
-    assert found.nodes[0].parameters.data == {"b": 1}
-
-
-def test_namespaces_of_file_include_node_and_key_are_composed(folder):
-    folder.write(
-        "namespace: arm\nnodes:\n  a: {plugin: p, namespace: c}\n  d/b: {plugin: p}\ntopics: {t: {qos: sensor_data}}\n",
-        "part.yaml",
-    )
-    found = folder.load("""
-        namespace: robot
-        include:
-          - {file: part.yaml, namespace: left}
-          - {file: part.yaml, namespace: /right}
-        nodes:
-          x: {plugin: p}
-          y: {plugin: p, namespace: /abs}
-    """)
-    assert [each.full_name for each in found.nodes] == [
-        "/robot/left/arm/c/a",
-        "/robot/left/arm/d/b",
-        "/right/arm/c/a",
-        "/right/arm/d/b",
-        "/robot/x",
-        "/abs/y",
-    ]
-    assert [each.topic for each in found.topics] == ["/robot/left/arm/t", "/right/arm/t"]
-
-
-def test_an_included_file_is_found_beside_the_one_that_names_it(folder):
-    folder.write("", "b/plugins/p.py")
-    folder.write("include: [../c/inner.yaml]\n", "b/outer.yaml")
-    folder.write("plugins: [../b/plugins]\nnodes: {n: {plugin: p}}\n", "c/inner.yaml")
-    found = folder.load("include: b/outer.yaml\n")
-    assert [str(path) for path in found.files] == ["lab1.yaml", "b/outer.yaml", "c/inner.yaml"]
-    assert [str(each.path) for each in found.folders] == ["b/plugins"]
-    assert [str(place) for place in found.nodes[0].origin.included_from] == ["b/outer.yaml:1:11", "lab1.yaml:1:10"]
-
-
-def test_a_node_looks_for_its_plugin_in_the_folders_of_its_own_file_first(folder):
-    for name in ("one", "two"):
-        folder.write("", f"{name}/p.py")
-    folder.write("plugins: [two]\nnodes: {b: {plugin: p}}\n", "b.yaml")
-    found = folder.load("plugins: [one]\ninclude: [b.yaml]\nnodes: {a: {plugin: p}}\n")
-    assert {each.name: [str(path) for path in each.folders] for each in found.nodes} == {
-        "b": ["two", "one"],
-        "a": ["one", "two"],
-    }
-    assert [str(each.path) for each in found.folders] == ["one", "two"]
-
-
 def test_the_resolved_file_is_one_launch_file_without_expressions(folder):
     folder.write("", "plugins/talker.py")
     folder.write("x: 1\n", "p.yaml")
@@ -264,55 +192,6 @@ def test_a_description_of_what_is_right_comes_beside_the_problems(folder):
     with pytest.raises(LaunchError) as caught:
         load("lab1.yaml", environment={})
     assert caught.value.problems == problems
-
-
-def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
-    folder.write(TALKER)
-    _, problems = examine("lab2.yaml", environment={})
-    assert [each.render() for each in problems] == [
-        "error: cannot read lab2.yaml: No such file or directory\n  fix: did you mean 'lab1.yaml'?"
-    ]
-
-
-def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
-    folder.write(TALKER, "configs/lab1.yaml")
-    folder.write("include: lab.yaml\n", "configs/all.yaml")
-    folder.write("include: configs/lab.yaml\n", "above.yaml")
-    fixes = {
-        path: examine(path, environment={})[1][0].fix for path in ("configs/lab1.yml", "configs/all.yaml", "above.yaml")
-    }
-    assert fixes == {
-        "configs/lab1.yml": "did you mean 'configs/lab1.yaml'?",
-        "configs/all.yaml": "did you mean 'lab1.yaml'?",
-        "above.yaml": "did you mean 'configs/lab1.yaml'?",
-    }
-
-
-@pytest.mark.parametrize(
-    ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
-)
-def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there: str):
-    folder.write(TALKER, there)
-    _, problems = examine(asked, environment={})
-    assert [each.fix for each in problems] == [f"did you mean {there!r}?"]
-
-
-@pytest.mark.parametrize(
-    ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
-)
-def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):
-    folder.write(TALKER, "lab/lab1.yaml")
-    _, problems = examine(path, environment={})
-    assert [each.fix for each in problems] == [fix]
-
-
-def test_includes_without_end_are_refused(folder):
-    for number in range(MAX_INCLUDE_DEPTH + 5):
-        folder.write(f"include: [{number + 1}.yaml, {number + 1}.yaml]\n", f"{number}.yaml")
-    report = folder.report("include: [0.yaml]\n")
-    assert f"includes nest deeper than {MAX_INCLUDE_DEPTH} files" in report
-    assert report.count(f"more than {MAX_FILES} files are read") == 1
-    assert len(report) < 100_000
 
 
 @pytest.mark.parametrize("name", ["$(touch x)", "`touch x`", "a; touch x", "../x", "\\e]0;x\\a", "\\0", "名前", ""])

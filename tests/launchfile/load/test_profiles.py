@@ -6,8 +6,9 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from busflow.launchfile.load.expand import readable
 from busflow.launchfile.load.expression import Scope
-from busflow.launchfile.load.profiles import chosen, from_command_line, readable
+from busflow.launchfile.load.profiles import chosen, from_command_line
 from busflow.launchfile.model.description import ClockMode
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.yaml.document import Limits

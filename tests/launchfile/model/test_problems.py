@@ -1,9 +1,13 @@
 """Problems: collected, bounded, in the order of the files."""
 
-import pytest
+from __future__ import annotations
 
-from busflow.errors import LaunchError, Place, Problem
-from busflow.launchfile.model.problems import MOST, Problems
+import pytest
+from pydantic import Field
+
+from busflow.errors import InvalidParameter, LaunchError, Place, Problem
+from busflow.launchfile.model.problems import MOST, Problems, parameter_problems
+from busflow.node.parameters import Parameters, validate
 
 
 def test_problems_come_by_file_then_line_and_those_without_a_place_first():
@@ -32,3 +36,87 @@ def test_what_is_raised_inside_is_kept():
     with problems.collecting():
         raise LaunchError([Problem("x", "inside")])
     assert [each.message for each in problems.sorted([])] == ["inside"]
+
+
+class Noise(Parameters):
+    imu: float = Field(default=0.1, ge=0)
+
+
+class TalkerParameters(Parameters):
+    rate_hz: float = Field(default=10.0, gt=0, le=1000)
+    noise: Noise = Noise()
+    name: str
+
+
+def report(folder, text: str, **how: object) -> str:
+    (spec,) = folder.load(text, **how).nodes
+    with pytest.raises(InvalidParameter) as caught:
+        validate(TalkerParameters, spec.parameters.data)
+    return "\n".join(problem.render() for problem in parameter_problems(caught.value, spec))
+
+
+def test_each_fault_is_told_at_its_value_or_its_key(folder):
+    found = report(
+        folder,
+        """
+        nodes:
+          talker:
+            plugin: talker
+            parameters:
+              rate_hz: -1
+              noise: {imu: loud, imuu: 1}
+        """,
+    )
+    assert found == (
+        "lab1.yaml:6:16: error: /talker: rate_hz must be greater than 0, got -1\n"
+        "        rate_hz: -1\n"
+        "                 ^^\n"
+        "  fix: allowed: greater than 0, at most 1000\n"
+        "lab1.yaml:7:20: error: /talker: noise.imu must be a number, got text 'loud'\n"
+        "        noise: {imu: loud, imuu: 1}\n"
+        "                     ^^^^\n"
+        "lab1.yaml:7:26: error: /talker: unknown parameter noise.imuu\n"
+        "        noise: {imu: loud, imuu: 1}\n"
+        "                           ^^^^\n"
+        "  fix: did you mean 'imu'?\n"
+        "lab1.yaml:5:5: error: /talker: parameter name is required\n"
+        "      parameters:\n"
+        "      ^^^^^^^^^^\n"
+        "  fix: add `name:` with a value (str)"
+    )
+
+
+def test_a_parameter_that_nothing_states_is_told_at_the_node(folder):
+    found = report(folder, "nodes:\n  talker:\n    plugin: talker\n")
+    assert found.startswith("lab1.yaml:2:3: error: /talker: parameter name is required\n    talker:\n    ^^^^^^\n")
+
+
+def test_a_value_from_an_argument_is_told_with_its_origin(folder):
+    text = """
+        args:
+          rate: {type: float, default: 1}
+        nodes:
+          talker:
+            plugin: talker
+            parameters: {name: x, rate_hz: "${args.rate}"}
+        """
+    assert report(folder, text, assignments=["rate:=5000"]) == (
+        "lab1.yaml:7:36: error: /talker: rate_hz must be at most 1000, got 5000.0, from command line\n"
+        '      parameters: {name: x, rate_hz: "${args.rate}"}\n'
+        "                                     ^^^^^^^^^^^^^^\n"
+        "  fix: allowed: greater than 0, at most 1000"
+    )
+
+
+def test_a_value_of_the_command_line_is_told_there(folder):
+    text = "nodes:\n  talker: {plugin: talker, parameters: {name: x}}\n"
+    assert report(folder, text, sets=["nodes.talker.parameters.rate_hz=fast"]) == (
+        "command line:1:33: error: /talker: rate_hz must be a number, got text 'fast'\n"
+        "  nodes.talker.parameters.rate_hz=fast\n"
+        "                                  ^^^^"
+    )
+
+
+def test_a_fault_in_an_included_file_names_who_included_it(folder):
+    folder.write("nodes:\n  talker: {plugin: talker, parameters: {name: 5}}\n", "inner.yaml")
+    assert report(folder, "include: [inner.yaml]\n").splitlines()[-1] == "  included from lab1.yaml:1:11"

@@ -310,5 +310,7 @@ def test_without_rosbags_what_it_reads_is_refused_with_what_to_install(tmp_path,
     storage = StoragePlugin.MCAP if compression else StoragePlugin.SQLITE3
     bag = write_bag(tmp_path / "bag", storage, compression=compression)
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
-    with pytest.raises(BagError, match=r"read with rosbags, which is not installed; pip install '\.\[rosbags\]'"):
+    with pytest.raises(
+        BagError, match=r"read with rosbags, which is not installed; in a clone of busflow: pip install '\.\[rosbags\]'"
+    ):
         Bag(bag)

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from busflow import Parameters
 from busflow.errors import InvalidParameter
-from busflow.node.parameter_changes import with_changes
+from busflow.node.parameters import with_changes
 
 
 class Mode(Enum):

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from busflow import Node
-from busflow.node.habits import Habit, Habits
+from busflow.node.node import _RCLPY
 
 PAGE = (Path(__file__).parents[2] / "docs/coming-from-rclpy.md").read_text(encoding="utf-8").replace("`", "")
-NAMES = [name for name, value in vars(Habits).items() if isinstance(value, Habit)]
+NAMES = list(_RCLPY)
 
 
 class Camera(Node):
@@ -35,3 +35,13 @@ def test_a_node_may_have_such_a_name_itself_and_other_names_are_told_as_python_d
     assert not hasattr(Camera(), "get_logger")
     with pytest.raises(AttributeError, match="'Camera' object has no attribute 'get_loger'"):
         getattr(Camera(), "get_loger")  # noqa: B009  # type checkers know it, too
+
+
+def test_none_of_them_is_listed_but_one_that_a_node_has_itself():
+    class Named(Node):
+        def get_name(self) -> str:
+            return "mine"
+
+    assert set(dir(Camera())) & set(NAMES) == set()
+    assert set(dir(Named())) & set(NAMES) == {"get_name"}
+    assert {"create_publisher", "parameters", "clock"} <= set(dir(Camera()))

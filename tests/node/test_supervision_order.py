@@ -5,7 +5,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.node.dependencies import cycle, stop_order
+from busflow.node.supervision import cycle, stop_order
 
 NAMES = [f"/n{index}" for index in range(6)]
 NEEDS = st.dictionaries(st.sampled_from(NAMES), st.lists(st.sampled_from(NAMES), max_size=4), max_size=6)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.node.backoff import Backoff
-from busflow.node.supervision import RestartPolicy
+from busflow.node.supervision import Backoff, RestartPolicy
 
 CASES = json.loads((Path(__file__).parents[1] / "cases" / "k_supervision.json").read_text(encoding="utf-8"))["cases"]
 

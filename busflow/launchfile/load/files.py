@@ -1,0 +1,126 @@
+"""The files and folders that a launch file names: read within one load's limits, or a problem where they are named."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+from busflow.errors import KeyPath, LaunchError, Place, Problem
+from busflow.launchfile.model.description import PluginFolder
+from busflow.launchfile.model.misplaced import set_right
+from busflow.launchfile.model.problems import Problems, problem_at
+from busflow.launchfile.yaml.document import Limits, Repeated, read_file
+from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.text import nearest, printable
+
+MAX_FILES = 100
+
+
+@dataclass(slots=True)
+class Files:
+    """Reads the files of one load, collecting what is wrong with them."""
+
+    problems: Problems
+    limits: Limits = field(default_factory=Limits)
+    paths: list[Path] = field(default_factory=list[Path])
+    """All that were read, in that order."""
+    _parameters: dict[tuple[Path, tuple[Place, ...]], Value | None] = field(
+        default_factory=dict[tuple[Path, tuple[Place, ...]], "Value | None"]
+    )
+
+    def launch_file(self, path: Path, entry: Value | None) -> Value | None:
+        """The content of a launch file, each key on the level where it can stand; None where it cannot be read.
+
+        Args:
+            path: The file.
+            entry: What names it; None for the file that is launched.
+        """
+        repeated: Repeated = []
+        root = self._read(path, entry, repeated)
+        return set_right(root, repeated, self.problems) if root is not None else None
+
+    def parameters(self, path: Path, entry: Value) -> Value | None:
+        """The parameters of a file that a node names; None where they cannot be read."""
+        asked = path, entry.origin.trail
+        if asked not in self._parameters:  # the nodes of a for_each share one
+            self._parameters[asked] = self._read(path, entry)
+        found = self._parameters[asked]
+        if found is None or isinstance(found.content, dict):
+            return found
+        message, fix = f"{path} must hold a mapping of parameters", "write `name: value` lines"
+        self.problems.add(problem_at("wrong-type", message, fix, found.origin))
+        return None
+
+    def folders(self, stated: Value | None, beside: Path) -> list[PluginFolder]:
+        """Folders of plugins, relative to the folder of the file that names them."""
+        found: list[PluginFolder] = []
+        for value in stated.content if stated is not None and isinstance(stated.content, list) else ():
+            folder = Path(os.path.normpath(beside / str(value.content)))
+            fault = unreadable(folder)
+            if fault is None and folder.is_dir():
+                found.append(PluginFolder(folder, value.origin))
+                continue
+            if fault is None:
+                fault = Problem("missing-folder", f"there is no folder {folder}", _neighbour(folder, beside))
+            self._report(fault.code, fault.message, fault.fix, value, ("plugins",))
+        return found
+
+    def _read(self, path: Path, entry: Value | None, repeated: Repeated | None = None) -> Value | None:
+        """A file's content. What keeps it from being read is a problem of the `entry` that names it."""
+        if self.limits.values < 0:
+            raise LaunchError([])  # a file before this one was too large, and that is reported
+        if len(self.paths) >= MAX_FILES:
+            self._report("too-many-files", f"more than {MAX_FILES} files are read", "include less", entry)
+            raise LaunchError([])
+        self.paths.append(path)
+        try:
+            return read_file(path, str(path), entry.origin.trail if entry is not None else (), self.limits, repeated)
+        except LaunchError as error:
+            for problem in error.problems:
+                if problem.code == "unreadable-file":
+                    place = entry.origin.place if entry is not None else None
+                    fix = _neighbour(path, Path(place.file).parent if place is not None else None)
+                    lost = () if repeated is not None else ("defaults", "parameters")
+                    self._report(problem.code, problem.message, fix, entry, lost)
+                else:
+                    self.problems.add(problem)
+        return None
+
+    def _report(self, code: str, message: str, fix: str | None, entry: Value | None, left_out: KeyPath = ()) -> None:
+        """A problem at the value that names a file, or at no place for the launch file itself."""
+        origin = entry.origin if entry is not None else Origin(Source.CALLER)
+        self.problems.add(problem_at(code, message, fix, origin), left_out=[left_out])
+
+
+def unreadable(folder: Path) -> Problem | None:
+    """Why nobody can look into a folder that is there; None where one can."""
+    try:
+        with os.scandir(folder) as entries:
+            next(entries, None)
+        os.stat(folder / "__init__.py")  # noqa: PTH116  # what is listed may be out of reach all the same
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        message = f"cannot read the folder {printable(folder)}: {error.strerror}"
+        return Problem("unreadable-folder", message, f"let it be read: chmod u+rx {printable(folder)}")
+    return None
+
+
+def _neighbour(path: Path, beside: Path | None = None) -> str | None:
+    """The file or folder beside a missing one that was probably meant, as a file in `beside` would name it."""
+    try:
+        if path.exists():
+            return None
+        if not path.parent.exists():
+            return _neighbour(path.parent, beside) or f"there is no folder {path.parent}"
+        for whole in (path.parent / f"{path.name}.yaml", path.parent / "configs" / f"{path.stem}.yaml"):
+            if whole.is_file():  # `busflow run lab1`, said as one says it
+                break
+        else:
+            near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
+            whole = path.parent / near if near else None
+    except (OSError, ValueError):
+        return None
+    return f"did you mean {str(whole) if beside is None else os.path.relpath(whole, beside)!r}?" if whole else None

@@ -1,0 +1,131 @@
+"""A launch file and its includes as a `Part` of a graph: each step takes what the one before has returned."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from pathlib import Path
+
+from busflow.errors import Problem, Severity
+from busflow.launchfile.load.arguments import bind
+from busflow.launchfile.load.build import variables
+from busflow.launchfile.load.build_network import anchored
+from busflow.launchfile.load.expand import expanded
+from busflow.launchfile.load.expression import Scope
+from busflow.launchfile.load.files import Files
+from busflow.launchfile.load.groups import Included, flattened
+from busflow.launchfile.load.merge import Part, compose, joined, named, overlaid
+from busflow.launchfile.load.override import SETTABLE
+from busflow.launchfile.load.profiles import chosen
+from busflow.launchfile.load.resolver import Resolver
+from busflow.launchfile.model.key_faults import checked, without
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.yaml.value import Value
+
+MAX_INCLUDE_DEPTH = 16
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFile:
+    """A file to read, and what is stated around it."""
+
+    path: Path
+    profiles: Sequence[Value] = ()
+    """Those that are asked for."""
+    given: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    """Values of its arguments."""
+    entry: Value | None = None
+    """What names it in the file that includes it."""
+    namespace: str = "/"
+    chain: tuple[Path, ...] = ()
+    """The files that led here."""
+    env: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Variables of the environment that these files state."""
+
+
+def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
+    """What a file and its includes add to a graph; None where it cannot be read."""
+    problems, folder = files.problems, file.path.parent
+    root = files.launch_file(file.path, file.entry)
+    if root is None:
+        return None
+    outside = replace(outside, used=set[str]())
+    around = replace(outside, env={**outside.env, **file.env})
+    root = chosen(root, file.profiles, around, problems)
+    bound = bind(root.members.get("args"), file.given, Resolver(around, problems))
+    scope = replace(around, args=bound.values, broken=frozenset(bound.broken))
+    stated = variables(Resolver(scope, Problems()).resolve(root.members.get("env", root.without(()))))
+    file = replace(file, env={**stated, **file.env}, chain=(*file.chain, file.path.resolve()))
+    scope = replace(scope, env={**scope.env, **file.env})
+    tree = expanded(root, scope, problems, files.limits)
+    keys, tree = checked(anchored(tree, folder), problems)
+    tree = _with_parameter_files(tree, folder, scope, files)
+    tree, includes = flattened(keys, tree, problems)
+    file = replace(file, namespace=compose(file.namespace, keys.namespace))
+    folders = files.folders(tree.members.get("plugins"), folder)
+    kept = {key: value for key, value in tree.members.items() if key in {*SETTABLE, "env"}}
+    own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()))
+    own = named(own, file.namespace, problems)
+    included = Part(Value({}, tree.origin))
+    for include in includes:
+        inner = _inner(include, file, problems)
+        part = part_of(inner, files, outside) if inner is not None else None
+        included = joined(included, part, own, problems) if part is not None else included
+    whole = overlaid(included, own, problems)
+    whole.warnings = [*_unused_arguments(root, scope), *included.warnings]
+    return whole
+
+
+def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFile | None:
+    """The file that another one includes; None where that would go on for too long."""
+    entry, chain = include.entry, file.chain
+    stated = entry.members.get("file", entry)
+    target = Path(os.path.normpath(file.path.parent / include.keys.file))
+    real = target.resolve()
+    if real in chain:
+        loop = [*chain[chain.index(real) :], real]
+        message = f"{include.keys.file} includes itself: {' → '.join(each.name for each in loop)}"
+        problems.add(problem_at("include-cycle", message, "leave one of these includes out", stated.origin))
+        return None
+    if len(chain) > MAX_INCLUDE_DEPTH:
+        message = f"includes nest deeper than {MAX_INCLUDE_DEPTH} files"
+        problems.add(problem_at("too-many-files", message, "include the files side by side", stated.origin))
+        return None
+    profiles = [entry.members["profile"]] if include.keys.profile is not None else []
+    namespace = compose(file.namespace, include.namespace)
+    return LaunchFile(target, profiles, entry.section("args"), stated, namespace, chain, file.env)
+
+
+def _with_parameter_files(graph: Value, folder: Path, scope: Scope, files: Files) -> Value:
+    """A file or group whose nodes have the content of their `parameters_from` below their `parameters`."""
+    for key, node in graph.section("nodes").items():
+        if "parameters_from" in node.members:
+            graph = graph.with_member(("nodes", key), _completed(node, folder, scope, files))
+    for name, group in graph.section("groups").items():
+        graph = graph.with_member(("groups", name), _with_parameter_files(group, folder, scope, files))
+    return graph
+
+
+def _completed(node: Value, folder: Path, scope: Scope, files: Files) -> Value:
+    stated, own = node.members["parameters_from"], node.members.get("parameters")
+    layers: list[Value] = []
+    for value in stated.content if isinstance(stated.content, list) else [stated]:
+        found = files.parameters(Path(os.path.normpath(folder / str(value.content))), value)
+        if found is not None:
+            resolver = Resolver(scope, files.problems)
+            layers.append(without(resolver.resolve(found), resolver.failed))
+    if own is not None and own.content is not None:
+        layers.append(own)
+    merged = reduce(Value.merged, layers) if layers else Value({}, node.origin)
+    return node.without(("parameters_from",)).with_member(("parameters",), merged)
+
+
+def _unused_arguments(root: Value, scope: Scope) -> Iterator[Problem]:
+    """Arguments that no expression names: a value that is given to one changes nothing."""
+    for name, entry in root.section("args").items():
+        if name not in scope.used:
+            message, fix = f"nothing uses the argument {name}", f"write ${{args.{name}}} where it is meant"
+            problem = problem_at("unused-argument", message, fix, key_origin(entry))
+            yield replace(problem, severity=Severity.WARNING)

@@ -1,0 +1,128 @@
+"""Statistics: every object of a running graph says what it has counted, and asking changes nothing."""
+
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+
+from busflow import Node, QoS, client, publisher, service, subscription, timer
+from busflow.bus.inbox import Inbox
+from busflow.bus.qos import Overflow
+from busflow.bus.statistics import (
+    ClientStatistics,
+    DispatcherStatistics,
+    InboxStatistics,
+    PublisherStatistics,
+    ServerStatistics,
+    SubscriptionStatistics,
+)
+from busflow.msgs.std_msgs import Int64
+from busflow.msgs.std_srvs import Trigger
+from busflow.node.node import runtime_of
+from busflow.testing import harness, virtual_time
+
+LINE = SubscriptionStatistics("/sink", "/number", 5, Overflow.DROP_OLDEST, 9, 4, 3, 2, {"overflow": 3}, 1)
+
+
+@virtual_time
+async def test_a_publisher_says_what_it_published_and_keeps_and_for_how_many(make_bench):
+    bench = make_bench()
+    latched = bench.publisher(durability="transient_local", depth=2)
+    bench.subscription()
+    bench.subscription(node="/other")
+    for number in range(3):
+        latched.publish(Int64(data=number))
+    assert latched.statistics() == PublisherStatistics(
+        node="/source",
+        topic="/number",
+        published=3,
+        kept=2,
+        subscriptions=2,
+        alive=True,
+        deadlines_missed=0,
+        liveliness_lost=0,
+    )
+
+
+@virtual_time
+async def test_a_topic_has_the_account_of_each_end_also_of_subscriptions_that_left(make_bench):
+    bench = make_bench()
+    source = bench.publisher()
+    bench.subscription(node="/gone").close()
+    bench.subscription()
+    source.publish(Int64(data=1))
+    found = bench.bus.topics["/number"].statistics()
+    assert (found.topic, found.published, found.arrived, found.losses) == ("/number", 1, 0, {})
+    assert found.publishers == (source.statistics(),)
+    assert [(line.node, line.queued) for line in found.subscriptions] == [("/sink", 1), ("/gone", 0)]
+    assert list(bench.bus.ledger()) == list(found.subscriptions)
+
+
+@virtual_time
+async def test_a_dispatcher_says_how_many_wait_for_their_turn(make_bench):
+    bench = make_bench()
+    assert bench.bus.dispatcher.statistics() == DispatcherStatistics(ready=0, quantum=8)
+    source = bench.publisher()
+    bench.subscription(lambda _message: None)
+    source.publish(Int64(data=1))
+    assert bench.bus.dispatcher.statistics().ready == 1
+
+
+@virtual_time
+async def test_an_inbox_says_what_waits_and_what_it_lost(make_bench):
+    inbox = Inbox(make_bench().bus.dispatcher)
+    inbox.put(lambda: None)
+    assert inbox.statistics() == InboxStatistics(taken=0, dropped=0, refused=0, waiting=1)
+    inbox.close()
+    assert inbox.statistics() == InboxStatistics(taken=0, dropped=1, refused=0, waiting=0)
+
+
+class Asker(Node):
+    numbers = publisher(Int64, "numbers", QoS(depth=1))
+    ask = client(Trigger, "answer")
+
+    @timer(1.0)
+    async def tick(self) -> None:
+        await self.ask.call()
+        self.numbers.publish(Int64(data=1))
+
+
+class Answerer(Node):
+    @service(Trigger, "answer")
+    def on_answer(self, _request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None: ...
+
+
+@virtual_time
+async def test_a_bus_and_its_nodes_say_the_same_of_topics_services_and_timers():
+    async with harness(Asker, Answerer) as lab:
+        await lab.advance(3.5)
+        found = lab.graph.bus.statistics()
+        asker, answerer = (runtime_of(lab.graph.node(kind)).statistics() for kind in (Asker, Answerer))
+        (numbers,) = [each for each in found.topics if each.topic == "/numbers"]
+        assert (numbers.publishers, numbers.subscriptions) == (asker.publishers, answerer.subscriptions)
+        assert (numbers.published, numbers.subscriptions[0].delivered) == (3, 3)
+        (answers,) = [each for each in found.services if each.service == "/answer"]
+        assert (answers.servers, answers.clients) == (answerer.servers, asker.clients)
+        assert (answers.servers[0].served, answers.clients[0].answered) == (3, 3)
+        assert ([each.fired for each in asker.timers], asker.tasks, asker.parameters_set) == ([3], 0, 0)
+        assert found.inbox == lab.graph.bus.inbox.statistics()
+        assert found == lab.graph.bus.statistics()
+
+
+def test_accounts_of_two_lives_add_up_and_what_is_no_count_is_the_later_ones():
+    later = replace(LINE, depth=7, published=4, delivered=1, dropped=2, queued=1, drops={"expired": 2})
+    assert LINE + later == SubscriptionStatistics(
+        "/sink", "/number", 7, Overflow.DROP_OLDEST, 13, 5, 5, 3, {"overflow": 3, "expired": 2}, 2
+    )
+    served = ServerStatistics("/s", "/do", 10, 6, 1, 1, 1, 1, 1, 1)
+    assert served + served == ServerStatistics("/s", "/do", 10, 12, 2, 2, 2, 2, 2, 2)
+    called = ClientStatistics("/c", "/do", 4, 1, 1, 1, 1, 1, {"ServiceTimeout": 1})
+    assert called + called == ClientStatistics("/c", "/do", 8, 2, 2, 2, 2, 2, {"ServiceTimeout": 2})
+
+
+def test_statistics_cannot_be_changed():
+    with pytest.raises(FrozenInstanceError):
+        LINE.published = 0

@@ -1,0 +1,47 @@
+"""Files that a launch file names and that are not there: what was probably meant."""
+
+import pytest
+
+from busflow.launchfile.load.load import examine
+
+TALKER = "nodes:\n  talker:\n    plugin: talker\n"
+
+
+def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
+    folder.write(TALKER)
+    _, problems = examine("lab2.yaml", environment={})
+    assert [each.render() for each in problems] == [
+        "error: cannot read lab2.yaml: No such file or directory\n  fix: did you mean 'lab1.yaml'?"
+    ]
+
+
+def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
+    folder.write(TALKER, "configs/lab1.yaml")
+    folder.write("include: lab.yaml\n", "configs/all.yaml")
+    folder.write("include: configs/lab.yaml\n", "above.yaml")
+    fixes = {
+        path: examine(path, environment={})[1][0].fix for path in ("configs/lab1.yml", "configs/all.yaml", "above.yaml")
+    }
+    assert fixes == {
+        "configs/lab1.yml": "did you mean 'configs/lab1.yaml'?",
+        "configs/all.yaml": "did you mean 'lab1.yaml'?",
+        "above.yaml": "did you mean 'configs/lab1.yaml'?",
+    }
+
+
+@pytest.mark.parametrize(
+    ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
+)
+def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there: str):
+    folder.write(TALKER, there)
+    _, problems = examine(asked, environment={})
+    assert [each.fix for each in problems] == [f"did you mean {there!r}?"]
+
+
+@pytest.mark.parametrize(
+    ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
+)
+def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):
+    folder.write(TALKER, "lab/lab1.yaml")
+    _, problems = examine(path, environment={})
+    assert [each.fix for each in problems] == [fix]

@@ -1,0 +1,47 @@
+"""Doubts: what the mistakes of a launch file leave open, from the keys that are left out because of them."""
+
+import pytest
+
+from busflow.launchfile.load.load import examine
+from busflow.launchfile.model.doubts import Doubt, doubts
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ((), Doubt.NODES),
+        (("nodes", "talker"), Doubt.NODES),
+        (("nodes", "talker", "plugin"), Doubt.NODES),
+        (("nodes", "talker", "remap", "imu"), Doubt.NODES),
+        (("nodes", "talker", "parameters", "rate_hz"), Doubt.PARAMETERS),
+        (("nodes", "talker", "parameters_from"), Doubt.PARAMETERS),
+        (("nodes", "talker", "publishers", "imu", "depth"), Doubt.QOS),
+        (("nodes", "talker", "restart"), None),
+        (("groups", "arm", "nodes", "talker", "process"), None),
+        (("groups", "arm", "defaults", "parameters"), Doubt.PARAMETERS),
+        (("plugins", 0), Doubt.PLUGINS),
+        (("topics", "/imu", "qos"), Doubt.QOS),
+        (("record", "to"), None),
+        (("profiles", "fast", "nodes", "talker"), None),
+        (("x-own", "nodes"), None),
+    ],
+)
+def test_what_a_key_that_is_not_known_leaves_open(path, expected):
+    assert doubts([path]) == ({expected} if expected else set())
+
+
+def test_a_mapping_that_stands_twice_leaves_nothing_open_elsewhere(folder):
+    folder.write("""\
+        plugins: [plugins]
+        clock: {mode: sim}
+        clock: {rate: 2}
+        nodes:
+          talker:
+            plugin: talker
+            parameters: {sides: [left, right]}
+        """)
+    (folder.path / "plugins").mkdir()
+    description, problems = examine("lab1.yaml")
+    assert [each.code for each in problems] == ["duplicate-key"]
+    assert description is not None
+    assert description.doubts == set()
