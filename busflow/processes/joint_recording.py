@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -180,9 +181,8 @@ def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> di
 
 def _counted(series: Series) -> FileCounts:
     """What the file of a process holds that ROS 2 can read; one without an end has to be read for this."""
-    found = series.overview()
-    counts = {channel: count for channel, count in found.counts.items() if channel.encoding == "cdr"}
-    return FileCounts(series.files[0].path.name, counts, found.start_ns, found.end_ns)
+    counts = {channel: count for channel, count in series.overview().counts.items() if channel.encoding == "cdr"}
+    return FileCounts(series.files[0].path.name, replace(series.overview(), counts=counts))
 
 
 def _stem(process: str) -> str:

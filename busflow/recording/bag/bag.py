@@ -7,21 +7,19 @@ What can be read of it is served, in the order in which it was recorded; where t
 from __future__ import annotations
 
 import hashlib
-from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from struct import Struct
-from types import TracebackType
 from typing import Self
 
 from busflow.errors import BagError
-from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile
+from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.facts import FACTS, Facts, Ledger, summed
 from busflow.recording.bag.mcap_file import McapFile
-from busflow.recording.bag.series import Damage, Numbered, Series, Survey, merged
+from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
 _DIGESTED = Struct("<IIIQQ")
 
@@ -56,15 +54,13 @@ class Bag:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Its topics, sorted by name; where no summary tells them, all of it is read for this."""
-        counts = self._counted()
+        counts = self._overview().counts
         return tuple(replace(each, count=counts[each]) for each in sorted(counts, key=lambda each: each.topic))
 
     @property
@@ -92,17 +88,17 @@ class Bag:
     @property
     def start_ns(self) -> int | None:
         """The earliest log time; None where there is no message."""
-        return self._times()[0]
+        return self._overview().start_ns
 
     @property
     def end_ns(self) -> int | None:
         """The latest log time."""
-        return self._times()[1]
+        return self._overview().end_ns
 
     @property
     def messages(self) -> int:
         """How many there are."""
-        return sum(self._counted().values())
+        return self._overview().messages
 
     def spans(self) -> Mapping[Channel, tuple[int, int]]:
         """When each channel's first and last message was recorded; nothing where all has to be read for that."""
@@ -131,11 +127,9 @@ class Bag:
             start_ns: Only those of this log time or later.
             end_ns: Only those of this log time or earlier.
         """
-        since = SINCE if start_ns is None else max(start_ns, SINCE)
-        until = UNTIL if end_ns is None else end_ns
         if len(self.series) == 1:
-            return self.series[0].entries(_chosen(topics), since, until)
-        return (entry for _, entry in self._merged(topics, since, until))
+            return self.series[0].entries(_chosen(topics), *_bounds(start_ns, end_ns))
+        return (entry for _, entry in self.numbered(topics, start_ns, end_ns))
 
     def numbered(
         self,
@@ -144,17 +138,12 @@ class Bag:
         end_ns: int | None = None,
     ) -> Iterator[Numbered]:
         """As `entries`, each with the place in `series` of those with which it was numbered."""
-        return self._merged(topics, SINCE if start_ns is None else max(start_ns, SINCE), end_ns)
-
-    def _merged(
-        self, topics: Collection[str] | Callable[[Channel], bool] | None, since_ns: int, until_ns: int | None
-    ) -> Iterator[Numbered]:
-        until = UNTIL if until_ns is None else until_ns
-        return merged([each.entries(_chosen(topics), since_ns, until) for each in self.series])
+        wanted, bounds = _chosen(topics), _bounds(start_ns, end_ns)
+        return merged([each.entries(wanted, *bounds) for each in self.series])
 
     def survey(self) -> Survey:
         """Read all of it, once: counts, times and gaps as the messages themselves show them."""
-        return _together([each.survey() for each in self.series])
+        return Survey.of([each.survey() for each in self.series])
 
     @property
     def incomplete(self) -> tuple[str, ...]:
@@ -219,15 +208,8 @@ class Bag:
         groups = [[each] for each in self.files] if any(map(_process, self.files)) else [self.files]
         return tuple(Series(each, str(self.path)) for each in groups)
 
-    def _counted(self) -> Mapping[Channel, int]:
-        return self._overview().counts
-
-    def _times(self) -> tuple[int | None, int | None]:
-        overview = self._overview()
-        return overview.start_ns, overview.end_ns
-
     def _overview(self) -> Survey:
-        return _together([each.overview() for each in self.series])
+        return Survey.of([each.overview() for each in self.series])
 
 
 def _process(file: BagFile) -> str:
@@ -235,17 +217,8 @@ def _process(file: BagFile) -> str:
     return file.metadata.get(FACTS, {}).get("process", "")
 
 
-def _together(surveys: Sequence[Survey]) -> Survey:
-    """What all series have shown."""
-    if len(surveys) == 1:
-        return surveys[0]
-    counts: Counter[Channel] = Counter()
-    for each in surveys:
-        counts.update(each.counts)
-    starts = [each.start_ns for each in surveys if each.start_ns is not None]
-    ends = [each.end_ns for each in surveys if each.end_ns is not None]
-    gaps = sum(each.gaps for each in surveys)
-    return Survey(counts, min(starts, default=None), max(ends, default=None), gaps)
+def _bounds(start_ns: int | None, end_ns: int | None) -> tuple[int, int]:
+    return SINCE if start_ns is None else max(start_ns, SINCE), UNTIL if end_ns is None else end_ns
 
 
 def _chosen(topics: Collection[str] | Callable[[Channel], bool] | None) -> Callable[[Channel], bool]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, Self
 
 from busflow.errors import BagError
 from busflow.recording.bag.channel import Channel
@@ -15,13 +16,30 @@ SINCE, UNTIL = 0, (1 << 64) - 1
 
 
 @dataclass(frozen=True, slots=True)
-class Overview:
-    """What a file tells without being read."""
+class Survey:
+    """What is in a bag, or in some of its files: as they tell without being read, or as reading them has shown."""
 
     counts: Mapping[Channel, int]
     start_ns: int | None
     """None where there is no message."""
     end_ns: int | None
+    gaps: int = 0
+    """Messages that were numbered and are not there, as far as all was read."""
+
+    @property
+    def messages(self) -> int:
+        """How many there are."""
+        return sum(self.counts.values())
+
+    @classmethod
+    def of(cls, parts: Sequence[Self]) -> Self:
+        """What several have together."""
+        counts: Counter[Channel] = Counter()
+        for each in parts:
+            counts.update(each.counts)
+        starts = [each.start_ns for each in parts if each.start_ns is not None]
+        ends = [each.end_ns for each in parts if each.end_ns is not None]
+        return cls(counts, min(starts, default=None), max(ends, default=None), sum(each.gaps for each in parts))
 
 
 class BagFile(Protocol):
@@ -45,7 +63,7 @@ class BagFile(Protocol):
         """Those that were met so far."""
         ...
 
-    def overview(self) -> Overview | None:
+    def overview(self) -> Survey | None:
         """What the file tells of itself; None where all of it has to be read for that."""
         ...
 

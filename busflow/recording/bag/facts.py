@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -55,11 +55,16 @@ class Ledger:
     recovered: str | None = None
     """What `busflow bag recover` says of the file that it was made of."""
 
+    @property
+    def topics(self) -> Iterator[Mapping[str, Any]]:
+        """What the report says of each topic."""
+        return mappings(self.report.get("topics"))
+
 
 def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
     """The facts in a metadata record; what is not understood there is left out."""
     versions = {name: metadata[name] for name in _VERSIONS if name in metadata}
-    versions |= {name: str(each) for name, each in _object(metadata.get("versions")).items()}
+    versions |= {name: str(each) for name, each in json_object(metadata.get("versions")).items()}
     return Facts(
         run=metadata.get("run", ""),
         seed=_number(metadata.get("seed")),
@@ -76,7 +81,7 @@ def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
 def ledger_of(metadata: Mapping[str, str]) -> Ledger:
     """The ledger in a metadata record."""
     return Ledger(
-        report=_object(metadata.get("report")),
+        report=json_object(metadata.get("report")),
         recorded=_number(metadata.get("recorded")),
         missed=_number(metadata.get("missed")) or 0,
         complete=metadata.get("complete") == "true",
@@ -99,11 +104,18 @@ def summed(ledgers: Sequence[Ledger | None], report: Mapping[str, Any]) -> Ledge
     )
 
 
+def mappings(value: Any) -> Iterator[Mapping[str, Any]]:
+    """The objects of a list in a report, which comes from a file, in which anything may stand."""
+    items = cast("list[Any]", value) if isinstance(value, list) else []
+    yield from (cast("Mapping[str, Any]", each) for each in items if isinstance(each, dict))
+
+
 def _number(text: str | None) -> int | None:
     return int(text) if text is not None and len(text) < 20 and text.lstrip("-").isdecimal() else None
 
 
-def _object(text: str | None) -> dict[str, Any]:
+def json_object(text: str | None) -> dict[str, Any]:
+    """The object that a text is in JSON; empty where it is none."""
     try:
         found = json.loads(text or "{}")
     except (ValueError, RecursionError):

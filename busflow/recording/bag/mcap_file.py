@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from mcap.records import McapRecord
 
 from busflow.errors import BagError
-from busflow.recording.bag.bag_file import SINCE, UNTIL, Overview
+from busflow.recording.bag.bag_file import SINCE, UNTIL, Survey
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
 from busflow.recording.mcap.bounds import MOST_DECLARED
@@ -49,7 +49,7 @@ class McapFile:
         self._channels: dict[tuple[object, ...], Channel] = {}
         with RecordFile(path) as file:
             self.size = file.size
-            header = parse(*_first(file))
+            header = file.record(file.next())
             if not isinstance(header, records.Header):
                 raise file.damaged("it does not begin with a header", len(MAGIC))
             self.header = header
@@ -60,7 +60,7 @@ class McapFile:
                 self.unfinished = error
                 self._read_beginning(file)
 
-    def overview(self) -> Overview | None:
+    def overview(self) -> Survey | None:
         """What the summary tells; None where it does not tell all."""
         summary = self.summary
         if summary is None or summary.statistics is None or not summary.whole:
@@ -71,8 +71,8 @@ class McapFile:
             found = self.channel(channel, summary.schemas.get(channel.schema_id))
             counts[found] += counted.channel_message_counts.get(number, 0)
         if not counted.message_count:
-            return Overview(counts, None, None)
-        return Overview(counts, counted.message_start_time, counted.message_end_time)
+            return Survey(counts, None, None)
+        return Survey(counts, counted.message_start_time, counted.message_end_time)
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
         """When each channel's first and last message was recorded, by the indices of its chunks; None without them."""
@@ -99,8 +99,7 @@ class McapFile:
         if not len(MAGIC) <= place < file.size:
             raise file.damaged(f"the summary says that an index begins at {place}", place)
         file.go_to(place)
-        frame = file.next()
-        record = parse(frame.opcode, file.body(frame), file.name, frame.offset)
+        record = file.record(file.next())
         return [time for time, _ in record.records] if isinstance(record, records.MessageIndex) else []
 
     def walk(
@@ -182,7 +181,7 @@ class McapFile:
         frame = file.next()
         if frame.opcode in _DATA or frame.opcode == Opcode.DATA_END:
             return False
-        record = parse(frame.opcode, file.body(frame), file.name, frame.offset)
+        record = file.record(frame)
         if record is not None:
             self.take(record)
         return True
@@ -233,13 +232,12 @@ class _Walk:
             elif frame.opcode == Opcode.MESSAGE_INDEX:
                 self._pass_over_index(frame)
             else:
-                record = parse(frame.opcode, file.body(frame), file.name, frame.offset)
+                record = file.record(frame)
                 if record is not None:
                     self._declare(record, frame.offset)
                     yield record
                 if isinstance(record, records.DataEnd):
-                    if record.data_section_crc and crc not in (None, record.data_section_crc):
-                        raise file.damaged("what lies before it is not what its CRC stands for", frame.offset)
+                    file.check_data(record, crc, frame.offset)
                     return
 
     def _check_order(self, frame: Frame) -> None:
@@ -319,8 +317,3 @@ class _Walk:
                     self._chosen[record.id] = channel
             case _:
                 self._source.take(record)
-
-
-def _first(file: RecordFile) -> tuple[int, bytes, str, int]:
-    frame = file.next()
-    return frame.opcode, file.body(frame), file.name, frame.offset

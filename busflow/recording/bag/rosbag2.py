@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from busflow.errors import BagError, LaunchError
+from busflow.recording.bag.facts import json_object
 from busflow.recording.mcap.bounds import MOST_FILES
 
 METADATA = "metadata.yaml"
@@ -89,12 +89,8 @@ def _of_busflow(told: Mapping[str, Any], path: Path) -> tuple[BagError | None, M
     stated = told.get("custom_data")
     custom = cast("dict[str, object]", stated) if isinstance(stated, dict) else {}
     lacking = custom.get(LACKING)
-    try:
-        report = json.loads(str(custom.get(REPORT, "{}")))
-    except (ValueError, RecursionError):
-        report = {}
-    reports = cast("dict[str, Any]", report) if isinstance(report, dict) else {}
-    return BagError(str(lacking), file=str(path)) if lacking else None, reports
+    report = json_object(str(custom.get(REPORT, "{}")))
+    return BagError(str(lacking), file=str(path)) if lacking else None, report
 
 
 def _storage(told: Mapping[str, Any], path: Path) -> str:

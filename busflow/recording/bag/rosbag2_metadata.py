@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
 
 if TYPE_CHECKING:
@@ -26,10 +26,7 @@ class FileCounts:
     """What one file of a directory holds."""
 
     name: str
-    counts: Mapping[Channel, int]
-    start_ns: int | None
-    """None where there is no message."""
-    end_ns: int | None
+    found: Survey
 
 
 def write_metadata(
@@ -50,22 +47,16 @@ def write_metadata(
     Raises:
         OSError: It cannot be written.
     """
-    counts: Counter[Channel] = Counter()
-    for each in files:
-        counts.update(each.counts)
-    starts = [each.start_ns for each in files if each.start_ns is not None]
-    ends = [each.end_ns for each in files if each.end_ns is not None]
+    whole = Survey.of([each.found for each in files])
     told = {
         "version": _VERSION,
         "storage_identifier": "mcap",
-        **_span(min(starts, default=None), max(ends, default=None), counts.total()),
-        "topics_with_message_count": [_topic(each, count, qos(each)) for each, count in counts.items()],
+        **_span(whole),
+        "topics_with_message_count": [_topic(each, count, qos(each)) for each, count in whole.counts.items()],
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [each.name for each in files],
-        "files": [
-            {"path": each.name, **_span(each.start_ns, each.end_ns, sum(each.counts.values()))} for each in files
-        ],
+        "files": [{"path": each.name, **_span(each.found)} for each in files],
         "custom_data": dict(custom) if custom else None,
         "ros_distro": "busflow",
     }
@@ -75,13 +66,13 @@ def write_metadata(
     part.replace(directory / METADATA)
 
 
-def _span(start_ns: int | None, end_ns: int | None, messages: int) -> dict[str, Any]:
+def _span(found: Survey) -> dict[str, Any]:
     """When there are messages, and how many."""
-    first = _LAST_NS if start_ns is None else start_ns
+    first = _LAST_NS if found.start_ns is None else found.start_ns
     return {
-        "duration": {"nanoseconds": 0 if end_ns is None else max(0, end_ns - first)},
+        "duration": {"nanoseconds": 0 if found.end_ns is None else max(0, found.end_ns - first)},
         "starting_time": {"nanoseconds_since_epoch": first},
-        "message_count": messages,
+        "message_count": found.messages,
     }
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import yaml
 
 from busflow.errors import BagError, how_to_install
-from busflow.recording.bag.bag_file import SINCE, UNTIL, Overview
+from busflow.recording.bag.bag_file import SINCE, UNTIL, Survey
 from busflow.recording.bag.channel import Channel, Entry
 
 if TYPE_CHECKING:
@@ -47,14 +47,14 @@ class RosbagsFile:
             self._topics = {each.id: _channel(each) for each in reader.connections}
             counts = {self._topics[each.id]: each.msgcount for each in reader.connections}
             times = (reader.start_time, reader.end_time - 1) if reader.message_count else (None, None)
-            self._overview = Overview(counts, *times)
+            self._overview = Survey(counts, *times)
 
     @property
     def channels(self) -> Collection[Channel]:
         """Its topics."""
         return self._topics.values()
 
-    def overview(self) -> Overview | None:
+    def overview(self) -> Survey | None:
         """What the database, or the directory's `metadata.yaml`, counts."""
         return self._overview
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from dataclasses import dataclass
 
 from busflow.errors import BagError
-from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Overview
+from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.completeness import shortfalls
 from busflow.recording.bag.facts import FACTS, LEDGER, Facts, Ledger, facts_of, ledger_of
@@ -61,22 +61,6 @@ class Damage:
         return f"{self.file}{where}: {self.what}; {come} before it"
 
 
-@dataclass(frozen=True, slots=True)
-class Survey:
-    """What reading all of a bag, or of a series of its files, has shown."""
-
-    counts: Mapping[Channel, int]
-    start_ns: int | None
-    end_ns: int | None
-    gaps: int
-    """Messages that were numbered and are not there."""
-
-    @property
-    def messages(self) -> int:
-        """How many there are."""
-        return sum(self.counts.values())
-
-
 class Series:
     """Files that are read one after the other."""
 
@@ -87,7 +71,7 @@ class Series:
         """Why it could not be read to its end; known after it was read as far as that."""
         self._place = place
         self._survey: Survey | None = None
-        self._told: list[Overview] | None = None
+        self._told: Survey | None = None
 
     @property
     def facts(self) -> Facts | None:
@@ -128,15 +112,11 @@ class Series:
 
     def overview(self) -> Survey:
         """What the files tell of themselves, or, where one of them does not, what reading them shows."""
-        overviews = self._overviews() if self._survey is None else None
-        if overviews is None:
-            return self.survey()
-        counts: Counter[Channel] = Counter()
-        for each in overviews:
-            counts.update(each.counts)
-        starts = [each.start_ns for each in overviews if each.start_ns is not None]
-        ends = [each.end_ns for each in overviews if each.end_ns is not None]
-        return Survey(counts, min(starts, default=None), max(ends, default=None), 0)
+        if self._survey is None and self._told is None:
+            found = [each.overview() for each in self.files]
+            told = [each for each in found if each is not None]
+            self._told = Survey.of(told) if len(told) == len(found) else None
+        return self._survey or self._told or self.survey()
 
     def counts_by_topic(self) -> Mapping[str, int]:
         """How many messages there are of each topic, whatever its publishers have offered."""
@@ -157,12 +137,6 @@ class Series:
             unfinished = any(each.unfinished for each in self.files)
             for each in shortfalls(ledger, unfinished=unfinished, gaps=gaps, there=self.overview().messages):
                 yield each.text
-
-    def _overviews(self) -> list[Overview] | None:
-        if self._told is None:
-            found = [each.overview() for each in self.files]
-            self._told = None if None in found else [each for each in found if each]
-        return self._told
 
     def _surveyed(self) -> Survey:
         counts: Counter[Channel] = Counter()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from mcap import records
@@ -56,9 +55,7 @@ class Contents:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def __iter__(self) -> Iterator[Found]:
@@ -109,8 +106,7 @@ class Contents:
             yield Found(record, offset)
         if isinstance(record, records.DataEnd):
             self._data_ended = True
-            if record.data_section_crc and crc not in (None, record.data_section_crc):
-                raise self._file.damaged("what lies before it is not what its CRC stands for", offset)
+            self._file.check_data(record, crc, offset)
         elif isinstance(record, records.Footer):
             self._ended = True
             if not self._data_ended:

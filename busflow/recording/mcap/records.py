@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from struct import Struct
-from types import TracebackType
 from typing import BinaryIO, NamedTuple, Self
 
 from mcap import records
@@ -94,9 +93,7 @@ class RecordFile:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def go_to(self, offset: int) -> None:
@@ -136,6 +133,23 @@ class RecordFile:
     def body(self, frame: Frame) -> bytes:
         """What is in the record whose frame was just read."""
         return self._read(frame.length)
+
+    def record(self, frame: Frame) -> McapRecord | None:
+        """What the record says whose frame was just read; None where its kind is not known.
+
+        Raises:
+            BagError: It is damaged.
+        """
+        return parse(frame.opcode, self.body(frame), self.name, frame.offset)
+
+    def check_data(self, end: records.DataEnd, crc: int | None, offset: int) -> None:
+        """Hold the end of the data against the CRC of all that comes before it, where that is known.
+
+        Raises:
+            BagError: It says another one.
+        """
+        if end.data_section_crc and crc not in (None, end.data_section_crc):
+            raise self.damaged("what lies before it is not what its CRC stands for", offset)
 
     def peek(self, frame: Frame, size: int) -> bytes:
         """The first bytes of the record whose frame was just read, which is still to be read."""

@@ -5,14 +5,17 @@ package `mcap`. The same messages give the same bytes. Nothing here knows of tim
 the file is for its user to say.
 """
 
+# The libraries that compress have no stubs.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
 from __future__ import annotations
 
 import sys
 import zlib
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from struct import Struct
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -33,9 +36,9 @@ from mcap.records import (
 )
 
 from busflow.launchfile.model.description import Compression
-from busflow.recording.mcap.compression import MCAP_WORDS, Part, compressor
 from busflow.recording.mcap.records import FRAME, MAGIC
 
+Part: TypeAlias = bytes | memoryview
 Payload: TypeAlias = bytes | list[Part]
 """A message's bytes, or what they are when joined."""
 
@@ -329,3 +332,46 @@ def _summary(start: int, groups: Sequence[Sequence[McapRecord]]) -> tuple[bytes,
     for offset in offsets:
         offset.write(builder)
     return builder.end(), offsets_start
+
+
+Compressor: TypeAlias = Callable[[Sequence[Part], int], Sequence[Part]]
+"""What makes fewer bytes of the parts of a chunk, whose size in all it is told."""
+
+MCAP_WORDS = {Compression.NONE: "", Compression.LZ4: "lz4", Compression.ZSTD: "zstd"}
+"""What MCAP calls each."""
+
+_ZSTD_LEVEL = 1
+"""The readings of sensors get hardly smaller at higher levels, which take twice the time."""
+
+
+def compressor(compression: Compression) -> Compressor:
+    """A compressor for chunks that are written one after the other; large parts are not copied on the way."""
+    return {Compression.NONE: _as_it_is, Compression.LZ4: _lz4, Compression.ZSTD: _zstd}[compression]()
+
+
+def _as_it_is() -> Compressor:
+    return lambda parts, _size: parts
+
+
+def _zstd() -> Compressor:
+    import zstandard
+
+    context = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
+
+    def compress(parts: Sequence[Part], size: int) -> Sequence[Part]:
+        if len(parts) == 1:
+            return [context.compress(parts[0])]
+        stream: Any = context.compressobj(size=size)
+        return [*map(stream.compress, parts), stream.flush()]
+
+    return compress
+
+
+def _lz4() -> Compressor:
+    import lz4.frame  # pyright: ignore[reportMissingTypeStubs]  # it has none
+
+    def compress(parts: Sequence[Part], size: int) -> Sequence[Part]:
+        stream: Any = lz4.frame.LZ4FrameCompressor()
+        return [stream.begin(size), *map(stream.compress, parts), stream.flush()]
+
+    return compress

@@ -105,10 +105,6 @@ class Tape:
         """The message that `look` has given, which is not next any more."""
         return self._ready.popleft()
 
-    def rewind(self) -> None:
-        """Begin anew."""
-        self.seek(self.start_ns)
-
     def seek(self, moment_ns: int) -> None:
         """Go on with the first message of a moment or later, also back from the end."""
         if self._thread is None:

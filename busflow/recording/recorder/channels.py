@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,8 @@ class Announcer:
         number, key = self._channels + 1, (type_.name, type_.type_hash)
         known = self._schemas.get(key)
         schema = known or len(self._schemas) + 1
-        metadata = _metadata(offered_qos_profiles(offered), type_.type_hash)
+        # What ROS 2's recorder writes beside a channel.
+        metadata = {"offered_qos_profiles": offered_qos_profiles(offered), "topic_type_hash": type_.type_hash}
 
         def announce(file: McapWriter) -> None:
             if known is None:
@@ -43,11 +44,6 @@ class Announcer:
             return 0
         self._schemas[key], self._channels = schema, number
         return number
-
-
-def _metadata(offered: str, type_hash: str) -> Mapping[str, str]:
-    """What ROS 2's recorder writes beside a channel."""
-    return {"offered_qos_profiles": offered, "topic_type_hash": type_hash}
 
 
 @dataclass(slots=True)
@@ -78,6 +74,14 @@ class Tracks:
         if support is None:
             support = self._supports[message_type] = TypeSupport(message_type)
         track = self.by_topic[topic] = Track(topic, support, _encoder(support))
+        return track
+
+    def own(self, topic: str, message_type: type[Message], qos: QoS) -> Track:
+        """The track of messages that the recorder makes itself."""
+        track = self.by_topic.get(topic)
+        if track is None:
+            track = self.add(topic, message_type)
+            track.offered.append(qos)
         return track
 
     def announce(self, spool: Spool, track: Track) -> bool:

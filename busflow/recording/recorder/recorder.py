@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -24,13 +24,14 @@ from busflow.bus.timer import Timer
 from busflow.bus.topic_origins import Origins
 from busflow.errors import IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
+from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
-from busflow.node.parameter_store import ParameterStore
+from busflow.node import parameter_messages
+from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Track, Tracks
 from busflow.recording.recorder.destination import Destination, named, new_recording
 from busflow.recording.recorder.options import spec_of
-from busflow.recording.recorder.parameter_events import ParameterTrack
 from busflow.recording.recorder.provenance import facts, launch_files, ledger, library
 from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
 from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
@@ -44,10 +45,12 @@ if TYPE_CHECKING:
     from busflow.bus.call import Call
     from busflow.bus.service import Service
     from busflow.bus.topic import Topic
+    from busflow.clock import Clock
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec
     from busflow.log import LogRecord
     from busflow.node.endpoints import Attached
+    from busflow.node.parameters import Parameters
     from busflow.recording.recorder.options import Wanted
     from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
@@ -125,8 +128,7 @@ class Recorder(Extension):
         if self._selection.includes(ROSOUT):
             from busflow.msgs.rcl_interfaces import Log as LogMessage
 
-            track = self._tracks.add(ROSOUT, LogMessage)
-            track.offered.append(_LOG_QOS)
+            track = self._tracks.own(ROSOUT, LogMessage, _LOG_QOS)
             graph.log.sinks.append(partial(self._on_log, track))
 
     def end(self) -> None:
@@ -225,7 +227,6 @@ class Recorder(Extension):
         cls = event_class(service.type)
         track = self._tracks.add(topic, cls)
         track.offered.append(_SERVICE_QOS)
-
         elsewhere: set[int] = set()  # calls of a server in another process, which records them
 
         def hear(call: Call[Any, Any]) -> None:
@@ -238,17 +239,11 @@ class Recorder(Extension):
         service.taps.append(hear)
 
     def _follow_parameters(self, store: ParameterStore) -> None:
-        track = self._tracks.by_topic.get(PARAMETER_EVENTS)
-        if track is None:
-            track = self._tracks.add(PARAMETER_EVENTS, self._parameters.message_type)
-            track.offered.append(_PARAMETERS_QOS)
+        track = self._tracks.own(PARAMETER_EVENTS, ParameterEvent, _PARAMETERS_QOS)
         self._parameters.follow(store, partial(self._write, track))
 
     def _follow_timer(self, timer: Timer) -> None:
-        track = self._tracks.by_topic.get(TICKS)
-        if track is None:
-            track = self._tracks.add(TICKS, String)
-            track.offered.append(_TICKS_QOS)
+        track = self._tracks.own(TICKS, String, _TICKS_QOS)
         timer.observe(lambda: self._write(track, tick_message(timer, self._clock)))
 
     def _on_log(self, track: Track, record: LogRecord) -> None:
@@ -310,6 +305,34 @@ class Recorder(Extension):
                 f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
                 f"{did_you_mean(pattern, self._graph.bus.topics)}"
             )
+
+
+class ParameterTrack:
+    """What is known of each node's parameters, so that nothing is told twice when it is started anew."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._known: dict[str, dict[str, object]] = {}
+
+    def follow(self, store: ParameterStore, write: Callable[[ParameterEvent], None]) -> None:
+        """Tell of a node's parameters now, as far as they are not known, and of all changes from now on."""
+        known = self._known.setdefault(store.node, {})
+        found = {row.name: row.value for row in store.describe()}
+        changes = [ParameterChange(name, known.get(name), found.get(name)) for name in {**known, **found}]
+        self._tell(store, write, [change for change in changes if change.old != change.new])
+        store.on_change.append(partial(self._on_change, store, write))
+
+    def _on_change(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], _old: Parameters, result: SetResult
+    ) -> None:
+        self._tell(store, write, result.changed)
+
+    def _tell(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], changes: Sequence[ParameterChange]
+    ) -> None:
+        self._known[store.node].update({change.name: change.new for change in changes})
+        if changes:
+            write(parameter_messages.event_message(self._clock.now(), store.node, changes, store.infos))
 
 
 def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import islice
 from typing import Any, NamedTuple
 
 from busflow.clock import NS_PER_S
@@ -123,7 +124,7 @@ class Check:
 
     def failed(self, node: str, time_ns: int, text: str) -> None:
         """A node failed in the replay."""
-        self._add(Difference(Kind.FAILURE, node, 0, self._seconds(time_ns), text=text))
+        self._add(Kind.FAILURE, node, 0, time_ns, text)
 
     def finish(self) -> None:
         """Both sides have come to their end: what has no counterpart is a difference."""
@@ -135,51 +136,50 @@ class Check:
 
     def _miss(self, lonely: Lonely[Published]) -> None:
         for number, each in enumerate(lonely.waiting, start=self._topics[lonely.topic].paired + 1):
-            text = "recorded, and not published in the replay"
-            self._add(Difference(Kind.MISSING, lonely.topic, number, self._seconds(each.time_ns), text=text))
+            self._add(Kind.MISSING, lonely.topic, number, each.time_ns, "recorded, and not published in the replay")
         self.count += lonely.let_go
 
     def _exceed(self, lonely: Lonely[Published]) -> None:
         topic = self._topics[lonely.topic]
         for number, each in enumerate(lonely.waiting, start=topic.paired + 1):
             if not self._is_forgiven(each):
-                text = "published in the replay, and not recorded"
-                self._add(Difference(Kind.EXTRA, lonely.topic, number, self._seconds(each.time_ns), text=text))
+                self._add(Kind.EXTRA, lonely.topic, number, each.time_ns, "published in the replay, and not recorded")
         self.count += max(0, lonely.let_go - topic.late)  # those at the end are the last ones
 
     def _pass_over(self, name: str, published: Published) -> None:
         topic = self._topics[name]
         topic.paired += 1
         text = "not compared: so many came before its counterpart that it was not kept"
-        self._add(Difference(Kind.UNCOMPARED, name, topic.paired, self._seconds(published.time_ns), text=text))
+        self._add(Kind.UNCOMPARED, name, topic.paired, published.time_ns, text)
 
     def _compare(self, name: str, left: Published, right: Published) -> None:
         topic = self._topics[name]
         topic.paired += 1
         self.compared[name] += 1
-        seconds = self._seconds(left.time_ns)
         if left.payload != right.payload:
-            fields: list[FieldDifference] = []
-            for each in self._comparison.differences(topic.plain(left.payload), topic.plain(right.payload)):
-                fields.append(each)
-                if len(fields) == _MOST_FIELDS:
-                    break
-            if fields:
-                self._add(Difference(Kind.CONTENT, name, topic.paired, seconds, tuple(fields)))
+            found = self._comparison.differences(topic.plain(left.payload), topic.plain(right.payload))
+            if fields := tuple(islice(found, _MOST_FIELDS)):
+                self._add(Kind.CONTENT, name, topic.paired, left.time_ns, fields=fields)
                 return
         late_ns = right.time_ns - left.time_ns
         if abs(late_ns) > self._comparison.time_tolerance_ns:
             word = "later" if late_ns > 0 else "earlier"
             text = f"published {abs(late_ns) / _NS_PER_MS:g} ms {word} in the replay"
-            self._add(Difference(Kind.TIME, name, topic.paired, seconds, text=text))
+            self._add(Kind.TIME, name, topic.paired, left.time_ns, text)
 
-    def _add(self, difference: Difference) -> None:
+    def _add(
+        self,
+        kind: Kind,
+        topic: str,
+        number: int,
+        time_ns: int,
+        text: str = "",
+        fields: tuple[FieldDifference, ...] = (),
+    ) -> None:
         self.count += 1
         if len(self.differences) < self._most:
-            self.differences.append(difference)
+            time_s = (time_ns - self._started_ns) / NS_PER_S
+            self.differences.append(Difference(kind, topic, number, time_s, fields, text))
 
     def _is_forgiven(self, published: Published) -> bool:
         return self._forgiven_from_ns is not None and published.time_ns >= self._forgiven_from_ns
-
-    def _seconds(self, time_ns: int) -> float:
-        return (time_ns - self._started_ns) / NS_PER_S

@@ -12,6 +12,7 @@ from busflow.errors import BagError, MalformedMessage
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
 from busflow.node.parameter_messages import plain_value
+from busflow.recording.bag.facts import mappings
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.ticks import TICKS, Tick
 from busflow.text import counted
@@ -30,7 +31,7 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
         nodes: Their full names.
     """
     counts = {each.topic: each.count for each in bag.channels}
-    for told in _topics(bag.ledger.report if bag.ledger is not None else {}):
+    for told in bag.ledger.topics if bag.ledger is not None else ():
         name, published, there = told.get("name"), told.get("published"), counts.get(str(told.get("name")))
         if name not in topics:
             continue
@@ -39,7 +40,7 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
         if lost := _lost(told):
             missed = counted(lost, "message was", "messages were")
             yield f"{name}: {missed} lost between processes, and given in the replay"
-        for subscription in _mappings(told.get("subscriptions")):
+        for subscription in mappings(told.get("subscriptions")):
             dropped = subscription.get("dropped")
             if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
                 yield f"{name}: {subscription['node']} lost {counted(dropped, 'message')}, and had all in the replay"
@@ -55,31 +56,21 @@ def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
         return {}
     counts = {each.topic: each.count for each in bag.channels}
     found: dict[tuple[str, str], list[int]] = {}
-    for told in _topics(bag.ledger.report):
+    for told in bag.ledger.topics:
         name = str(told.get("name"))
         if _lost(told) or told.get("published") != counts.get(name):
             continue
-        for line in _mappings(told.get("subscriptions")):
+        for line in mappings(told.get("subscriptions")):
             had = line.get("published" if line.get("dropped") else "delivered")
             if line.get("node") in nodes and isinstance(had, int):
                 found.setdefault((str(line["node"]), name), []).append(had)
     return {key: had[0] for key, had in found.items() if len(had) == 1}
 
 
-def _topics(report: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    return _mappings(report.get("topics"))
-
-
 def _lost(topic: Mapping[str, Any]) -> int:
     """How many messages on a topic did not come through from one process to another."""
     losses = cast("Mapping[Any, Any]", topic.get("losses") if isinstance(topic.get("losses"), dict) else {})
     return sum(count for count in losses.values() if isinstance(count, int))
-
-
-def _mappings(told: Any) -> Iterator[Mapping[str, Any]]:
-    """A report comes from a file, in which anything may stand."""
-    items = cast("list[Any]", told) if isinstance(told, list) else []
-    yield from (cast("Mapping[str, Any]", each) for each in items if isinstance(each, dict))
 
 
 @dataclass(slots=True)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, cast
 
-from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
+from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.publisher import Publisher
 from busflow.clock import Duration, Time
 from busflow.errors import BagError, BusflowError, NodeFailed
@@ -24,7 +24,7 @@ from busflow.recording.replay.calls import Calls, plain_of
 from busflow.recording.replay.comparison import Check, Published
 from busflow.recording.replay.history import Past, change_of, loss_notes, shares, tick_of
 from busflow.recording.replay.inputs import Inputs
-from busflow.recording.replay.nodes import plain
+from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, plain
 from busflow.recording.replay.ticks import ReplayClock
 from busflow.text import counted
 
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
     from busflow.runner.graph import Graph
     from busflow.runner.loops.virtual import VirtualLoop
-
-_UNTOLD = {PARAMETER_EVENTS, ROSOUT}
-"""What the run tells by itself, and is not compared."""
 
 Role = Callable[["Entry"], None]
 
@@ -191,7 +188,7 @@ class Rerun:
             return
         publisher = cast("Publisher[Any]", attached)
         topic = publisher.topic
-        if publisher.endpoint.node not in self._nodes or topic in _UNTOLD or topic in self._published:
+        if publisher.endpoint.node not in self._nodes or topic in TOLD_BY_THE_RUN or topic in self._published:
             return
         self._published[topic] = publisher.endpoint.node
         self.outputs[topic] = deque(maxlen=self._keep)

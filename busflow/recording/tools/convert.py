@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import MalformedMessage
 from busflow.recording.bag.series import renumbered
+from busflow.recording.tools.flat import listed
+from busflow.recording.tools.sink import Sink, TopicFiles
 from busflow.recording.tools.target import new_directory, new_file
-from busflow.recording.tools.to_jsonl import JsonlFile
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
-    from busflow.recording.tools.sink import Sink
 
 
 class Form(StrEnum):
@@ -116,20 +116,47 @@ def _sink(
     """What takes the messages; only what is used of the other programs' formats is imported."""
     match form:
         case Form.CSV:
-            from busflow.recording.tools.to_csv import CsvFiles
+            from busflow.recording.tools.to_csv import CsvFile
 
-            return CsvFiles(path)
+            return TopicFiles(path, ".csv", CsvFile)
         case Form.PARQUET:
-            from busflow.recording.tools.to_parquet import ParquetFiles
+            from busflow.recording.tools.to_parquet import parquet_files
 
-            return ParquetFiles(path)
+            return parquet_files(path)
         case Form.JSONL:
             return JsonlFile(path.open("w", encoding="utf-8"), line_of)
         case Form.ROS2BAG:
-            from busflow.recording.tools.to_rosbag2 import Rosbag2Directory
+            from busflow.recording.tools.to_mcap import Rosbag2Directory
 
             return Rosbag2Directory(path, target.name, bag, channels, partly=partly)
         case Form.MCAP:
             from busflow.recording.tools.to_mcap import McapCopy
 
             return McapCopy(path.open("wb"), bag, channels, partly=partly)
+
+
+class JsonlFile:
+    """Writes lines."""
+
+    def __init__(self, stream: TextIO, line_of: Callable[[Mapping[str, Any]], str]) -> None:
+        """Write to a stream, with what makes a line of an object."""
+        self._stream, self._line_of = stream, line_of
+
+    def write(self, entry: Entry) -> None:
+        """Write a line."""
+        channel = entry.channel
+        line = self._line_of(
+            {
+                "topic": channel.topic,
+                "type": channel.type_name,
+                "sequence": entry.sequence,
+                "log_time_ns": entry.log_time_ns,
+                "publish_time_ns": entry.publish_time_ns,
+                "message": listed(channel.plain(entry.payload)),
+            }
+        )
+        self._stream.write(line + "\n")
+
+    def close(self) -> None:
+        """Close the stream."""
+        self._stream.close()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import islice, zip_longest
 from typing import TYPE_CHECKING
 
 from busflow.errors import BagError, MalformedMessage
@@ -98,15 +98,11 @@ def diff(
     """
     found = _Found(left, right, comparison, times=times, most=most)
     entries = left.entries(topics), right.entries(topics)
-    while True:
-        ended = True
-        for side in _SIDES:
-            for entry in islice(entries[side], 1):
-                ended = False
+    for pair in zip_longest(*entries):
+        for side, entry in zip(_SIDES, pair, strict=True):
+            if entry is not None:
                 found.take(side, entry)
                 on_message()
-        if ended:
-            break
     for side in _SIDES:
         for channel in (left, right)[side].channels:
             if topics is None or channel.topic in topics:

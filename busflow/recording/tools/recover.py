@@ -82,13 +82,9 @@ class _Saved:
 
     def take(self, contents: Contents) -> None:
         """Save what is in a file."""
-        self._here, self._schemas = {}, {}
-        if contents.summary is not None:  # what was declared in a damaged chunk is declared there once more
-            for schema in contents.summary.schemas.values():
-                self._schema(schema)
-            later = list(contents.summary.channels.values())
-        else:
-            later = []
+        summary = contents.summary  # what was declared in a damaged chunk is declared there once more
+        self._here, self._schemas = {}, {} if summary is None else dict(summary.schemas)
+        later = [] if summary is None else list(summary.channels.values())
         for found in contents.beyond_damage():
             self._record(found.record, later)
         self.recovery.damages += contents.damages
@@ -118,7 +114,7 @@ class _Saved:
             case records.Message():
                 self._message(record, later)
             case records.Schema():
-                self._schema(record)
+                self._schemas[record.id] = record
             case records.Channel():
                 self._channel(record)
             case records.Header() if not self._started:
@@ -137,11 +133,10 @@ class _Saved:
                 pass
 
     def _message(self, message: records.Message, later: list[records.Channel]) -> None:
-        number = self._here.get(message.channel_id)
-        if number is None:
+        if message.channel_id not in self._here:
             for channel in later:
                 self._channel(channel)
-            number = self._here.get(message.channel_id)
+        number = self._here.get(message.channel_id)
         if number is None:
             self.recovery.strays += 1
             return
@@ -150,9 +145,6 @@ class _Saved:
         self._gaps += max(0, message.sequence - self._last - 1)
         self._last = message.sequence
         self._on_message()
-
-    def _schema(self, schema: records.Schema) -> None:
-        self._schemas[schema.id] = schema
 
     def _channel(self, channel: records.Channel) -> None:
         if channel.id in self._here:

@@ -1,9 +1,13 @@
-"""`Sink`: what takes the messages of a bag and writes them in another form; and what files of topics are called."""
+"""`Sink`: what takes the messages of a bag and writes them in another form; one is a directory of a file per topic."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from busflow.errors import BagError
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
@@ -49,3 +53,32 @@ class FileNames:
                 name = f"{stem}-{number}{self._suffix}"
             self._names[channel] = name
         return self._names[channel]
+
+
+class TopicFiles:
+    """Writes a directory with a file for each topic, which is begun with the first message of the topic."""
+
+    def __init__(self, directory: Path, suffix: str, new_file: Callable[[Path, Channel], Sink]) -> None:
+        self._directory, self._names, self._new_file = directory, FileNames(suffix), new_file
+        self._files: dict[Channel, Sink] = {}
+
+    def write(self, entry: Entry) -> None:
+        """Write a message into the file of its topic.
+
+        Raises:
+            BagError: There are too many topics, or one cannot be written so.
+            MalformedMessage: The message cannot be read by its type.
+        """
+        channel = entry.channel
+        file = self._files.get(channel)
+        if file is None:
+            if len(self._files) >= MOST_FILES:
+                reason = f"it has more than {MOST_FILES} topics, and each becomes a file"
+                raise BagError(reason, fix="pick some with --topics")
+            file = self._files[channel] = self._new_file(self._directory / self._names.of(channel), channel)
+        file.write(entry)
+
+    def close(self) -> None:
+        """Write what is left, and close the files."""
+        for file in self._files.values():
+            file.close()

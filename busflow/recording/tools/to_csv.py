@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO, cast
+from typing import TYPE_CHECKING, Any, cast
 
-from busflow.errors import BagError
 from busflow.interfaces.encoding.description import Count
 from busflow.recording.tools.flat import Column, columns
-from busflow.recording.tools.sink import MOST_FILES, FileNames
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
@@ -21,44 +19,31 @@ _MOST_COLUMNS = 64
 """Items of an array of fixed length that get a column each; longer ones, and others, share one, as JSON."""
 
 
-class CsvFiles:
-    """Writes a directory of CSV files."""
+class CsvFile:
+    """Writes the messages of one topic."""
 
-    def __init__(self, directory: Path) -> None:
-        self._directory = directory
-        self._names = FileNames(".csv")
-        self._writers: dict[Channel, Callable[[Entry], None]] = {}
-        self._streams: list[TextIO] = []
+    def __init__(self, path: Path, channel: Channel) -> None:
+        """Begin a file with its line of names.
+
+        Raises:
+            BagError: Messages of this channel cannot be read.
+        """
+        self._columns = columns(channel)
+        self._stream = path.open("w", newline="", encoding="utf-8")
+        self._writer = csv.writer(self._stream)
+        names = ["message"] if self._columns is None else [name for each in self._columns for name in _names(each)]
+        self._writer.writerow([*_HEAD, *names])
 
     def write(self, entry: Entry) -> None:
         """Write a line."""
-        write = self._writers.get(entry.channel)
-        if write is None:
-            write = self._writers[entry.channel] = self._open(entry.channel)
-        write(entry)
+        message = entry.channel.plain(entry.payload)
+        those = self._columns
+        cells = [_json(message)] if those is None else [cell for each in those for cell in _cells(each, message)]
+        self._writer.writerow([entry.log_time_ns, entry.sequence, *cells])
 
     def close(self) -> None:
-        """Close the files."""
-        for stream in self._streams:
-            stream.close()
-
-    def _open(self, channel: Channel) -> Callable[[Entry], None]:
-        if len(self._streams) >= MOST_FILES:
-            reason = f"it has more than {MOST_FILES} topics, and each becomes a file"
-            raise BagError(reason, fix="pick some with --topics")
-        those = columns(channel)
-        stream = (self._directory / self._names.of(channel)).open("w", newline="", encoding="utf-8")
-        self._streams.append(stream)
-        writer = csv.writer(stream)
-        names = ["message"] if those is None else [name for column in those for name in _names(column)]
-        writer.writerow([*_HEAD, *names])
-
-        def write(entry: Entry) -> None:
-            message = channel.plain(entry.payload)
-            cells = [_json(message)] if those is None else [cell for each in those for cell in _cells(each, message)]
-            writer.writerow([entry.log_time_ns, entry.sequence, *cells])
-
-        return write
+        """Close the file."""
+        self._stream.close()
 
 
 def _spread(column: Column) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from busflow.errors import BagError, how_to_install
 from busflow.interfaces.encoding.description import Count, Field, IndividualDescription, fields_of, types_in
 from busflow.recording.tools.flat import columns
-from busflow.recording.tools.sink import MOST_FILES, FileNames
+from busflow.recording.tools.sink import TopicFiles
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
@@ -26,40 +26,25 @@ _WORDS = {"byte": "uint8", "char": "uint8", "wstring": "string", "bool": "bool_"
 """What Arrow calls those types of ROS that it has another word for."""
 
 
-class ParquetFiles:
-    """Writes a directory of Parquet files."""
+def parquet_files(directory: Path) -> TopicFiles:
+    """What writes a directory of Parquet files.
 
-    def __init__(self, directory: Path) -> None:
-        """Ready to write.
-
-        Raises:
-            BagError: pyarrow is not installed.
-        """
-        _arrow()
-        self._directory, self._names = directory, FileNames(".parquet")
-        self._tables: dict[Channel, _Table] = {}
-
-    def write(self, entry: Entry) -> None:
-        """Add a row."""
-        table = self._tables.get(entry.channel)
-        if table is None:
-            if len(self._tables) >= MOST_FILES:
-                reason = f"it has more than {MOST_FILES} topics, and each becomes a file"
-                raise BagError(reason, fix="pick some with --topics")
-            table = _Table(self._directory / self._names.of(entry.channel), entry.channel)
-            self._tables[entry.channel] = table
-        table.add(entry)
-
-    def close(self) -> None:
-        """Write what is left, and close the files."""
-        for table in self._tables.values():
-            table.close()
+    Raises:
+        BagError: pyarrow is not installed.
+    """
+    _arrow()
+    return TopicFiles(directory, ".parquet", ParquetFile)
 
 
-class _Table:
-    """One file."""
+class ParquetFile:
+    """Writes the messages of one topic."""
 
     def __init__(self, path: Path, channel: Channel) -> None:
+        """Begin a file.
+
+        Raises:
+            BagError: Messages of this channel cannot be read, or have no columns.
+        """
         arrow, parquet = _arrow()
         self._arrow, self._channel = arrow, channel
         those = columns(channel)
@@ -75,7 +60,8 @@ class _Table:
         self._rows: list[list[Any]] = [[] for _ in fields]
         self._bytes = 0
 
-    def add(self, entry: Entry) -> None:
+    def write(self, entry: Entry) -> None:
+        """Add a row."""
         message = self._channel.plain(entry.payload)
         values = [entry.log_time_ns, entry.sequence, *(_value(each.value(message)) for each in self._columns)]
         for column, value in zip(self._rows, values, strict=True):
@@ -85,6 +71,7 @@ class _Table:
             self._flush()
 
     def close(self) -> None:
+        """Write the rows that are left, and the end."""
         self._flush()
         self._writer.close()
 

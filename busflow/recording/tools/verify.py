@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, cast
 
 from mcap import records
 
@@ -111,10 +110,8 @@ class _Structure:
         return sum(self._counts.values())
 
     def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
-        if cut:
-            self._add(Kind.INCOMPLETE, "unfinished", damage.reason, damage.offset)
-        else:
-            self._add(Kind.WRONG, "damaged", damage.reason, damage.offset)
+        kind, code = (Kind.INCOMPLETE, "unfinished") if cut else (Kind.WRONG, "damaged")
+        self._add(kind, code, damage.reason, damage.offset)
 
     def _look(self, found: Found) -> None:
         record = found.record
@@ -265,13 +262,11 @@ def _published(ledger: Ledger, *, elsewhere: bool) -> Mapping[str, tuple[int, in
     from other processes, those that record themselves have recorded most.
     """
     found: dict[str, tuple[int, int]] = {}
-    topics: Any = ledger.report.get("topics")
-    for topic in cast("list[Any]", topics) if isinstance(topics, list) else []:
-        told = cast("dict[str, Any]", topic) if isinstance(topic, dict) else {}
-        published, arrived = told.get("published"), told.get("arrived")
+    for topic in ledger.topics:
+        published, arrived = topic.get("published"), topic.get("arrived")
         if isinstance(published, int):
             least = published - arrived if elsewhere and isinstance(arrived, int) else published
-            found[str(told.get("name"))] = least, published
+            found[str(topic.get("name"))] = least, published
     return found
 
 

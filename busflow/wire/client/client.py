@@ -242,7 +242,7 @@ class Peer:
         Args:
             topic: its full name.
             type_: that of its messages.
-            qos: what is offered, in the form of `qos_form.to_text`.
+            qos: what is offered, in the form of `qos_text.to_text`.
             settle: whether to wait for that; who advertises several topics calls `settle` once instead.
 
         Raises:

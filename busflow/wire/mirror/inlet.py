@@ -31,12 +31,10 @@ from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_k
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
-    from busflow.bus.bus import Bus
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Topic
     from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.mirror.connection import Connection
 
 _RING = 256
 _BULKY_RING = 16
@@ -56,61 +54,42 @@ _MOST_DEPTH = 10_000
 class Inlet:
     """Publishes on the bus what publishers in other processes publish; each of them is a publisher of the topic."""
 
-    def __init__(
-        self,
-        topic: Topic[Any],
-        support: TypeSupport,
-        *,
-        bus: Bus,
-        session: zenoh.Session,
-        log: FilteringBoundLogger,
-        on_loop: Callable[..., None],
-        gone: dict[bytes, int],
-    ) -> None:
+    def __init__(self, topic: Topic[Any], connection: Connection, *, gone: dict[bytes, int]) -> None:
         """Begin to listen.
 
         Args:
             topic: where it is published.
-            support: how its messages travel.
-            bus: the bus of the topic.
-            session: where they come from.
-            log: where the first malformed one, and the first refused one, are told.
-            on_loop: runs a function on the event loop, from any thread.
+            connection: where its messages come from; the log is told of the first malformed and the first refused one.
             gone: of publishers that have gone, the number of the last message: where it was the link that broke, they
                 come back, and what is missing then is lost.
         """
         self.received = 0
         self.losses = topic.losses
-        self._topic, self._support, self._bus, self._log = topic, support, bus, log
+        self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
+        self._log, self._on_loop = connection.log, connection.on_loop
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
         """Those of them that keep nothing for latecomers, and whose messages do not expire."""
         self._ignored: set[bytes] = set()
         self._sequences: dict[bytes, int] = {}
         self._gone = gone
-        self._on_loop = on_loop
         self._emptied = threading.Lock()
         """Held, but for the moment in which the loop hands the ring back to the thread."""
         self._emptied.acquire()
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
+        session, support = connection.session, self._support
         key = topic_key(topic.name, support.name, support.type_hash)
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._latecomers = Latecomers(
-            topic, support, key, self._publishers, session=session, on_loop=on_loop, asked=latched
-        )
+        self._latecomers = Latecomers(topic, key, self._publishers, connection, asked=latched)
         self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
     # Who is there.
-
-    def admits(self, token: Token) -> bool:
-        """Whether this publisher of another process publishes here."""
-        return token.gid in self._publishers
 
     def admit(self, token: Token, endpoint: Endpoint) -> None:
         """Let a publisher of another process publish here; once is enough."""

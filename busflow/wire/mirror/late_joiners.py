@@ -10,7 +10,7 @@ nothing comes twice to anybody, nor anything before what was published earlier. 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from busflow.bus.subscription import Subscription
     from busflow.bus.topic import Receiver, Topic
     from busflow.clock import Clock
-    from busflow.interfaces.encoding.typesupport import TypeSupport
+    from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 2.0
 """How long publishers may take to tell what they keep; then a latecomer goes on with what arrives."""
@@ -39,31 +39,26 @@ class Latecomers:
     def __init__(
         self,
         topic: Topic[Any],
-        support: TypeSupport,
         key: str,
         publishers: Mapping[bytes, Publisher[Any]],
+        connection: Connection,
         *,
-        session: zenoh.Session,
-        on_loop: Callable[..., None],
         asked: int,
     ) -> None:
         """Nobody is late yet.
 
         Args:
             topic: what they receive.
-            support: how its messages travel.
-            key: under which.
+            key: under which its messages travel.
             publishers: those elsewhere that are let in, by their signature.
-            session: where they are asked.
-            on_loop: runs a function on the event loop, from any thread.
+            connection: where they are asked.
             asked: how many kept messages of each publisher come anyhow.
         """
         self.present: tuple[bytes, int] | None = None
         """Who published the message that is handed out now, and its number; None where that is somebody here."""
         self.first: dict[bytes, int] = {}
         """By publisher, the number of the earliest message of it that is known here."""
-        self._topic, self._support, self._key = topic, support, key
-        self._publishers, self._session, self._on_loop = publishers, session, on_loop
+        self._topic, self._key, self._publishers, self._connection = topic, key, publishers, connection
         self._asked = asked
         self._had: dict[bytes, int] = {}
         self._gates: list[Gate] = []
@@ -118,10 +113,10 @@ class Latecomers:
                 found.append((reply.ok.attachment.to_bytes(), reply.ok.payload.to_bytes()))
 
         def end() -> None:
-            self._on_loop(self._answered, gate, publishers, found)
+            self._connection.on_loop(self._answered, gate, publishers, found)
 
         callback: Any = zenoh.handlers.Callback(take, drop=end, indirect=False)
-        self._session.get(
+        self._connection.session.get(
             # Where an advanced publisher, also one of ROS 2, tells what it keeps.
             f"{self._key}/@adv/**?_max={gate.target.endpoint.qos.depth}",
             callback,
@@ -135,12 +130,13 @@ class Latecomers:
     def _answered(self, gate: Gate, asked: Collection[bytes], found: Collection[tuple[bytes, bytes]]) -> None:
         if gate not in self._gates:
             return  # the topic is received no more
+        support = self._connection.supports(self._topic.type)
         for attachment, payload in found:
             try:
                 told = Attachment.decode(attachment)
                 publisher = self._publishers.get(told.gid)
                 if publisher is not None and told.gid in asked and not has_expired(publisher, told, self._topic.clock):
-                    item = publisher.as_kept(self._support.decode(payload))
+                    item = publisher.as_kept(support.decode(payload))
                     gate.kept.setdefault(told.gid, {})[told.sequence] = item
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1

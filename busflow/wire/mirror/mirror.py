@@ -28,6 +28,7 @@ from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.node.parameter_store import ParameterStore
+from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import Neighbours
 from busflow.wire.mirror.services import ServiceMirror
@@ -71,12 +72,11 @@ class Mirror:
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
-        # Who asks is not to wait behind the images of somebody who has stopped reading them.
-        self._sender = Sender("busflow.sender", on_error=self._tell_bug)
-        self._replier = Sender("busflow.replier", on_error=self._tell_bug)
         self._history = History(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
-        self._neighbours = Neighbours(graph.bus, session, self._supports, log=self._log, on_loop=self._on_loop)
+        sender, replier = (Sender(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier"))
+        self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
+        self._neighbours = Neighbours(self._connection)
         self._presence = Presence()
         self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
         self._zid = str(session.info.zid())
@@ -85,15 +85,7 @@ class Mirror:
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
-        self._services = ServiceMirror(
-            graph.bus,
-            self._supports,
-            session=session,
-            sender=self._replier,
-            log=self._log,
-            make_token=self._token,
-            on_loop=self._on_loop,
-        )
+        self._services = ServiceMirror(self._connection, self._token)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ways: list[Any] = []
 
@@ -108,7 +100,7 @@ class Mirror:
             self._session,
             self._process,
             {name: self._once_looked(question) for name, question in self._questions.all().items()},
-            sender=self._replier,
+            sender=self._connection.replier,
             log=self._log,
             on_loop=self._on_loop,
         )
@@ -136,8 +128,8 @@ class Mirror:
         self._session.close()  # which ends what waits in recv() and put()
         self._neighbours.close()
         self._services.close()
-        self._sender.close()
-        self._replier.close()
+        self._connection.sender.close()
+        self._connection.replier.close()
 
     # Whether all is there: for whoever has to wait for it.
 
@@ -196,7 +188,8 @@ class Mirror:
         if isinstance(end, Publisher):
             former = _predecessor(end, self._outlets, topic.publishers)
             if former is None:
-                self._outlets[end] = self._outlet(end)
+                token = self._token_of(end)
+                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.tell)
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -221,19 +214,6 @@ class Mirror:
         else:
             self._services.detach(end)
         self._presence.tell()
-
-    def _outlet(self, publisher: Publisher[Any]) -> Outlet:
-        return Outlet(
-            publisher,
-            self._supports(publisher.type),
-            self._token_of(publisher),
-            session=self._session,
-            sender=self._sender,
-            clock=self._graph.clock,
-            log=self._log,
-            on_loop=self._on_loop,
-            on_open=self._presence.tell,
-        )
 
     def _token(self, kind: Kind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
         """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""

@@ -14,17 +14,14 @@ import zenoh.ext
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, Reliability
-from busflow.clock import Clock
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
 from busflow.wire.zenoh.keys import Token, attachment_bytes, topic_key
 from busflow.wire.zenoh.sender import LARGE
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
     from busflow.interfaces.encoding.typesupport import TypeSupport
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.mirror.connection import Connection
 
     _Way = zenoh.Publisher | zenoh.ext.AdvancedPublisher
 
@@ -46,37 +43,23 @@ class Outlet:
     _way: _Way | None  # None once it is closed, when the sender may still hold messages
 
     def __init__(
-        self,
-        publisher: Publisher[Any],
-        support: TypeSupport,
-        token: Token,
-        *,
-        session: zenoh.Session,
-        sender: Sender,
-        clock: Clock,
-        log: FilteringBoundLogger,
-        on_loop: Callable[..., None],
-        on_open: Callable[[], None] = lambda: None,
+        self, publisher: Publisher[Any], token: Token, connection: Connection, *, on_open: Callable[[], None]
     ) -> None:
         """Declare the publisher to the others.
 
         Args:
             publisher: what it is the way out of.
-            support: how its messages travel.
             token: what it is known by.
-            session: where they go.
-            sender: does what may wait.
-            clock: stamps what is sent.
-            log: hears what cannot be sent.
-            on_loop: runs a function on the event loop, from any thread.
+            connection: where its messages go.
             on_open: is called whenever it has opened or closed.
         """
         self._on_open = on_open
         self.sent = 0
         self.unsent = 0
         """Messages that could not be put into bytes."""
-        self._publisher, self._support, self._sender = publisher, support, sender
-        self._clock, self._log, self._gid = clock, log, token.gid
+        session, support = connection.session, connection.supports(publisher.type)
+        self._publisher, self._support, self._gid = publisher, support, token.gid
+        self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
         self._limit = _BULKY if support.is_bulky else LARGE
@@ -94,7 +77,7 @@ class Outlet:
         if latched:
             self._want(True)
         else:
-            self._listen(on_loop)
+            self._listen(connection.on_loop)
 
     @property
     def publisher(self) -> Publisher[Any]:
@@ -179,10 +162,8 @@ def _plain(
 ) -> zenoh.Publisher:
     return session.declare_publisher(
         topic_key(publisher.topic, support.name, support.type_hash),
-        congestion_control=zenoh.CongestionControl.DROP,
         priority=priority,
-        reliability=_reliability(publisher),
-        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
+        **_manner(publisher),
     )
 
 
@@ -198,13 +179,16 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
         sample_miss_detection=zenoh.ext.MissDetectionConfig(
             heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S if reliable else None
         ),
-        congestion_control=zenoh.CongestionControl.DROP,
         priority=zenoh.Priority.DATA_LOW if support.is_bulky else zenoh.Priority.DATA,
-        reliability=_reliability(publisher),
-        allowed_destination=zenoh.Locality.REMOTE,  # who listens here has the message itself
+        **_manner(publisher),
     )
 
 
-def _reliability(publisher: Publisher[Any]) -> zenoh.Reliability:
+def _manner(publisher: Publisher[Any]) -> dict[str, Any]:
+    """How every message of a publisher is sent, whether it is kept or not."""
     best_effort = publisher.endpoint.qos.reliability is Reliability.BEST_EFFORT
-    return zenoh.Reliability.BEST_EFFORT if best_effort else zenoh.Reliability.RELIABLE
+    return {
+        "congestion_control": zenoh.CongestionControl.DROP,
+        "reliability": zenoh.Reliability.BEST_EFFORT if best_effort else zenoh.Reliability.RELIABLE,
+        "allowed_destination": zenoh.Locality.REMOTE,  # who listens here has the message itself
+    }

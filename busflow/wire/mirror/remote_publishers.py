@@ -6,7 +6,6 @@ fit is told in the log, once, and nothing of it is received: what others do wron
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.bus import check_qos
@@ -16,13 +15,9 @@ from busflow.wire.mirror.inlet import Inlet, remote_endpoint
 from busflow.wire.zenoh.keys import Kind, Token
 
 if TYPE_CHECKING:
-    import zenoh
-    from structlog.typing import FilteringBoundLogger
-
-    from busflow.bus.bus import Bus
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.topic import Topic
-    from busflow.wire.queries.queries import Supports
+    from busflow.wire.mirror.connection import Connection
 
 _MOST = 10_000
 """Endpoints of other processes that are kept in mind: whoever shows more is at fault, or means harm."""
@@ -31,16 +26,8 @@ _MOST = 10_000
 class Neighbours:
     """What publishers elsewhere send to the subscriptions here."""
 
-    def __init__(
-        self,
-        bus: Bus,
-        session: zenoh.Session,
-        supports: Supports,
-        *,
-        log: FilteringBoundLogger,
-        on_loop: Callable[..., None],
-    ) -> None:
-        self._bus, self._session, self._supports, self._log, self._on_loop = bus, session, supports, log, on_loop
+    def __init__(self, connection: Connection) -> None:
+        self._connection, self._bus, self._log = connection, connection.bus, connection.log
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
@@ -109,7 +96,7 @@ class Neighbours:
         Raises:
             BusflowError: it does not fit.
         """
-        support = self._supports(topic.type)
+        support = self._connection.supports(topic.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
             told = f"another definition of {token.type}" if token.type == support.name else token.type
             raise BusflowError(f"it publishes {told}, not {support.name}")
@@ -130,15 +117,8 @@ class Neighbours:
     def _inlet(self, topic: Topic[Any]) -> Inlet:
         found = self._inlets.get(topic.name)
         if found is None:
-            found = self._inlets[topic.name] = Inlet(
-                topic,
-                self._supports(topic.type),
-                bus=self._bus,
-                session=self._session,
-                log=self._log,
-                on_loop=self._on_loop,
-                gone=self._gone.setdefault(topic.name, {}),
-            )
+            gone = self._gone.setdefault(topic.name, {})
+            found = self._inlets[topic.name] = Inlet(topic, self._connection, gone=gone)
             for token in self._on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,9 +18,7 @@ from busflow.wire.zenoh.keys import PATIENCE, Attachment, Token
 from busflow.wire.zenoh.refusal import service_refusal
 
 if TYPE_CHECKING:
-    from busflow.clock import Clock
-    from busflow.interfaces.encoding.typesupport import TypeSupport
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.mirror.connection import Connection
 
 _WAITING = 1000
 """Calls that may wait for one server of another process."""
@@ -33,17 +30,7 @@ class RemoteServer:
     """Answers local calls by asking the process that has the server."""
 
     def __init__(
-        self,
-        service: Service[Any, Any],
-        token: Token,
-        key: str,
-        supports: Callable[[type[Any]], TypeSupport],
-        *,
-        session: zenoh.Session,
-        sender: Sender,
-        clock: Clock,
-        gid: bytes,
-        on_loop: Callable[..., None],
+        self, service: Service[Any, Any], token: Token, key: str, connection: Connection, *, gid: bytes
     ) -> None:
         """Take the service's calls from now on.
 
@@ -51,9 +38,10 @@ class RemoteServer:
             DuplicateServer: somebody answers it already.
         """
         self.token = token
-        self._service, self._key, self._session, self._sender = service, key, session, sender
-        self._request, self._response = supports(service.type.Request), supports(service.type.Response)
-        self._clock, self._gid, self._on_loop = clock, gid, on_loop
+        self._service, self._key, self._gid = service, key, gid
+        self._session, self._sender, self._on_loop = connection.session, connection.replier, connection.on_loop
+        self._request, self._response = map(connection.supports, (service.type.Request, service.type.Response))
+        self._clock = connection.bus.clock
         self._asked = 0
         self._waiting: dict[Call[Any, Any], zenoh.CancellationToken] = {}
         service.join(self)

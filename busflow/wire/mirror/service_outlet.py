@@ -23,8 +23,7 @@ from busflow.wire.zenoh.keys import PATIENCE
 from busflow.wire.zenoh.refusal import encode_refusal
 
 if TYPE_CHECKING:
-    from busflow.interfaces.encoding.typesupport import TypeSupport
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.mirror.connection import Connection
 
 _AT_ONCE = 1000
 """Requests that may be under way at once; the server's own queue is shorter and refuses first."""
@@ -38,22 +37,20 @@ class ServiceOutlet:
         name: str,
         service_type: type[ServiceType],
         answer: Callable[[Any], Awaitable[Message]],
-        *,
         key: str,
-        supports: Callable[[type[Any]], TypeSupport],
-        session: zenoh.Session,
-        sender: Sender,
-        on_loop: Callable[..., None],
+        connection: Connection,
     ) -> None:
-        """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
-        self._name, self._answer, self._sender = name, answer, sender
-        self._request, self._response = supports(service_type.Request), supports(service_type.Response)
+        """Begin to answer."""
+        self._name, self._answer, self._sender = name, answer, connection.replier
+        self._request, self._response = map(connection.supports, (service_type.Request, service_type.Response))
         self._tasks: set[asyncio.Task[None]] = set()
 
         def hear(query: zenoh.Query) -> None:
-            on_loop(self._begin, query)
+            connection.on_loop(self._begin, query)
 
-        self._way = session.declare_queryable(key, zenoh.handlers.Callback(hear, indirect=False), complete=True)
+        self._way = connection.session.declare_queryable(
+            key, zenoh.handlers.Callback(hear, indirect=False), complete=True
+        )
 
     def close(self) -> None:
         """Answer no more; who waits is told that nobody will."""

@@ -22,12 +22,9 @@ from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.zenoh.keys import Kind, Token, topic_key
 
 if TYPE_CHECKING:
-    from structlog.typing import FilteringBoundLogger
-
-    from busflow.bus.bus import Bus
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.mirror.connection import Connection
 
 Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
 CALLER = "another process"
@@ -39,19 +36,9 @@ MakeToken = Callable[[Kind, str, str, "TypeSupport", str], Token]
 class ServiceMirror:
     """Shows local servers and clients to others, and brings remote servers to local clients."""
 
-    def __init__(
-        self,
-        bus: Bus,
-        supports: Callable[[type[Any]], TypeSupport],
-        *,
-        session: zenoh.Session,
-        sender: Sender,
-        log: FilteringBoundLogger,
-        make_token: MakeToken,
-        on_loop: Callable[..., None],
-    ) -> None:
-        self._bus, self._supports, self._session, self._sender = bus, supports, session, sender
-        self._log, self._make_token, self._on_loop = log, make_token, on_loop
+    def __init__(self, connection: Connection, make_token: MakeToken) -> None:
+        self._connection, self._make_token, self._log = connection, make_token, connection.log
+        self._bus, self._session, self._supports = connection.bus, connection.session, connection.supports
         self._shown: dict[Shown, list[zenoh.LivelinessToken]] = {}
         self._gids: dict[str, bytes] = {}
         self._outlets: dict[Shown, list[ServiceOutlet]] = {}
@@ -125,33 +112,15 @@ class ServiceMirror:
             self._log.warning(f"{token.node_name} in another process answers {service.name} {told}: it is not asked")
             return
         try:
-            self._servers[str(token)] = RemoteServer(
-                service,
-                token,
-                self._key(service.name, service.type),
-                self._supports,
-                session=self._session,
-                sender=self._sender,
-                clock=self._bus.clock,
-                gid=self._gids[service.name],
-                on_loop=self._on_loop,
-            )
+            key, gid = self._key(service.name, service.type), self._gids[service.name]
+            self._servers[str(token)] = RemoteServer(service, token, key, self._connection, gid=gid)
         except BusflowError as error:
             self._log.warning(f"{token.node_name} in another process is not asked for {service.name}: {error}")
 
     def _outlet(
         self, name: str, service_type: type[ServiceType], answer: Callable[[Any], Awaitable[Message]]
     ) -> ServiceOutlet:
-        return ServiceOutlet(
-            name,
-            service_type,
-            answer,
-            key=self._key(name, service_type),
-            supports=self._supports,
-            session=self._session,
-            sender=self._sender,
-            on_loop=self._on_loop,
-        )
+        return ServiceOutlet(name, service_type, answer, self._key(name, service_type), self._connection)
 
     def _key(self, service: str, service_type: type[ServiceType]) -> str:
         support = self._supports(service_type)

@@ -232,11 +232,7 @@ class Questions:
 
 
 def _described(support: TypeSupport) -> dict[str, Any]:
-    return {
-        "hash": support.type_hash,
-        "encoding": support.encoding,
-        "description": support.description,
-    }
+    return {"hash": support.type_hash, "encoding": support.encoding, "description": support.description}
 
 
 def _node(unit: Unit) -> dict[str, Any]:

@@ -66,13 +66,8 @@ class Network:
             reads = list(_reading())
             rules += reads
             policies.append({"rules": [rule["id"] for rule in reads], "subjects": ["read"]})
-        return {
-            "enabled": True,
-            "default_permission": "deny",
-            "rules": rules,
-            "subjects": subjects,
-            "policies": policies,
-        }
+        lists = {"rules": rules, "subjects": subjects, "policies": policies}
+        return {"enabled": True, "default_permission": "deny", **lists}
 
 
 def _reading() -> Iterator[dict[str, Any]]:

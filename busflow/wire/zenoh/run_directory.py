@@ -15,7 +15,7 @@ import os
 import re
 import shutil
 import stat
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -183,11 +183,11 @@ def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
             found.append(Folder(path, exists=False))
             continue
         try:
-            names = sorted(each.name for each in _own(path).iterdir() if each.is_dir() and not each.is_symlink())
+            inside = _directories(_own(path))
         except (InspectionUnavailable, OSError) as error:
             found.append(Folder(path, exists=True, fault=str(error)))
             continue
-        found.append(Folder(path, exists=True, remains=tuple(name for name in names if not _lives(path / name))))
+        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _lives(each))))
     return found
 
 
@@ -298,22 +298,19 @@ def _remove(path: Path) -> None:
     shutil.rmtree(path, ignore_errors=True)
 
 
+def _directories(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
+
+
 def _living(folder: Path) -> list[FoundRun]:
-    directories = sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
+    directories = _directories(folder)
     living = [path for path in directories if _lives(path)]
     if len(living) < len(directories):
         with suppress(OSError), _alone(folder, wait=False) as alone:  # what cannot be removed is not shown either
             for path in directories:
                 if alone and not _lives(path):
                     _remove(path)
-    return [FoundRun(path, card) for path, card in _told(living)]
-
-
-def _told(paths: list[Path]) -> Iterator[tuple[Path, RunCard]]:
-    for path in paths:
-        card = _card(path)
-        if card is not None and not path.name.startswith("."):
-            yield path, card
+    return [FoundRun(path, card) for path in living if not path.name.startswith(".") and (card := _card(path))]
 
 
 def _lives(path: Path) -> bool:

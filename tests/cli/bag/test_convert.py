@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.tools.to_jsonl import JsonlFile
+from busflow.recording.tools.convert import JsonlFile
 from tests.recording.conftest import write_numbers
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
