@@ -12,7 +12,7 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.terminal.output import print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode
-from busflow.node.plugins import built_in, find
+from busflow.node.plugins import built_in, find, unreadable
 from busflow.text import printable
 
 _VERBS = {
@@ -81,8 +81,6 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
 
 def _unread(folders: Sequence[Path]) -> ExitCode:
     """Tell which of the folders cannot be looked into."""
-    from busflow.launchfile.load.files import unreadable
-
     faults = [fault for fault in map(unreadable, folders) if fault is not None]
     print_problems(faults, error_stream=True)
     return ExitCode.USAGE if faults else ExitCode.OK

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, TypeGuard, cast
 from busflow.errors import BusflowError, Place, PluginError, Problem
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, printable
 from busflow.validation import tracebacks as blame
 
 if TYPE_CHECKING:
@@ -71,6 +71,20 @@ def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
 def built_in() -> list[PluginSummary]:
     """The nodes that busflow itself offers; a plugin of the same name in a folder goes before them."""
     return [_summary_of_installed(name, *value.split(":")) for name, value in _BUILT_IN.items()]
+
+
+def unreadable(folder: Path) -> Problem | None:
+    """Why a folder that is there cannot be read; None where it can, or is not there."""
+    try:
+        with os.scandir(folder) as entries:
+            next(entries, None)
+        os.stat(folder / "__init__.py")  # noqa: PTH116  # what is listed may be out of reach all the same
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        message = f"cannot read the folder {printable(folder)}: {error.strerror}"
+        return Problem("unreadable-folder", message, f"let it be read: chmod u+rx {printable(folder)}")
+    return None
 
 
 def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node]:

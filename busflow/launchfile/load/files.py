@@ -13,7 +13,8 @@ from busflow.launchfile.model.misplaced import set_right
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
 from busflow.launchfile.yaml.value import Origin, Source, Value
-from busflow.text import nearest, printable
+from busflow.node.plugins import unreadable
+from busflow.text import nearest
 
 MAX_FILES = 100
 
@@ -92,20 +93,6 @@ class Files:
         """A problem at the value that names a file, or at no place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(Source.CALLER)
         self.problems.add(problem_at(code, message, fix, origin), left_out=[left_out])
-
-
-def unreadable(folder: Path) -> Problem | None:
-    """Why nobody can look into a folder that is there; None where one can."""
-    try:
-        with os.scandir(folder) as entries:
-            next(entries, None)
-        os.stat(folder / "__init__.py")  # noqa: PTH116  # what is listed may be out of reach all the same
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:
-        message = f"cannot read the folder {printable(folder)}: {error.strerror}"
-        return Problem("unreadable-folder", message, f"let it be read: chmod u+rx {printable(folder)}")
-    return None
 
 
 def _neighbour(path: Path, beside: Path | None = None) -> str | None:
