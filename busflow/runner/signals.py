@@ -15,7 +15,6 @@ import sys
 import sysconfig
 import threading
 import traceback
-import weakref
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -23,6 +22,7 @@ from types import FrameType, TracebackType
 from typing import Any, Self
 
 from busflow.errors import ExitCode
+from busflow.runner.forks import call_in_children
 from busflow.text import printable
 
 _ENDED = 0
@@ -199,10 +199,3 @@ def _end_process(code: ExitCode, why: str) -> None:
             [child.kill() for child in multiprocessing.active_children()]
     finally:
         os._exit(code)
-
-
-def call_in_children(method: Callable[[], None]) -> None:
-    """Call a bound method in each process that is forked while its object is there, which this does not keep alive."""
-    reference = weakref.WeakMethod(method)
-    if hasattr(os, "register_at_fork"):  # Windows forks nothing
-        os.register_at_fork(after_in_child=lambda: (found := reference()) and found())

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
-from busflow.runner.signals import call_in_children
+from busflow.runner.forks import call_in_children
 from busflow.text import did_you_mean, printable
 from busflow.wire.zenoh.session import SOCKET, open_session
 
