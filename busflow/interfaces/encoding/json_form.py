@@ -6,7 +6,6 @@ pydantic is imported here: the command line reads the form too.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -63,6 +62,8 @@ def type_hash(schema: Mapping[str, Any]) -> str:
     >>> type_hash({"properties": {"title": {"type": "integer"}}}) == type_hash({})
     False
     """
+    import hashlib  # takes 4 MB, and every command imports this module for `finite`
+
     names: dict[str, str] = {}
     canonical = json.dumps(_canonical(schema, names), sort_keys=True, separators=(",", ":"))
     return PREFIX + hashlib.sha256(canonical.encode()).hexdigest()
