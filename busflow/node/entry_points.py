@@ -51,5 +51,5 @@ def _offers(folder: str) -> bytes:
     try:
         with open(f"{folder}/entry_points.txt", "rb") as file:  # noqa: PTH123  # pathlib takes 10 ms to import
             return file.read()
-    except (FileNotFoundError, NotADirectoryError):
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         return b""
