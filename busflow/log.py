@@ -17,7 +17,7 @@ import structlog
 from structlog.typing import EventDict, FilteringBoundLogger
 
 from busflow.text import plain, printable
-from busflow.validation.tracebacks import blame, reason
+from busflow.validation.tracebacks import reason, user_line
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -98,7 +98,7 @@ def _raised(told: object) -> dict[str, str]:
         error = cast("tuple[object, object, object]", told)[1]
     if not isinstance(error, BaseException):
         return {}
-    place = blame(error)
+    place = user_line(error)
     return {"error": reason(error), **({"at": str(place)} if place else {})}
 
 

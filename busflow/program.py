@@ -24,7 +24,7 @@ from busflow.runner.sources import What, described, is_simulated
 from busflow.runner.watchdog import BOUND_S
 
 if TYPE_CHECKING:
-    from busflow.processes.crew import Crew
+    from busflow.processes.process_group import ProcessGroup
     from busflow.recording.recorder.options import Wanted
 
 
@@ -156,9 +156,9 @@ def _manned(
     args: Mapping[str, object],
     record: Wanted | None,
     event_loop: LoopName,
-) -> Crew:
+) -> ProcessGroup:
     """The other processes of a graph, which end with it."""
-    from busflow.processes.crew import Crew  # which needs Zenoh, as its members do
+    from busflow.processes.process_group import ProcessGroup  # which needs Zenoh, as its members do
     from busflow.recording.recorder.options import spec_of
 
     file = str(spread.files[0].absolute())
@@ -168,7 +168,7 @@ def _manned(
         "record": spec_of(record, spread.record),
         "event_loop": event_loop,
     }
-    return Crew(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
+    return ProcessGroup(graph, placed(spread), name=known_as, arguments=["run", file], outer=outer, args=args, **more)
 
 
 def _is_spread(description: LaunchDescription) -> bool:
@@ -212,7 +212,7 @@ def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
                 os.environ[name] = value
 
 
-def _told(graph: Graph, loop_factory: LoopFactory, crew: Crew | None = None) -> ExitCode:
+def _told(graph: Graph, loop_factory: LoopFactory, crew: ProcessGroup | None = None) -> ExitCode:
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:

@@ -61,7 +61,7 @@ def current_activity() -> Activity | None:
     return _CURRENT.get()
 
 
-def hold_up_nobody() -> None:
+def detach_activity() -> None:
     """Let this task be one that nobody waits for, whoever began it."""
     _CURRENT.set(None)
 

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from busflow.bus.dispatcher import Dispatcher
 
 T = TypeVar("T")
-S = TypeVar("S", bound="Source")
+S = TypeVar("S", bound="DeliverySource")
 
 
-class Source:
+class DeliverySource:
     """What recipients take from: a topic, or a service, where nothing expires and nobody waits for room."""
 
     __slots__ = ("idle", "perishable", "waiting")

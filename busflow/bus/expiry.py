@@ -50,7 +50,7 @@ def next_expiry_ns(items: Iterable[object]) -> int | None:
     )
 
 
-class Watch:
+class SilenceTimer:
     """Calls back for every period in which nothing happened, counted from the first time that something did.
 
     A touch costs one reading of the clock; the timer looks at the last touch when it fires, and moves on.

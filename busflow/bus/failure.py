@@ -10,7 +10,7 @@ from typing import cast
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message, type_name
 from busflow.text import printable
-from busflow.validation.tracebacks import blame
+from busflow.validation.tracebacks import user_line
 
 _SHOWN = 400
 """Characters of a message that a block shows: enough to recognise it by."""
@@ -29,7 +29,7 @@ class Failure:
     @property
     def summary(self) -> str:
         """The failure in one line."""
-        place = blame(self.cause)
+        place = user_line(self.cause)
         return f"failed in {self.origin}: {self._raised()}{f' ({place})' if place else ''}"
 
     @property
@@ -43,7 +43,7 @@ class Failure:
     def render(self) -> str:
         """The failure as a block for people."""
         lines = [f"node {self.node} failed in {self.origin}"]
-        place = blame(self.cause)
+        place = user_line(self.cause)
         if place is not None:
             lines += [f"  at {place}", f"    {printable(place.excerpt.strip())}"]
         lines.append(f"  {self._raised()}")

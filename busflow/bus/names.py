@@ -39,7 +39,7 @@ _FAULTS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class NameFault:
     """What is wrong with a name: a stable word, the character where, and why with what to do."""
 
     kind: str
@@ -47,7 +47,7 @@ class Fault:
     message: str
 
 
-def topic_name_fault(name: str) -> Fault | None:
+def topic_name_fault(name: str) -> NameFault | None:
     """What is wrong with a topic name as a node writes it: `relative`, `~/private`, `{node}/x`, `/absolute`.
 
     >>> topic_name_fault("foo/~/bar").kind
@@ -62,19 +62,19 @@ def topic_name_fault(name: str) -> Fault | None:
     return _substitution_fault(name) or _tilde_fault(name) or _token_fault(name)
 
 
-def full_topic_name_fault(name: str) -> Fault | None:
+def full_topic_name_fault(name: str) -> NameFault | None:
     """What is wrong with a topic name that must be absolute and free of `~` and `{}`."""
     return _absolute_name_fault(name) or _length_fault(name, TOPIC_NAME_MAX)
 
 
-def namespace_fault(name: str) -> Fault | None:
+def namespace_fault(name: str) -> NameFault | None:
     """What is wrong with a namespace: `/` or an absolute name."""
     if name == "/":
         return None
     return _absolute_name_fault(name) or _length_fault(name, NAMESPACE_MAX)
 
 
-def node_name_fault(name: str) -> Fault | None:
+def node_name_fault(name: str) -> NameFault | None:
     """What is wrong with a node's name: one word, without slashes."""
     if not name:
         return _fault(name, "empty", 0)
@@ -284,7 +284,7 @@ def _join(namespace: str, name: str) -> str:
     return f"/{name}" if namespace == "/" else f"{namespace}/{name}"
 
 
-def _substitution_fault(name: str) -> Fault | None:
+def _substitution_fault(name: str) -> NameFault | None:
     """The first wrong character, and braces that do not pair up."""
     opened: int | None = None
     for index, char in enumerate(name):
@@ -307,18 +307,18 @@ def _substitution_fault(name: str) -> Fault | None:
     return None if opened is None else _fault(name, "unmatched_brace", opened)
 
 
-def _tilde_fault(name: str) -> Fault | None:
+def _tilde_fault(name: str) -> NameFault | None:
     """A `~` that runs into the next word; ROS 2 overlooks this in a name of two characters."""
     wrong = name[0] == "~" and len(name) > 1 and name[1] != "/"
     return _fault(name, "tilde_not_followed_by_slash", 1) if wrong else None
 
 
-def _token_fault(name: str) -> Fault | None:
+def _token_fault(name: str) -> NameFault | None:
     found = re.search("/([0-9])", name)
     return _fault(name, "token_starts_with_number", found.start(1)) if found else None
 
 
-def _absolute_name_fault(name: str) -> Fault | None:
+def _absolute_name_fault(name: str) -> NameFault | None:
     if not name:
         return _fault(name, "empty", 0)
     if name[0] != "/":
@@ -335,23 +335,23 @@ def _absolute_name_fault(name: str) -> Fault | None:
     return numbered
 
 
-def _length_fault(name: str, limit: int) -> Fault | None:
+def _length_fault(name: str, limit: int) -> NameFault | None:
     """Asked last: ROS 2 takes a name that is only too long for the mildest of faults."""
     return _fault(name, "too_long", limit - 1, str(limit)) if len(name) > limit else None
 
 
-def _fault(name: str, kind: str, index: int, more: str = "") -> Fault:
-    return Fault(kind, index, _FAULTS[kind].format(char=name[index : index + 1], more=more, length=len(name)))
+def _fault(name: str, kind: str, index: int, more: str = "") -> NameFault:
+    return NameFault(kind, index, _FAULTS[kind].format(char=name[index : index + 1], more=more, length=len(name)))
 
 
 @lru_cache(maxsize=1024)  # each endpoint of each start of a graph asks for the same few
-def _check(what: str, name: str, find: Callable[[str], Fault | None]) -> str:
+def _check(what: str, name: str, find: Callable[[str], NameFault | None]) -> str:
     if (fault := find(name)) is not None:
         _refuse(what, name, fault)
     return name
 
 
-def _refuse(what: str, name: str, fault: Fault) -> NoReturn:
+def _refuse(what: str, name: str, fault: NameFault) -> NoReturn:
     """Raise, with the stretch of the name around the fault and a caret under it."""
     start = max(0, fault.index - 60)
     before, shown = printable(name[start : fault.index]), printable(name[start : start + 120])

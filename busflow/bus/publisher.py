@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
-from busflow.bus.expiry import NS_PER_S, Perishable, Watch
+from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer
 from busflow.bus.qos import Durability, Liveliness
 from busflow.bus.statistics import PublisherStatistics
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
@@ -61,8 +61,8 @@ class Publisher(Generic[M]):
         latched = qos.durability is Durability.TRANSIENT_LOCAL
         self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if latched else None
         self._lifespan_ns = None if qos.lifespan_s is None else round(qos.lifespan_s * NS_PER_S)
-        self._deadline: Watch | None = None
-        self._lease: Watch | None = None
+        self._deadline: SilenceTimer | None = None
+        self._lease: SilenceTimer | None = None
         self._notices = Notices()
 
     @property
@@ -195,9 +195,9 @@ class Publisher(Generic[M]):
         self._topic, self._thread, self._hand_over = topic, thread, hand_over
         qos = self.endpoint.qos
         if qos.deadline_s is not None:
-            self._deadline = Watch(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
+            self._deadline = SilenceTimer(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
         if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
-            self._lease = Watch(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
+            self._lease = SilenceTimer(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
         self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
         topic.add_publisher(self)
 

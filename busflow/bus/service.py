@@ -12,7 +12,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
-from busflow.bus.delivery import Source
+from busflow.bus.delivery import DeliverySource
 from busflow.bus.expiry import NS_PER_S
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", ServerStatistics, ClientStatistics)
 
 
-class Service(Source, Generic[Req, Res]):
+class Service(DeliverySource, Generic[Req, Res]):
     """A name, its type, who answers it now, and who asks."""
 
     __slots__ = (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, cast
 from busflow.bus.delivery import Recipient
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import UNWANTED, DeadlineMissed, Event, Notices, SubscriptionMatched
-from busflow.bus.expiry import Perishable, Watch, expire, fresh
+from busflow.bus.expiry import Perishable, SilenceTimer, expire, fresh
 from busflow.bus.qos import Durability
 from busflow.bus.queues import Queue, create_queue
 from busflow.bus.statistics import SubscriptionStatistics
@@ -54,7 +54,7 @@ class Subscription(Recipient[M, Topic[M]]):
         self._latest: M | None = None
         self._clock: Clock | None = None
         self._on_failure: OnFailure | None = None
-        self._deadline: Watch | None = None
+        self._deadline: SilenceTimer | None = None
         self._notices = Notices()
         self._at_start = 0
         self._at_close: int | None = None
@@ -309,7 +309,7 @@ class Subscription(Recipient[M, Topic[M]]):
     def _watch(self, clock: Clock) -> None:
         self._clock = clock
         limit_s = self.endpoint.qos.deadline_s
-        self._deadline = None if limit_s is None else Watch(limit_s, clock, self._miss_deadline, repeat=True)
+        self._deadline = None if limit_s is None else SilenceTimer(limit_s, clock, self._miss_deadline, repeat=True)
 
     def _make_room_and_push(self, item: M | Perishable[M]) -> None:
         if self.queue.full:

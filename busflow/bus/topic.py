@@ -11,7 +11,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from busflow.bus.delivery import Source
+from busflow.bus.delivery import DeliverySource
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import Event
 from busflow.bus.expiry import Perishable, fresh, next_expiry_ns
@@ -36,7 +36,7 @@ class End(Protocol):
     def tell_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
 
 
-class Sender(End, Protocol):
+class TopicPublisher(End, Protocol):
     """What a topic needs of a publisher."""
 
     published: int
@@ -66,7 +66,7 @@ class Receiver(End, Protocol):
     def statistics(self) -> SubscriptionStatistics: ...  # noqa: D102  # as above
 
 
-class Topic(Source, Generic[M]):
+class Topic(DeliverySource, Generic[M]):
     """A name, its type, and the publishers and subscriptions on it now."""
 
     __slots__ = (
@@ -86,7 +86,7 @@ class Topic(Source, Generic[M]):
         self.name = name
         self.clock = clock
         self.type = message_type
-        self.publishers: list[Sender] = []
+        self.publishers: list[TopicPublisher] = []
         self.subscriptions: list[Receiver] = []
         self.pushes: tuple[Callable[[Any], None], ...] = ()
         self.blocking: tuple[Receiver, ...] = ()
@@ -248,7 +248,7 @@ class Topic(Source, Generic[M]):
 
     # Ends that come and leave.
 
-    def add_publisher(self, publisher: Sender) -> None:
+    def add_publisher(self, publisher: TopicPublisher) -> None:
         """Take in a publisher; the topic's time begins with the first."""
         if not self.publishers_come:
             self.since_ns = self.clock.monotonic_ns()
@@ -262,7 +262,7 @@ class Topic(Source, Generic[M]):
         self.subscriptions.append(subscription)
         self.rebuild()
 
-    def remove_publisher(self, publisher: Sender) -> None:
+    def remove_publisher(self, publisher: TopicPublisher) -> None:
         """Let a publisher leave; what it published stays counted."""
         self.publishers.remove(publisher)
         self._retired += publisher.published

@@ -11,7 +11,7 @@ import click
 
 import busflow
 from busflow.cli.root import Root
-from busflow.cli.terminal.output import colour, tell
+from busflow.cli.terminal.output import colour, print_message
 from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
 
@@ -79,7 +79,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if isinstance(error, BrokenPipeError):
             return ExitCode.OK  # who reads our output has had enough: `busflow config … | head -1`
-        tell(f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}")
+        print_message(
+            f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}"
+        )
         return ExitCode.FAILED
     if argv is None:
         _leave_threads_behind(code)
@@ -119,7 +121,7 @@ def _answer(arguments: list[str]) -> int:
     except click.Abort:
         return ExitCode.INTERRUPTED
     except click.ClickException as error:
-        tell(_usage(error))
+        print_message(_usage(error))
         return ExitCode.USAGE
 
 
@@ -129,20 +131,22 @@ def _invoke(root: Root, context: click.Context) -> int:
     except BusflowError as error:
         if context.params["traceback"]:
             _tell_traceback(error)
-        tell(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
+        print_message(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
     except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
         raise
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
         _tell_traceback(error)
-        tell(f"error: this is a bug in {root.owner(context.invoked_subcommand)}; please report it with the lines above")
+        print_message(
+            f"error: this is a bug in {root.owner(context.invoked_subcommand)}; please report it with the lines above"
+        )
         return ExitCode.FAILED
 
 
 def _tell_traceback(error: Exception) -> None:
     import traceback
 
-    tell("".join(traceback.format_exception(error)))
+    print_message("".join(traceback.format_exception(error)))
 
 
 def _usage(error: click.ClickException) -> str:

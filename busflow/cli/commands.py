@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
-    from busflow.cli.terminal.output import print_answer, print_line, tell
+    from busflow.cli.terminal.output import print_answer, print_line, print_message
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
@@ -35,7 +35,7 @@ _HOMES = {
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
-    "cli.terminal.output": ("print_answer", "print_line", "tell"),
+    "cli.terminal.output": ("print_answer", "print_line", "print_message"),
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
     "wire.client.client": ("Peer", "ServiceKind"),
@@ -72,7 +72,7 @@ __all__ = [
     "known_type",
     "print_answer",
     "print_line",
-    "tell",
+    "print_message",
 ]
 
 

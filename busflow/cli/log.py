@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins
-from busflow.cli.terminal.output import print_line, tell
+from busflow.cli.terminal.output import print_line, print_message
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
@@ -68,7 +68,7 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         missed = listener.dropped + listener.lost
         if missed:
             told = counted(missed, "line is", "lines are")
-            tell(f"warning: {told} missing: more came than could be shown")
+            print_message(f"warning: {told} missing: more came than could be shown")
 
 
 def _known(peer: Peer, node: str | None) -> str | None:

@@ -9,7 +9,7 @@ import click
 
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joins
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.text import printable
 from busflow.wire.client.graph_view import is_hidden
@@ -143,6 +143,6 @@ def _tell_failures(nodes: Sequence[NodeView]) -> None:
     for each in nodes:
         why = "; ".join(each.details.get("failures", []))
         if _state(each) == "failed":
-            tell(f"error: {each.name} has failed: {why}")
+            print_message(f"error: {each.name} has failed: {why}")
         elif _state(each) == "restarting":
-            tell(f"warning: {each.name} is started anew: {why or 'it ended'}")
+            print_message(f"warning: {each.name} is started anew: {why or 'it ended'}")

@@ -13,7 +13,7 @@ import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.param import complete_parameters, full_name, parameters_of
-from busflow.cli.terminal.output import near, print_answer, print_line, tell
+from busflow.cli.terminal.output import near, print_answer, print_line, print_message
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import counted, printable
@@ -170,9 +170,9 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) 
     if as_json:
         print_answer({"run": peer.run.name, "node": full_name(node), "changed": changed, "faults": faults})
     elif faults:
-        tell("Setting parameter failed: nothing was set")
+        print_message("Setting parameter failed: nothing was set")
         for fault in faults:
-            tell(f"error: {fault['message']}" + (f"\n  fix: {fault['fix']}" if fault["fix"] else ""))
+            print_message(f"error: {fault['message']}" + (f"\n  fix: {fault['fix']}" if fault["fix"] else ""))
     else:
         click.echo("Set parameter successful" if len(values) == 1 else "Set parameters successful")
         for change in changed:
@@ -221,7 +221,7 @@ def _print_changes(answer: Mapping[str, Any], known: dict[str, int], node: str |
     first = answer["changes"][0]["sequence"] if answer["changes"] else answer["last"] + 1
     missed = first - known.get(answer["process"], 0) - 1
     if missed:
-        tell(f"warning: {counted(missed, 'change was', 'changes were')} forgotten before any could be shown")
+        print_message(f"warning: {counted(missed, 'change was', 'changes were')} forgotten before any could be shown")
     known[answer["process"]] = answer["last"]
     for change in answer["changes"]:
         if node is not None and change["node"] != full_name(node):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import near, print_line, tell
+from busflow.cli.terminal.output import near, print_line, print_message
 from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def ps(as_json: bool) -> None:
     print_table(map(_row, found), *_COLUMNS)
     for each in found:
         if each.silence:
-            tell(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
+            print_message(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
 
 
 def _told(present: PresentRun) -> dict[str, Any]:

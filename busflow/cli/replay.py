@@ -79,20 +79,20 @@ def replay(
 
 
 def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
-    from busflow.cli.terminal.output import print_answer, tell
+    from busflow.cli.terminal.output import print_answer, print_message
     from busflow.errors import ExitCode
 
     if as_json:
         print_answer(outcome.as_json())
     else:
-        tell(outcome.render(show), error_stream=False)
+        print_message(outcome.render(show), error_stream=False)
     return ExitCode.OK if outcome.same else ExitCode.DIFFERENT
 
 
 def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: click.Context) -> What:
     """A graph of one node of a plugin, as a launch file would say it."""
     from busflow.launchfile.model.description import LaunchDescription, NodeSpec
-    from busflow.launchfile.yaml.value import Origin, Source, Value
+    from busflow.launchfile.yaml.value import Origin, StatedBy, Value
     from busflow.node.node import default_name
     from busflow.node.plugins import load
 
@@ -101,6 +101,6 @@ def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: cl
     folders = (folder or Path("plugins"),)
     name = nodes[0] if nodes else default_name(load(plugin, folders))
     namespace, _, last = f"/{name.removeprefix('/')}".rpartition("/")
-    origin = Origin(Source.COMMAND_LINE)
+    origin = Origin(StatedBy.COMMAND_LINE)
     spec = NodeSpec(last, namespace or "/", origin, plugin, origin, Value({}, origin), folders)
     return LaunchDescription(name="replay", nodes=(spec,))

@@ -121,7 +121,7 @@ def _imported(entry: EntryPoint) -> click.Command:
         fix = f"install it anew, or do without: {_removal(entry)}"
         if isinstance(error, ModuleNotFoundError) and error.name:
             fix = f"install what provides {error.name!r} into the environment {sys.prefix}"
-        raise PluginError(Problem("command-import", message, fix, tracebacks.blame(error))) from error
+        raise PluginError(Problem("command-import", message, fix, tracebacks.user_line(error))) from error
     if not isinstance(command, click.Command):
         message = f"busflow {entry.name} cannot be used: in {where} is no click command"
         raise PluginError(Problem("no-command", message, _removal(entry)))

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import colour, json_text, tell
+from busflow.cli.terminal.output import colour, json_text, print_message
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
 from busflow.launchfile.check.here import on_machine
 from busflow.launchfile.model.description import RecordSpec
-from busflow.launchfile.model.placement import Spread, placed
+from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink, json_sink
 from busflow.runner.graph import Graph
-from busflow.runner.live_edit import Watch
+from busflow.runner.live_edit import FileWatch
 from busflow.runner.loops.choice import chosen_loop
 from busflow.runner.loops.system import LoopFactory
 from busflow.runner.run import run_graph
@@ -29,7 +29,7 @@ from busflow.runner.sources import is_simulated
 
 if TYPE_CHECKING:
     from busflow.cli.options.launch_file import Given
-    from busflow.processes.crew import Crew
+    from busflow.processes.process_group import ProcessGroup
     from busflow.runner.report import Report
 
 
@@ -66,15 +66,15 @@ class Run:
         self._options |= {"watchdog_s": watchdog_s, "prints_failures": self._for_people}
         self._outer = dict(os.environ)
         self._given = given
-        whole, together = given.description(), sim or Spread(spread) is Spread.ONE
+        whole, together = given.description(), sim or ProcessLayout(spread) is ProcessLayout.ONE
         self._description = description = on_machine(whole, machine, together=together or is_simulated(whole))
         self._name = name or description.name
         self._record = _record_spec(description.record, record, record_topics)
         self._simulated = sim or is_simulated(description)
         self._event_loop, self._new_loop = event_loop, chosen_loop(event_loop, simulated=self._simulated)
         # So is one in several processes, which have no time in common but the system's.
-        self._placement = placed(description, Spread.ONE if self._simulated else Spread(spread))
-        self._crew: Crew | None = None
+        self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(spread))
+        self._crew: ProcessGroup | None = None
         self._watch = watch
         if watch and self._simulated:
             raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
@@ -111,7 +111,7 @@ class Run:
         print_summary(replace(outcome, exit_code=ExitCode(code)))
         for error, path in lost:
             if error is not None:
-                tell(f"error: cannot write the whole of {path}: {error.strerror}")
+                print_message(f"error: cannot write the whole of {path}: {error.strerror}")
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
@@ -122,7 +122,7 @@ class Run:
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
-                graph.attach(Watch(graph, self._description, partial(self._given.read, self._outer)))
+                graph.attach(FileWatch(graph, self._description, partial(self._given.read, self._outer)))
             self._show(graph)
             return nullcontext((graph, self._new_loop))
         from busflow.runner.simulation import simulated_graph
@@ -144,12 +144,12 @@ class Run:
 
     def _manned(self) -> Graph:
         """The graph of this process, with the other processes of the run."""
-        from busflow.processes.crew import Crew
+        from busflow.processes.process_group import ProcessGroup
 
         graph = Graph([self._description], **self._options)
         arguments = ["run", *self._given.arguments()]
         network = self._description.network if self._description.here is not None else None
-        self._crew = Crew(
+        self._crew = ProcessGroup(
             graph,
             self._placement,
             name=self._name,
@@ -166,14 +166,14 @@ class Run:
             run_graph(graph, for_s=for_s, loop_factory=loop_factory)
         except NodeFailed:
             for failure in graph.failures:
-                tell(f"error: {failure.render()}")
+                print_message(f"error: {failure.render()}")
         except (IncompleteRecording, Stray) as error:
-            tell(f"error: {error}")
+            print_message(f"error: {error}")
         finally:
             if self._crew:
                 self._crew.finish()
             for text in self._crew.failures if self._crew else ():
-                tell(f"error: {text}")
+                print_message(f"error: {text}")
         return graph.exit_code
 
 

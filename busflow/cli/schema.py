@@ -17,7 +17,7 @@ Examples:
 @click.option("--write", is_flag=True, help="Write it beside FILE: lab1.schema.json beside lab1.yaml.")
 def schema(file: Path, write: bool) -> None:
     """Print the JSON Schema of FILE: its keys, and the parameters of every plugin it may name."""
-    from busflow.cli.terminal.output import json_text, tell
+    from busflow.cli.terminal.output import json_text, print_message
     from busflow.text import printable
 
     text = json_text(_schema_of(file)) + "\n"
@@ -31,12 +31,12 @@ def schema(file: Path, write: bool) -> None:
         raise click.ClickException(f"cannot write {target}: {error.strerror}") from None
     click.echo(f"Wrote {printable(target)}")
     if "yaml-language-server: $schema=" not in file.read_text(encoding="utf-8"):
-        tell(f"to use it, let {file} begin with:\n# yaml-language-server: $schema={target.name}")
+        print_message(f"to use it, let {file} begin with:\n# yaml-language-server: $schema={target.name}")
 
 
 def _schema_of(file: Path) -> dict[str, object]:
     """The schema with every plugin that can be loaded; of the others it is told why they are missing."""
-    from busflow.cli.terminal.output import tell
+    from busflow.cli.terminal.output import print_message
     from busflow.errors import LaunchError, PluginError
     from busflow.launchfile.load.load import examine
     from busflow.launchfile.model.json_schema import PluginSchema, launch_schema
@@ -52,5 +52,5 @@ def _schema_of(file: Path) -> dict[str, object]:
         try:
             known.append(PluginSchema(plugin.name, parameters_class(load(plugin.name, folders)), plugin.summary))
         except PluginError as error:
-            tell(f"warning: the schema lacks the parameters of {plugin.name}\n{error}")
+            print_message(f"warning: the schema lacks the parameters of {plugin.name}\n{error}")
     return launch_schema(known)

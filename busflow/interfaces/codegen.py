@@ -19,7 +19,7 @@ from busflow.errors import InvalidDeclaration
 _WORD = re.compile(r"[a-z][a-z0-9_]*")
 
 
-class Source:
+class FunctionSource:
     """The lines of a function in the making, and what they use."""
 
     def __init__(self) -> None:

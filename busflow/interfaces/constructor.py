@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from busflow.errors import Fault, InvalidMessage
-from busflow.interfaces.codegen import Source, word
+from busflow.interfaces.codegen import FunctionSource, word
 from busflow.interfaces.fields import PRIMITIVES, ArrayKind, FieldType, Primitive, round_float32
 from busflow.text import did_you_mean, printable
 from busflow.validation.annotations import at
@@ -65,7 +65,7 @@ def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., N
     """An `__init__` for `cls`, written for it where it has no more rules than the class `plain`."""
     if (fields := _plain_fields(cls, plain)) is None:
         return fill_with
-    source = Source()
+    source = FunctionSource()
     give = source.give
     # A field may have any name but one that begins with an underscore: those are the function's own.
     defaults = _defaults(fields, give)
@@ -104,7 +104,7 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
     """
     if (fields := _plain_fields(cls, plain)) is None:
         return cls
-    source = Source()
+    source = FunctionSource()
     defaults = _defaults(fields, source.give)
     _check(source, fields, defaults)
     source.add(f"_message = {source.give(object.__new__)}({source.give(blank())})")
@@ -129,7 +129,7 @@ def _arguments(defaults: Mapping[str, str]) -> str:
     return "".join(f"{each}={default}, " for each, default in defaults.items())
 
 
-def _check(source: Source, fields: Sequence[FieldType], defaults: Mapping[str, str]) -> None:
+def _check(source: FunctionSource, fields: Sequence[FieldType], defaults: Mapping[str, str]) -> None:
     for each in fields:
         source.add(*_checked(each, defaults[each.name], source.give))
 

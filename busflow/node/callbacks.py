@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from busflow.bus.events import Event
 from busflow.bus.failure import is_failure, refuse_coroutine
-from busflow.node.lifetime import Life
+from busflow.node.lifetime import NodeLifetime
 
 if TYPE_CHECKING:
     from busflow.node.parameters import Parameters
@@ -23,7 +23,7 @@ class ParameterHandler:
 
     __slots__ = ("_before", "_busy", "_function", "_is_async", "_life", "_origin")
 
-    def __init__(self, function: Callable[[Any], Any], origin: str, life: Life) -> None:
+    def __init__(self, function: Callable[[Any], Any], origin: str, life: NodeLifetime) -> None:
         self._function = function
         self._is_async = iscoroutinefunction(function)
         self._origin = origin
@@ -79,7 +79,7 @@ class EventHandler:
     __slots__ = ("_event_type", "_function", "_life", "origin", "topic")
 
     def __init__(
-        self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, life: Life
+        self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, life: NodeLifetime
     ) -> None:
         self.topic = topic
         self.origin = origin

@@ -21,7 +21,7 @@ from busflow.bus.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message
-from busflow.node.lifetime import Life
+from busflow.node.lifetime import NodeLifetime
 from busflow.node.parameter_store import ParameterStore
 from busflow.validation.tracebacks import way
 
@@ -38,7 +38,7 @@ E = TypeVar("E", Publisher[Any], Subscription[Any])
 class Ends:
     """What one node, in one of its lives, has on the bus."""
 
-    def __init__(self, life: Life) -> None:
+    def __init__(self, life: NodeLifetime) -> None:
         self.publishers: list[Publisher[Any]] = []
         self.subscriptions: list[Subscription[Any]] = []
         self.servers: list[Server[Any, Any]] = []

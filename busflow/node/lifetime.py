@@ -8,14 +8,14 @@ from typing import Any
 import anyio.abc
 from structlog.typing import FilteringBoundLogger
 
-from busflow.bus.call import Activity, hold_up_nobody
+from busflow.bus.call import Activity, detach_activity
 from busflow.bus.dispatcher import Dispatcher
 from busflow.bus.failure import Failure, is_failure
 from busflow.errors import NotRunning
 from busflow.interfaces.message import Message
 
 
-class Life:
+class NodeLifetime:
     """What those who call a node's code need to know of it, and to ask of it."""
 
     log: FilteringBoundLogger
@@ -67,7 +67,7 @@ class Life:
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.name}.{name}")
 
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
-        hold_up_nobody()
+        detach_activity()
         try:
             await coroutine
         except BaseException as error:

@@ -31,7 +31,7 @@ from busflow.node.declarations import (
 )
 from busflow.node.endpoints import Ends
 from busflow.node.handlers import Handler, ParametersRole, ServiceRole, SubscriptionRole, declarations_of
-from busflow.node.lifetime import Life
+from busflow.node.lifetime import NodeLifetime
 from busflow.node.parameter_events import ParameterEvents
 from busflow.node.parameter_store import Holder, ParameterStore, SetResult
 from busflow.node.parameters import Parameters
@@ -61,7 +61,7 @@ class NodeRuntime:
         self.name = name
         self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
         """With its namespace, from `declare` on."""
-        self.life = Life(type(node).__name__, self.full_name, self.close)
+        self.life = NodeLifetime(type(node).__name__, self.full_name, self.close)
         self.ends = Ends(self.life)
         self.parameters = ParameterStore(node, self.full_name)
         self.parameter_events: ParameterEvents

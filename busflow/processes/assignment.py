@@ -20,7 +20,7 @@ from busflow.wire.zenoh.run_directory import RunCard
 
 if TYPE_CHECKING:
     from busflow.bus.bus import Bus
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.check.preflight import Plan
     from busflow.log import Log
     from busflow.node.endpoints import Attached
@@ -91,15 +91,15 @@ class Memory:
     """What is known of the nodes of a process that had a life before."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    """By node, of those of which something was set at run time: `{values, set, times}`, as `tell_changes` tells it."""
+    """By node, of those of which something was set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
     """By node, how many lives it had: those of the process, and its own restarts in each of them."""
 
-    def brought_back(self, plan: Plan, log: Log) -> list[Member]:
+    def brought_back(self, plan: Plan, log: Log) -> list[PlannedNode]:
         """The members of a plan, each as it was when it died."""
         return [self._brought_back(member, log) for member in plan.members]
 
-    def _brought_back(self, member: Member, log: Log) -> Member:
+    def _brought_back(self, member: PlannedNode, log: Log) -> PlannedNode:
         name = member.runtime.full_name
         told, life = self.parameters.get(name), self.lives.get(name, 0)
         former: Parameters = member.runtime.node.parameters
@@ -119,7 +119,7 @@ class Memory:
         return replace(member, node=runtime.node)
 
 
-def tell_changes(bus: Bus, say: Callable[[Mapping[str, Any]], None]) -> None:
+def report_changes(bus: Bus, say: Callable[[Mapping[str, Any]], None]) -> None:
     """Say, as it happens, how the parameters of a node on this bus stand after a change."""
 
     def attached(end: Attached) -> None:

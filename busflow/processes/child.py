@@ -26,7 +26,7 @@ _LINE_BYTES = 4096
 _TOLD_BYTES = 1 << 24
 
 
-class Ear(Protocol):
+class ChildListener(Protocol):
     """Who hears what a child says, in the thread that reads it."""
 
     def on_told(self, told: Mapping[str, Any]) -> None:
@@ -42,7 +42,11 @@ class Child:
     """A process that has been started."""
 
     def __init__(
-        self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], ear: Ear
+        self,
+        arguments: Sequence[str],
+        environment: Mapping[str, str],
+        first_line: Callable[[], bytes],
+        ear: ChildListener,
     ) -> None:
         """Start it: a new interpreter, never a fork of this one.
 

@@ -13,7 +13,7 @@ from busflow.launchfile.model.placement import Placement
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.check.preflight import Plan
 
 
@@ -40,8 +40,8 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
 
 
 def _pairs(
-    members: Sequence[Member], where: dict[str, str]
-) -> Iterator[tuple[Member, Endpoint | ServiceEndpoint, Endpoint | ServiceEndpoint]]:
+    members: Sequence[PlannedNode], where: dict[str, str]
+) -> Iterator[tuple[PlannedNode, Endpoint | ServiceEndpoint, Endpoint | ServiceEndpoint]]:
     """Each end that receives or asks, with one in another process that it receives from or asks."""
     for member in members:
         for received in member.subscriptions:
@@ -70,7 +70,7 @@ def _uncodable(cls: type[Any]) -> str:
 
 
 def _unblockable(
-    member: Member, received: Endpoint, members: Sequence[Member], where: dict[str, str]
+    member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], where: dict[str, str]
 ) -> Iterator[Problem]:
     """Who would have to wait for a full queue, and cannot, being in another process."""
     here = where[received.node]
@@ -87,7 +87,7 @@ def _unblockable(
         yield _problem(member, "cannot-block", text, fix)
 
 
-def _problem(member: Member, code: str, text: str, fix: str) -> Problem:
+def _problem(member: PlannedNode, code: str, text: str, fix: str) -> Problem:
     origin = member.spec.origin if member.spec else None
     return Problem(
         code, text, fix, origin.place if origin else None, included_from=origin.included_from if origin else ()

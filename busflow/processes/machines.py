@@ -15,7 +15,7 @@ from busflow.wire.zenoh.network import Network
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
-    from busflow.launchfile.model.network import Endpoint, NetworkSpec
+    from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
 
 _FIRST_S = 0.5
 """Who was linked for so long when another run of its machine came, was there before: a newcomer sees all at once."""
@@ -52,7 +52,7 @@ class Machines:
         """
         self._spec, self.own, self._log, self._seconds = spec, own, log, seconds
         self.network = Network.of(spec, own)
-        self._dialled: dict[str, Endpoint] = {}
+        self._dialled: dict[str, NetworkAddress] = {}
         for name, machine in spec.machines.items():
             if machine.connect is not None and machine.connect in spec.dialled_by(own):
                 self._dialled[name] = machine.connect

@@ -24,7 +24,7 @@ _LAST_WORDS_S = 0.3
 _VALUE_CHARACTERS = 4096
 
 
-class Voice:
+class PipeWriter:
     """Writes lines to a pipe, in a thread of its own."""
 
     def __init__(self, pipe: int) -> None:

@@ -1,4 +1,4 @@
-"""`Eavesdropper`: records a run from outside, as a member of it that only listens.
+"""`RemoteRecorder`: records a run from outside, as a member of it that only listens.
 
 Messages are written as the bytes that they came as, in the order in which they came. What a publisher numbered and did
 not get here is lost, and leaves a gap in the recording's own numbers too.
@@ -43,7 +43,7 @@ _MOST_DEPTH = 10_000
 _PARAMETERS_QOS = QoS(depth=1000)
 
 
-class Eavesdropper:
+class RemoteRecorder:
     """Writes what a run publishes into a file, until it is closed."""
 
     def __init__(self, peer: Peer, spec: RecordSpec) -> None:
@@ -193,7 +193,7 @@ class Eavesdropper:
 class _Ear(Listener):
     """Hears one topic."""
 
-    def __init__(self, owner: Eavesdropper, topic: TopicView, type_: ForeignType) -> None:
+    def __init__(self, owner: RemoteRecorder, topic: TopicView, type_: ForeignType) -> None:
         super().__init__(depth=1)
         self.topic, self.type = topic.name, type_
         self.number = 0

@@ -13,12 +13,12 @@ from busflow.launchfile.model.placement import MAIN
 from busflow.runner.report import Blocks, NodeReport, ProcessReport, Report, ServiceReport, TopicReport
 
 if TYPE_CHECKING:
-    from busflow.processes.member import Member
+    from busflow.processes.worker_process import WorkerProcess
 
 T = TypeVar("T")
 
 
-def merged(main: Report, members: Sequence[Member], order: Sequence[str], *, name: str = MAIN) -> Report:
+def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
     """The report of the main process with those of the others in it.
 
     Args:

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import BusflowError, ExitCode, LaunchError, NodeFailed
-from busflow.processes.assignment import Assignment, tell_changes
-from busflow.processes.pipe import Voice
+from busflow.processes.assignment import Assignment, report_changes
+from busflow.processes.pipe import PipeWriter
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.choice import chosen_loop
@@ -46,7 +46,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # what a node starts must not hold on to the pipe, nor read from it
     threading.Thread(target=_end_with_main, args=(leash,), name="busflow.main", daemon=True).start()
     _make_room(assignment)
-    voice = Voice(pipe or 0)
+    voice = PipeWriter(pipe or 0)
     failures: list[str] = []
     graph: Graph | None = None
     code = ExitCode.FAILED
@@ -94,7 +94,7 @@ def _make_room(assignment: Assignment) -> None:
         stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
 
 
-def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice) -> Graph:
+def _graph(description: LaunchDescription, assignment: Assignment, voice: PipeWriter) -> Graph:
     """This process's part of the graph, whose other nodes are neither imported nor built.
 
     Raises:
@@ -121,7 +121,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: Voice)
         raise LaunchError(plan.errors)
     if assignment.restarts:
         plan.members = assignment.memory.brought_back(plan, graph.log)
-    tell_changes(graph.bus, lambda told: voice.say(parameters=told))
+    report_changes(graph.bus, lambda told: voice.say(parameters=told))
     plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
     return graph
 
@@ -138,7 +138,7 @@ def _give_way(graph: Graph, nice: int) -> None:
 class _Part(Extension):
     """This process as a part of the run: its nodes wait for the others, and it reports to the main process."""
 
-    def __init__(self, graph: Graph, assignment: Assignment, voice: Voice) -> None:
+    def __init__(self, graph: Graph, assignment: Assignment, voice: PipeWriter) -> None:
         self._graph, self._voice, self._others = graph, voice, assignment.others
         self._membership = Membership(
             graph,
@@ -174,7 +174,7 @@ class _Part(Extension):
             self._voice.say(report=_figures(self._graph, self._voice))
 
 
-def _figures(graph: Graph, voice: Voice) -> Mapping[str, Any]:
+def _figures(graph: Graph, voice: PipeWriter) -> Mapping[str, Any]:
     """The report so far; what the voice could not say is missing in the log."""
     report = graph.report().as_json()
     return report | {"log_lines_lost": report["log_lines_lost"] + voice.lost}

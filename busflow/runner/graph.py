@@ -20,7 +20,7 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import Clock, SystemClock
 from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
 from busflow.interfaces.message import Message
-from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import tell
@@ -177,7 +177,7 @@ class Graph:
         self.units = [unit for unit in self.units if unit not in leaving]
         await stop_units(leaving, self.clock, self.grace_s)
 
-    def admit(self, members: Sequence[Member]) -> None:
+    def admit(self, members: Sequence[PlannedNode]) -> None:
         """Start nodes beside those that run."""
         if self._tasks is None or self.ending.is_set():
             return

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.errors import InvalidParameter, Problem, Severity
-from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.problems import tell
@@ -30,7 +30,7 @@ Reader: TypeAlias = Callable[[], tuple[LaunchDescription | None, tuple[Problem, 
 _Look: TypeAlias = dict[Path, object]
 
 
-class Watch(Extension):
+class FileWatch(Extension):
     """Watches the files of a launch description that runs."""
 
     def __init__(self, graph: Graph, description: LaunchDescription, read: Reader) -> None:
@@ -146,9 +146,9 @@ class Revision:
     """By node, the parameters that the file gives other values, and that the node can be told while it runs."""
     leaving: tuple[str, ...]
     """The nodes that are no longer there."""
-    coming: tuple[Member, ...]
+    coming: tuple[PlannedNode, ...]
     """The nodes that were not there before."""
-    restarting: tuple[Member, ...]
+    restarting: tuple[PlannedNode, ...]
     """The nodes of which something else is different."""
     later: tuple[str, ...]
     """The keys whose change only another run will see."""
@@ -183,8 +183,8 @@ def revision(old: LaunchDescription, before: Mapping[str, _Stated], new: LaunchD
     """What is different between a description whose nodes were stated so, and one whose plan is yet to be started."""
     present = dict(before)
     changed: dict[str, Mapping[str, object]] = {}
-    coming: list[Member] = []
-    restarting: list[Member] = []
+    coming: list[PlannedNode] = []
+    restarting: list[PlannedNode] = []
     for member in after.members:
         former = present.pop(member.runtime.full_name, None)
         if former is None:
@@ -220,7 +220,7 @@ def _changes(before: Parameters, after: Parameters) -> Iterator[tuple[str, objec
             yield info.name, value_of(after, info.name)
 
 
-def _shape(member: Member) -> str:
+def _shape(member: PlannedNode) -> str:
     """Everything of a node that cannot be changed while it runs."""
     topics = [(end.topic, end.type, end.qos) for end in (*member.publishers, *member.subscriptions)]
     services = [(end.service, end.type) for end in (*member.servers, *member.clients)]

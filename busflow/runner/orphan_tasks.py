@@ -29,17 +29,17 @@ import anyio
 from busflow.bus.failure import Failure
 from busflow.errors import Stray
 from busflow.log import Log
-from busflow.node.lifetime import Life
+from busflow.node.lifetime import NodeLifetime
 from busflow.node.node import Node
 from busflow.text import printable
-from busflow.validation.tracebacks import blame, reason, shown
+from busflow.validation.tracebacks import reason, shown, user_line
 
 PATIENCE_S = 0.1
 """How long a task that failed may wait to be awaited until the log warns."""
 
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
-_LIFE: ContextVar[Life | None] = ContextVar("busflow_life", default=None)
+_LIFE: ContextVar[NodeLifetime | None] = ContextVar("busflow_life", default=None)
 """Whose task runs, where a node made it itself."""
 
 
@@ -47,7 +47,7 @@ _LIFE: ContextVar[Life | None] = ContextVar("busflow_life", default=None)
 class _Failed:
     """A task that failed, and may still be awaited."""
 
-    life: Life | None
+    life: NodeLifetime | None
     name: str
     error: BaseException
     task: weakref.ref[asyncio.Task[Any]]
@@ -102,7 +102,7 @@ class OrphanTasks:
         task.add_done_callback(partial(self._on_done, life, getattr(coroutine, "__name__", "")))
         return task
 
-    def close(self, life: Life | None = None) -> None:
+    def close(self, life: NodeLifetime | None = None) -> None:
         """A node has ended, or the loop: its tasks that failed and were never awaited count as failures now."""
         for failed in [each for each in self._failed.values() if life is None or each.life is life]:
             del self._failed[id(failed.error)]
@@ -111,7 +111,7 @@ class OrphanTasks:
             if (task := failed.task()) is not None:
                 task.exception()  # asyncio need not report it as well
 
-    def _on_done(self, life: Life | None, name: str, task: asyncio.Task[Any]) -> None:
+    def _on_done(self, life: NodeLifetime | None, name: str, task: asyncio.Task[Any]) -> None:
         error: BaseException | None = getattr(task, "_exception", None)  # to ask for it would be to retrieve it
         if error is None:
             return
@@ -124,7 +124,7 @@ class OrphanTasks:
         if failed.is_awaited:
             self._failed.pop(id(failed.error), None)
         elif failed.life is not None:
-            at = {"at": str(place)} if (place := blame(failed.error)) else {}
+            at = {"at": str(place)} if (place := user_line(failed.error)) else {}
             text = "a task that the node made has failed, and nobody has awaited it: use self.spawn(…)"
             failed.life.log.warning(text, task=failed.name, error=reason(failed.error), **at)
 
@@ -143,7 +143,7 @@ class OrphanTasks:
         if not loop.is_closed():  # in any thread, where the collector works
             loop.call_soon_threadsafe(self._fail, life, origin, error)
 
-    def _fail(self, life: Life | None, origin: str, error: BaseException) -> None:
+    def _fail(self, life: NodeLifetime | None, origin: str, error: BaseException) -> None:
         if life is not None and life.on_failure is not None and self.on_orphan:
             life.fail(f"{life.kind} ({origin})", error)
             return
@@ -195,7 +195,7 @@ def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-def _life_in(frames: Iterable[FrameType]) -> Life | None:
+def _life_in(frames: Iterable[FrameType]) -> NodeLifetime | None:
     """That of the first node whose method is among the frames."""
     for frame in frames:
         code = frame.f_code

@@ -13,13 +13,13 @@ from busflow.runner.supervisor import Overseer, Unit
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
 
 GRACE_S = 0.75
 """How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
 
 
-def units_of(members: Sequence[Member], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
+def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
     """A unit for each member; `beside` are others that they may wait for."""
     units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
     by_name = {unit.name: unit for unit in (*beside, *units)}

@@ -23,7 +23,7 @@ from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.clock import perf_counter
 from busflow.node.callbacks import EventHandler
-from busflow.node.lifetime import Life
+from busflow.node.lifetime import NodeLifetime
 from busflow.runner.loops import system as event_loop
 from busflow.runner.report import Blocks
 from busflow.runner.supervisor import Unit
@@ -123,7 +123,7 @@ def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
                 yield owner.node, owner.origin
             elif isinstance(owner, Unit) and "name" in local:
                 yield owner.name, f"{type(owner.node).__name__}.{local['name']}"
-            elif isinstance(owner, Life) and "name" in local:
+            elif isinstance(owner, NodeLifetime) and "name" in local:
                 yield owner.name, f"task {local['name']}"
         frame = frame.f_back
 

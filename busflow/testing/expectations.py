@@ -16,11 +16,11 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
 from busflow.interfaces.message import Message, type_name
-from busflow.launchfile.check.preflight import Member
+from busflow.launchfile.check.preflight import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.keys import ExpectKeys, TopicExpectationKeys
 from busflow.launchfile.model.problems import problems
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header
 from busflow.runner.graph import Graph
@@ -53,7 +53,7 @@ class Trials:
 
     def problems(self) -> list[Problem]:
         """What was wrong, each with the first seed that shows it."""
-        stated = self.description.expect or Value({}, Origin(Source.FILE))
+        stated = self.description.expect or Value({}, Origin(StatedBy.FILE))
         found: list[Problem] = []
         for fault, seeds in self._wrong.values():
             others = f", as with {len(seeds) - 1} others" if len(seeds) > 1 else ""
@@ -85,7 +85,7 @@ def expectations_of(description: LaunchDescription) -> ExpectKeys:
     return ExpectKeys() if description.expect is None else ExpectKeys.model_validate(description.expect.data)
 
 
-def expectation_problems(description: LaunchDescription, members: Sequence[Member]) -> list[Problem]:
+def expectation_problems(description: LaunchDescription, members: Sequence[PlannedNode]) -> list[Problem]:
     """What a launch file expects of topics and fields that its nodes do not have."""
     if description.expect is None:
         return []

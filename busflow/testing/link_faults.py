@@ -12,7 +12,7 @@ from busflow.clock import NS_PER_S, Clock
 
 
 @dataclass(slots=True)
-class Fault:
+class LinkFault:
     """What is wrong with a topic now."""
 
     delay_ns: int = 0
@@ -26,7 +26,7 @@ class Faults:
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
-        self._faults: dict[str, Fault] = {}
+        self._faults: dict[str, LinkFault] = {}
         bus.on_attach.append(self._on_attach)
 
     def delay(self, topic: str, seconds: float) -> None:
@@ -49,9 +49,9 @@ class Faults:
         fault = self._fault(topic)
         fault.delay_ns = fault.lose_every = 0
 
-    def _fault(self, topic: str) -> Fault:
+    def _fault(self, topic: str) -> LinkFault:
         if topic not in self._faults:
-            self._faults[topic] = Fault()
+            self._faults[topic] = LinkFault()
             for subscription in self._bus.topics[topic].subscriptions:
                 self._interpose(cast("Subscription[Any]", subscription))
         return self._faults[topic]
@@ -71,7 +71,7 @@ class Faults:
 class _FaultyLink:
     """The way of one subscription's messages, which keep their order whatever happens to them."""
 
-    def __init__(self, target: Subscription[Any], fault: Fault, clock: Clock) -> None:
+    def __init__(self, target: Subscription[Any], fault: LinkFault, clock: Clock) -> None:
         self.target = target
         self.held = 0
         self.seen = 0

@@ -13,7 +13,7 @@ _STANDARD = (Path(traceback.__file__).resolve().with_name(name) for name in ("as
 _MACHINERY = tuple(str(folder) + os.sep for folder in (Path(__file__).resolve().parents[1], *_STANDARD))
 
 
-def blame(error: BaseException) -> Place | None:
+def user_line(error: BaseException) -> Place | None:
     """The user's line that failed, or that called the library which failed."""
     return next(reversed(places(error)), None)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from busflow.cli import main
 from busflow.launchfile.check.resolved import lines
 from busflow.launchfile.load.load import load
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 
 Captured = pytest.CaptureFixture[str]
 
@@ -41,7 +41,7 @@ documents = st.dictionaries(
 @given(documents)
 def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
     node = {"plugin": "talker", "parameters": data}
-    printed = "\n".join(lines(Value.of({"nodes": {"talker": node}}, Origin(Source.DEFAULT))))
+    printed = "\n".join(lines(Value.of({"nodes": {"talker": node}}, Origin(StatedBy.DEFAULT))))
     assert all(" " <= each < "\x7f" or each == "\n" or each >= "\xa0" for each in printed)
     with NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
         file.write(printed)
@@ -51,13 +51,13 @@ def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
 
 
 def test_numbers_that_are_none_are_yamls():
-    (line,) = lines(Value.of({"a": math.nan}, Origin(Source.DEFAULT)))
+    (line,) = lines(Value.of({"a": math.nan}, Origin(StatedBy.DEFAULT)))
     assert line.startswith("a: .nan")
 
 
 @pytest.mark.parametrize("word", ["yes", "On", "n", "null", "1e3", "010", "a: b", "", "${x}"])
 def test_a_text_stays_text_for_every_reader(word: str):
-    (line,) = lines(Value.of({"a": word}, Origin(Source.DEFAULT)))
+    (line,) = lines(Value.of({"a": word}, Origin(StatedBy.DEFAULT)))
     assert yaml.safe_load(line) == {"a": word.replace("${", "$${")}
 
 

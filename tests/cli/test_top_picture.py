@@ -4,10 +4,10 @@ import pytest
 
 from busflow.cli.top.picture import Look, lines, node_rows, numbers, topic_rows
 from busflow.wire.client.graph_view import view
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 
-def token(kind: Kind, number: int, node: str, topic: str = "", type_: str = "") -> Token:
+def token(kind: TokenKind, number: int, node: str, topic: str = "", type_: str = "") -> Token:
     return Token("aa", number, number, kind, "/", node, topic, type_, "", "::,10:,:,:,,")
 
 
@@ -24,11 +24,11 @@ def graph(published: int, *, queued: int = 0, dropped: int = 0, state: str = "ru
     }
     nodes = [{"name": "/camera", "plugin": "camera", "state": state}]
     tokens = [
-        token(Kind.NODE, 1, "camera"),
-        token(Kind.PUBLISHER, 2, "camera", "/image", image),
-        token(Kind.SUBSCRIPTION, 3, "watcher", "/image", image),
-        token(Kind.SUBSCRIPTION, 4, "_busflow_cli_7", "/image", image),
-        token(Kind.PUBLISHER, 5, "camera", "/_hidden", image),
+        token(TokenKind.NODE, 1, "camera"),
+        token(TokenKind.PUBLISHER, 2, "camera", "/image", image),
+        token(TokenKind.SUBSCRIPTION, 3, "watcher", "/image", image),
+        token(TokenKind.SUBSCRIPTION, 4, "_busflow_cli_7", "/image", image),
+        token(TokenKind.PUBLISHER, 5, "camera", "/_hidden", image),
     ]
     return view(tokens, [{"process": "main", "pid": 1, "nodes": nodes, "topics": [topic]}])
 

@@ -14,7 +14,7 @@ import pytest
 
 from busflow.errors import InspectionUnavailable, NoSuchRun
 from busflow.wire.client.client import Peer, join
-from busflow.wire.zenoh.keys import Kind
+from busflow.wire.zenoh.keys import TokenKind
 from busflow.wire.zenoh.run_directory import find_run, runs
 
 pytestmark = pytest.mark.e2e
@@ -245,7 +245,7 @@ def counts(peer, topic="counts"):
 
 
 def subscribers(peer, topic):
-    return [token for token in peer.tokens() if token.kind is Kind.SUBSCRIPTION and token.topic == topic]
+    return [token for token in peer.tokens() if token.kind is TokenKind.SUBSCRIPTION and token.topic == topic]
 
 
 def until(condition):

@@ -3,11 +3,11 @@
 import pytest
 
 from busflow.errors import InvalidDeclaration
-from busflow.interfaces.codegen import Source, word
+from busflow.interfaces.codegen import FunctionSource, word
 
 
 def test_lines_become_a_function_of_what_they_were_given():
-    source = Source()
+    source = FunctionSource()
     three = source.give([3])
     source.add("if number > 0:")
     source.indent(1)
@@ -19,14 +19,14 @@ def test_lines_become_a_function_of_what_they_were_given():
 
 
 def test_one_value_has_one_name_and_equal_ones_have_their_own():
-    source = Source()
+    source = FunctionSource()
     value = [1]
     assert source.give(value) == source.give(value) != source.give([1])
 
 
 @pytest.mark.parametrize("text", ["open", "__import__('os')", "print"])
 def test_nothing_else_can_be_named(text):
-    source = Source()
+    source = FunctionSource()
     source.add(f"return {text}")
     with pytest.raises(NameError):
         source.function("value")(1)

@@ -9,7 +9,7 @@ import pytest
 
 from busflow.log import LogRecord
 from busflow.processes import pipe as voice
-from busflow.processes.pipe import Voice, record_of
+from busflow.processes.pipe import PipeWriter, record_of
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def read(listening):
 
 
 def test_what_is_said_arrives_in_order(pipe):
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     for number in range(100):
         said.say(report=number)
     said.close()
@@ -37,7 +37,7 @@ def test_what_is_said_arrives_in_order(pipe):
 
 
 def test_a_line_of_the_log_arrives_as_it_was_and_no_longer_than_anybody_would_read(pipe):
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     said.log(LogRecord(7, "info", "/a", "says\x1b", {"x": 1, "far": float("inf"), "long": "y" * 10_000, "object": {1}}))
     said.close()
     ((told,),) = [each.values() for each in read(pipe[0])]
@@ -56,7 +56,7 @@ def test_what_is_no_line_of_a_log_is_refused(told):
 
 def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe, monkeypatch):
     monkeypatch.setattr(voice, "_DEPTH", 10)
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     for number in range(5000):  # far more than a pipe holds
         said.say(report=[number, "x" * 1000])
     assert said.lost > 4000
@@ -64,7 +64,7 @@ def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe,
 
 
 def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pipe):
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     said.say(report=1)
     os.set_blocking(pipe[0], False)
     assert read(pipe[0]) == [{"report": 1}]
@@ -72,7 +72,7 @@ def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pi
 
 
 def test_lines_longer_than_a_pipe_arrive_whole_when_the_listener_goes_on(pipe):
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     for number in range(5):
         said.say(report=[number, "x" * 300_000])
     heard = b""
@@ -85,12 +85,12 @@ def test_lines_longer_than_a_pipe_arrive_whole_when_the_listener_goes_on(pipe):
 
 def test_a_listener_that_is_gone_is_no_fault(pipe):
     os.close(pipe[0])
-    said = Voice(pipe[1])
+    said = PipeWriter(pipe[1])
     said.say(report=1)
     said.close()
 
 
 def test_what_a_node_starts_does_not_inherit_the_pipe(pipe):
     os.set_inheritable(pipe[1], True)
-    Voice(pipe[1]).close()
+    PipeWriter(pipe[1]).close()
     assert not os.get_inheritable(pipe[1])

@@ -1,7 +1,7 @@
 """One report of several processes: what is published is counted once, and every line of the ledger still balances."""
 
-from busflow.processes.member import Life
 from busflow.processes.report import merged
+from busflow.processes.worker_process import ProcessOutcome
 from busflow.runner.report import Report
 
 
@@ -46,7 +46,7 @@ def test_a_message_is_counted_where_it_is_published():
 
 
 def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_heard_it():
-    life = Life(6, told("/source", published=9), "it was ended")
+    life = ProcessOutcome(6, told("/source", published=9), "it was ended")
     source = Member("a", ("/source",), report=told("/source", published=4), lives=[life])
     sink = told("/sink", published=17, arrived=17, lines=[line("/sink", 17, 17)])
     (topic,) = merged(MAIN, [source, Member("b", ("/sink",), report=sink)], ["/sink", "/source"]).topics
@@ -54,7 +54,9 @@ def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_he
 
 
 def test_what_waited_in_a_process_that_ended_is_lost_with_it():
-    life = Life(6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 47, 1, 2)]), "it was ended")
+    life = ProcessOutcome(
+        6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 47, 1, 2)]), "it was ended"
+    )
     now = told("/sink", published=20, arrived=20, lines=[line("/sink", 20, 19, 0, 1)])
     report = merged(MAIN, [Member("b", ("/sink",), report=now, lives=[life])], ["/sink"])
     (found,) = report.topics[0].subscriptions
@@ -64,5 +66,5 @@ def test_what_waited_in_a_process_that_ended_is_lost_with_it():
 
 
 def test_a_process_that_never_told_anything_has_failed_nodes():
-    report = merged(MAIN, [Member("b", ("/sink",), lives=[Life(6, None, "it was ended")])], ["/sink"])
+    report = merged(MAIN, [Member("b", ("/sink",), lives=[ProcessOutcome(6, None, "it was ended")])], ["/sink"])
     assert [(node.name, node.state) for node in report.nodes] == [("/sink", "failed")]

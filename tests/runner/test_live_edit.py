@@ -6,7 +6,7 @@ import pytest
 
 from busflow.launchfile.load.load import examine, load
 from busflow.msgs.std_msgs import Float64
-from busflow.runner.live_edit import POLL_S, Watch
+from busflow.runner.live_edit import POLL_S, FileWatch
 from busflow.testing import harness, virtual_time
 
 PLUGINS = {
@@ -68,7 +68,7 @@ class Lab:
         self.write(text)
         description = load(file, environment={})
         self.lab = harness(description)
-        self.lab.graph.attach(Watch(self.lab.graph, description, lambda: examine(file, environment={})))
+        self.lab.graph.attach(FileWatch(self.lab.graph, description, lambda: examine(file, environment={})))
 
     def write(self, text: str) -> None:
         """Write as editors do: a new file, in the place of the old one."""

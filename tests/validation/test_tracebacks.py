@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.validation.tracebacks import blame, places, reason, shown
+from busflow.validation.tracebacks import places, reason, shown, user_line
 
 
 def caught(function: Callable[[], object]) -> BaseException:
@@ -19,24 +19,24 @@ def caught(function: Callable[[], object]) -> BaseException:
 
 def test_the_line_is_the_users_even_when_a_library_raised():
     error = caught(lambda: json.loads("{"))
-    place = blame(error)
+    place = user_line(error)
     assert place is not None
     assert Path(place.file).name == "test_tracebacks.py"
     assert place.excerpt[place.column - 1 :][: place.width] == 'json.loads("{")'
 
 
 def test_columns_count_characters_not_bytes():
-    place = blame(caught(lambda: ["äöü€", [].pop()]))
+    place = user_line(caught(lambda: ["äöü€", [].pop()]))
     assert place is not None
     assert place.excerpt[place.column - 1 :][: place.width] == "[].pop()"
 
 
 def test_an_exception_that_was_never_raised_has_no_place():
-    assert blame(ValueError("made, not raised")) is None
+    assert user_line(ValueError("made, not raised")) is None
 
 
 def test_code_without_a_file_is_told_by_the_line_that_ran_it():
-    place = blame(caught(lambda: exec("1 / 0")))  # noqa: S102  # the case itself
+    place = user_line(caught(lambda: exec("1 / 0")))  # noqa: S102  # the case itself
     assert place is not None
     assert "exec" in place.excerpt
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 
 from busflow.cli.bag.unwinding import unwound_by_signals
-from busflow.cli.options.bag import listed, named, reads, stretch, tell_damage, within
-from busflow.cli.terminal.output import line_of, print_answer, tell
+from busflow.cli.options.bag import listed, named, print_damage, reads, stretch, within
+from busflow.cli.terminal.output import line_of, print_answer, print_message
 from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 
@@ -43,18 +43,24 @@ def convert(
     if to_stdout and (to != "jsonl" or as_json):
         raise click.UsageError("only --to jsonl can be written to standard output, without --json")
     from busflow.recording.bag.bag import Bag
-    from busflow.recording.tools.convert import Form
+    from busflow.recording.tools.convert import TargetFormat
     from busflow.recording.tools.convert import convert as converted
 
     with unwound_by_signals(), Bag(in_) as bag, progress("converting", lambda: bag.messages) as step:
         channels = named(topics, bag) if topics else None
         times = stretch(bag, start_s, end_s)
         done = converted(
-            bag, sys.stdout if to_stdout else out, Form(to), line_of, channels=channels, times=times, on_message=step
+            bag,
+            sys.stdout if to_stdout else out,
+            TargetFormat(to),
+            line_of,
+            channels=channels,
+            times=times,
+            on_message=step,
         )
         for fault in done.faults.values():
-            tell(f"warning: left out: {fault}")
-        code = tell_damage(bag)
+            print_message(f"warning: left out: {fault}")
+        code = print_damage(bag)
     if as_json:
         print_answer({"output": str(out), "to": to, "messages": done.messages, "left_out": done.left_out})
         return code

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.bag import listed, named, reads, tell_damage
+from busflow.cli.options.bag import listed, named, print_damage, reads
 from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
@@ -51,7 +51,7 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
     with Bag(a) as left, Bag(b) as right, progress("comparing", None) as step:
         chosen = {each.topic for each in named(topics, left, right)} if topics else None
         found = compared(left, right, Comparison(tolerance), chosen, times=times, most=most, on_message=step)
-        damaged = [tell_damage(bag) for bag in (left, right)]
+        damaged = [print_damage(bag) for bag in (left, right)]
     if as_json:
         print_answer(_told(found, left, right))
     else:

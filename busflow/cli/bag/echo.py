@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from busflow.cli.options.bag import named, reads, stretch, tell_damage, within
+from busflow.cli.options.bag import named, print_damage, reads, stretch, within
 from busflow.cli.options.message import wants
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_message
 from busflow.errors import MalformedMessage
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def echo(
             lines = deque(lines, last)
         for text in islice(lines, 1 if once else count):
             click.echo(text)
-        return tell_damage(bag)
+        return print_damage(bag)
 
 
 def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, int | None]) -> Iterator[str]:
@@ -81,7 +81,7 @@ def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, 
         except (MalformedMessage, Absent) as error:
             if str(error) not in told and len(told) < _MOST_WARNINGS:
                 told.add(str(error))
-                tell(f"warning: message {entry.sequence} of {entry.channel.topic} is left out: {error}")
+                print_message(f"warning: message {entry.sequence} of {entry.channel.topic} is left out: {error}")
             continue
         if text is not None:
             yield text

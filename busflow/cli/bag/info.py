@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.bag import reads
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, bare, print_table
 from busflow.text import counted, printable
 
@@ -45,7 +45,7 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> Non
         if launch_file:
             if bag.facts is None or bag.facts.launch_file is None:
                 raise BagError("there is no launch file in it", file=str(file))
-            tell(bag.facts.launch_file, error_stream=False)
+            print_message(bag.facts.launch_file, error_stream=False)
             return
         told = _told(bag)
         if with_digest:

@@ -13,14 +13,14 @@ from typing import Any
 import click
 
 from busflow.cli.options.bag import refuse_beyond_end
-from busflow.cli.terminal.output import colour, print_answer, tell
+from busflow.cli.terminal.output import colour, print_answer, print_message
 from busflow.cli.terminal.player_console import Console, Standing
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
 from busflow.recording.bag.bag import Bag
+from busflow.recording.player.ordered_messages import chosen
 from busflow.recording.player.player import Player
-from busflow.recording.player.tape import chosen
 from busflow.runner.graph import Graph
 from busflow.runner.run import run_graph
 from busflow.text import counted, printable
@@ -60,13 +60,13 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
             code = run_graph(graph)
     except NodeFailed:
         for failure in graph.failures:
-            tell(f"error: {failure.render()}")
+            print_message(f"error: {failure.render()}")
         return graph.exit_code
     played = player.playing.played if player.playing is not None else 0
-    return told(played, Path(asked["file"]), player.incomplete, code, as_json=as_json)
+    return print_played(played, Path(asked["file"]), player.incomplete, code, as_json=as_json)
 
 
-def told(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *, as_json: bool) -> ExitCode:
+def print_played(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *, as_json: bool) -> ExitCode:
     """Say what was played; the exit code, which also says whether it was all."""
     if as_json:
         print_answer({"file": str(file), "played": played, "complete": not incomplete, "why": list(incomplete)})

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import QoS
-from busflow.cli.bag.playing import told
+from busflow.cli.bag.playing import print_played
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.options.run import joined
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_message
 from busflow.cli.terminal.player_console import Console, Standing
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
@@ -21,9 +21,9 @@ from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen
 from busflow.recording.player.player import CLOCK
 from busflow.recording.player.playing import Playing
-from busflow.recording.player.tape import Span, Tape, chosen
 from busflow.text import printable
 from busflow.wire.zenoh.qos_text import to_text
 
@@ -52,8 +52,8 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
         asyncio.run(into.go())
         incomplete = bag.incomplete
         if incomplete:
-            tell(f"warning: the recording is not the whole of what happened: {'; '.join(incomplete)}")
-        return told(into.played, Path(asked["file"]), incomplete, ExitCode.OK, as_json=as_json)
+            print_message(f"warning: the recording is not the whole of what happened: {'; '.join(incomplete)}")
+        return print_played(into.played, Path(asked["file"]), incomplete, ExitCode.OK, as_json=as_json)
 
 
 class _Into:
@@ -73,7 +73,7 @@ class _Into:
         self._clock_way = self._advertised_clock(ends) if self._clock_hz else None
         peer.settle()
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
-        self._tape = Tape(bag, channels, span, threaded=True)
+        self._tape = OrderedMessages(bag, channels, span, threaded=True)
         self._playing: Playing | None = None
 
     @property
@@ -138,7 +138,7 @@ class _Into:
             fix = f"leave it out with --exclude {channel.topic}, or publish it elsewhere with --remap"
             raise InvalidInput(Problem("type", message, fix))
         if there is not None and there.publishers:
-            tell(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
+            print_message(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
 
     def _way(self, channel: Channel, ends: ExitStack) -> Speaker:
         qos = to_text(offered(channel.qos) or QoS())

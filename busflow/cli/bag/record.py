@@ -10,14 +10,14 @@ import click
 
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_runs, complete_topics, joined
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.errors import ExitCode
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from busflow.processes.remote_recorder import Eavesdropper
+    from busflow.processes.remote_recorder import RemoteRecorder
     from busflow.wire.client.client import Peer
 
 _EXAMPLES = """\b
@@ -65,9 +65,9 @@ def record(
 
     spec = RecordSpec(output, topics, exclude, OnDrop(on_drop), Compression(compression))
     with joined(run) as peer:
-        from busflow.processes.remote_recorder import Eavesdropper
+        from busflow.processes.remote_recorder import RemoteRecorder
 
-        eavesdropper = Eavesdropper(peer, spec)
+        eavesdropper = RemoteRecorder(peer, spec)
         try:
             code = _listen(peer, eavesdropper, for_s)
         finally:
@@ -80,7 +80,7 @@ def record(
     return code
 
 
-def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> ExitCode:
+def _listen(peer: Peer, eavesdropper: RemoteRecorder, for_s: float | None) -> ExitCode:
     """Follow the run until its end, a signal, or for so long; returns which."""
     from busflow.cli.bag.unwinding import handled
     from busflow.clock import SystemClock
@@ -96,7 +96,7 @@ def _listen(peer: Peer, eavesdropper: Eavesdropper, for_s: float | None) -> Exit
     with handled(heeded(), end):
         eavesdropper.follow()
         shown = ", ".join(map(printable, eavesdropper.topics)) or "nothing yet"
-        tell(f"recording {shown} to {printable(eavesdropper.path)}; Ctrl-C ends it")
+        print_message(f"recording {shown} to {printable(eavesdropper.path)}; Ctrl-C ends it")
         _tell_missing(peer, eavesdropper.unmatched)
         while eavesdropper.failure is None and peer.alive:
             left_s = _LOOK_S if for_s is None else min(_LOOK_S, for_s - clock.seconds())
@@ -114,16 +114,16 @@ def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
     names = list(view(peer.tokens(), []).topics) if patterns else []
     for pattern in patterns:
         near = did_you_mean(f"/{pattern.removeprefix('/')}", names)
-        tell(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
+        print_message(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
 
 
-def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
+def _tell(eavesdropper: RemoteRecorder, *, as_json: bool) -> None:
     for pattern in eavesdropper.unmatched:
-        tell(f"warning: there was no topic {printable(pattern)}")
+        print_message(f"warning: there was no topic {printable(pattern)}")
     for topic, why in eavesdropper.unheard.items():
-        tell(f"warning: nothing of {printable(topic)} was recorded: {why}")
+        print_message(f"warning: nothing of {printable(topic)} was recorded: {why}")
     if eavesdropper.failure is not None:
-        tell(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
+        print_message(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
     if as_json:
         told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
         told |= {"heard": eavesdropper.heard, "nodes": eavesdropper.nodes}
@@ -132,9 +132,9 @@ def _tell(eavesdropper: Eavesdropper, *, as_json: bool) -> None:
     if not eavesdropper.heard and eavesdropper.complete:
         heard = counted(len(eavesdropper.topics), "topic")
         why = f"nobody published anything on {heard}" if eavesdropper.topics else "there was no topic to record"
-        tell(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
+        print_message(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
         return
     state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
     shown = f"{counted(eavesdropper.heard, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
     shown += f" and the parameters of {counted(eavesdropper.nodes, 'node')}" if eavesdropper.nodes else ""
-    tell(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)
+    print_message(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)

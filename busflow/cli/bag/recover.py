@@ -8,7 +8,7 @@ import click
 
 from busflow.cli.bag.unwinding import unwound_by_signals
 from busflow.cli.options.bag import reads
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.progress import progress
 from busflow.text import counted
 
@@ -52,7 +52,7 @@ def recover(file: Path, output: Path | None, as_json: bool) -> None:
         )
         return
     for damage in found.damages:
-        tell(f"warning: {damage}")
+        print_message(f"warning: {damage}")
     saved = counted(found.messages, "message")
     click.echo(f"{target}: {saved} saved (attachments: {found.attachments}, metadata: {found.metadata})")
     if found.strays:

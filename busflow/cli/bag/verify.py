@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from busflow.cli.options.bag import reads
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.progress import progress
 from busflow.errors import ExitCode
 from busflow.text import counted
@@ -56,7 +56,7 @@ def verify(file: Path, as_json: bool) -> int:
         return code
     for each in found.findings:
         where = f"{each.file} at byte {each.offset}: " if each.offset is not None else ""
-        tell(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
+        print_message(f"{'error' if each.kind == 'wrong' else 'warning'}: {where}{each.message}", error_stream=False)
     verdict = {ExitCode.OK: "all is right", ExitCode.INCOMPLETE: "INCOMPLETE"}.get(code, "NOT RIGHT")
     read = counted(found.messages, "message was", "messages were")
     if found.there > found.messages:

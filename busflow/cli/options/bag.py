@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import Duration
-from busflow.cli.terminal.output import tell
+from busflow.cli.options.launch_file import DurationType
+from busflow.cli.terminal.output import print_message
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import did_you_mean, printable
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _ZERO = re.compile(r"0+(\.0*)? *(ns|us|ms|s|min|h)?")
 
 
-class _Offset(Duration):
-    """As `Duration`, or zero: so long after the first message."""
+class _Offset(DurationType):
+    """As `DurationType`, or zero: so long after the first message."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
         return 0.0 if _ZERO.fullmatch(value.strip()) else super().convert(value, param, ctx)
@@ -87,7 +87,7 @@ def named(names: Iterable[str], *bags: Bag) -> list[Channel]:
         those = [each for each in channels if each.topic in (name, f"/{name}")]
         if not those:
             for bag in bags:
-                tell_damage(bag)
+                print_damage(bag)
             where = " or ".join(str(bag.path) for bag in bags)
             guess = did_you_mean(name, [each.topic for each in channels])
             raise NoSuchTarget(f"{where}: there is no topic {printable(name)} in it; {guess}")
@@ -95,10 +95,10 @@ def named(names: Iterable[str], *bags: Bag) -> list[Channel]:
     return found
 
 
-def tell_damage(bag: Bag) -> ExitCode:
+def print_damage(bag: Bag) -> ExitCode:
     """Say where the recording could not be read any further, if that is so; the exit code for it."""
     for damage in bag.damages:
-        tell(f"warning: {damage}")
+        print_message(f"warning: {damage}")
     return ExitCode.INCOMPLETE if bag.damages else ExitCode.OK
 
 

@@ -165,7 +165,7 @@ def launch_file(
     return decorate
 
 
-class Duration(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer versions of click only
+class DurationType(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer versions of click only
     """The type of an option that takes `5s`, `50ms`, `10min`, or a plain number of seconds."""
 
     name = "duration"
@@ -178,11 +178,11 @@ class Duration(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  
             self.fail(str(error), param, ctx)
 
 
-class _DurationOrOff(Duration):
-    """As `Duration`, or the word `off`."""
+class _DurationOrOff(DurationType):
+    """As `DurationType`, or the word `off`."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
         return None if value == "off" else super().convert(value, param, ctx)
 
 
-DURATION, DURATION_OR_OFF = Duration(), _DurationOrOff()
+DURATION, DURATION_OR_OFF = DurationType(), _DurationOrOff()

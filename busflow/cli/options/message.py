@@ -47,10 +47,10 @@ def wants(command: Callable[..., Any]) -> Callable[..., Any]:
         **others: Any,
     ) -> Any:
         from busflow.cli.terminal.abridged import TRUNCATED_AFTER, Abridger
-        from busflow.cli.terminal.message_text import Form, Wanted
+        from busflow.cli.terminal.message_text import TextForm, Wanted
 
-        forms = {Form.CSV: csv, Form.RAW: raw, Form.FLOW: flow_style, Form.JSON: as_json}
-        chosen = [form for form, given in forms.items() if given] or [Form.YAML]
+        forms = {TextForm.CSV: csv, TextForm.RAW: raw, TextForm.FLOW: flow_style, TextForm.JSON: as_json}
+        chosen = [form for form, given in forms.items() if given] or [TextForm.YAML]
         if len(chosen) > 1:
             raise click.UsageError("--csv, --raw, --flow-style and --json exclude each other")
         if raw and field:

@@ -10,7 +10,7 @@ from busflow.cli.terminal.table import Column, bare, table_lines
 from busflow.text import printable
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.wire.client.graph_view import EndView, GraphView, NodeView
 
 _EVERY_NODES_TOPICS = ("/rosout", "/parameter_events")
@@ -39,7 +39,7 @@ class Drawing:
         self._services: dict[str, _Link] = {}
 
     @classmethod
-    def of_plan(cls, name: str, members: Sequence[Member]) -> Self:
+    def of_plan(cls, name: str, members: Sequence[PlannedNode]) -> Self:
         """A drawing of the members of a plan."""
         from busflow.interfaces.message import type_name
 

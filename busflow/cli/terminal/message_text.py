@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.listener import Received
 
 
-class Form(Enum):
+class TextForm(Enum):
     """How messages are written."""
 
     YAML = auto()
@@ -37,7 +37,7 @@ class Form(Enum):
 class Wanted:
     """What somebody wants to see of a topic, as typed."""
 
-    form: Form
+    form: TextForm
     abridger: Abridger
     field: str | None = None
     filter: str | None = None
@@ -78,21 +78,21 @@ class Printer:
             InvalidInput: The filter does not fit its values.
         """
         form = self.wanted.form
-        if form is Form.RAW and self.matches is None:
+        if form is TextForm.RAW and self.matches is None:
             return self._raw(received.payload)
         value = value_at(self.path, self.decode(received.payload))
         if self.matches is not None and not self.matches(value):
             return None
-        if form is Form.RAW:
+        if form is TextForm.RAW:
             return self._raw(received.payload)
         shown = self.wanted.abridger(value, self.shape)
-        if form is Form.JSON:
+        if form is TextForm.JSON:
             return self._json(received, shown)
-        if form is Form.CSV:
+        if form is TextForm.CSV:
             return csv_line(shown)
         if isinstance(shown, str):  # a field: for a reader that wants the text, not YAML
             return f"{printable(shown, limit=len(shown) + 1)}\n---"
-        return "\n".join([*yaml_lines(shown, flow=form is Form.FLOW), "---"])
+        return "\n".join([*yaml_lines(shown, flow=form is TextForm.FLOW), "---"])
 
     def _raw(self, payload: bytes) -> str:
         most = self.wanted.abridger.truncate_after

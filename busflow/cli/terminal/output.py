@@ -28,7 +28,7 @@ def colour() -> bool | None:
     return True if os.environ.get("FORCE_COLOR") else None
 
 
-def tell(text: str, *, error_stream: bool = True) -> None:
+def print_message(text: str, *, error_stream: bool = True) -> None:
     """Write a message, control characters escaped and its labels coloured; to standard error unless it is data."""
     safe = "\n".join(printable(line) for line in text.rstrip("\n").split("\n"))
     marked = _LABEL.sub(lambda found: found[1] + click.style(found[2], fg=_COLOURS[found[2]], bold=True) + ":", safe)
@@ -38,7 +38,7 @@ def tell(text: str, *, error_stream: bool = True) -> None:
 def print_problems(problems: Iterable[Problem], *, error_stream: bool = False) -> None:
     """Write each problem with its line, caret and fix."""
     for problem in problems:
-        tell(problem.render(), error_stream=error_stream)
+        print_message(problem.render(), error_stream=error_stream)
 
 
 def print_json(data: object) -> None:

@@ -61,11 +61,11 @@ def echo(
 
     With --json each message is an object on a line of its own, and nothing is cut unless --truncate-length is given.
     """
-    from busflow.cli.terminal.message_text import Form
+    from busflow.cli.terminal.message_text import TextForm
     from busflow.cli.topic.echoing import Echo
 
     with joined(run) as peer:
-        echoed = Echo(peer, name, type_name, wanted, with_info=with_info and wanted.form is not Form.JSON)
+        echoed = Echo(peer, name, type_name, wanted, with_info=with_info and wanted.form is not TextForm.JSON)
         if last is not None:
             echoed.show_last(last)
             return ExitCode.OK

@@ -9,7 +9,7 @@ import click
 
 from busflow.cli.options.run import full_type
 from busflow.cli.terminal.field_paths import Absent
-from busflow.cli.terminal.output import tell
+from busflow.cli.terminal.output import print_message
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import counted, did_you_mean, printable
@@ -55,9 +55,9 @@ class Echo:
             if len(messages) < min(count, answer["published"]):
                 advice = f"to keep more, write in the launch file: topics: {{{name}: {{history: {count}}}}}"
                 are = "is" if len(messages) == 1 else "are"
-                tell(f"{len(messages)} of the last {count} messages of {name} {are} kept; {advice}")
+                print_message(f"{len(messages)} of the last {count} messages of {name} {are} kept; {advice}")
             elif len(messages) < count:
-                tell(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
+                print_message(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
 
     def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
         """Print messages as they come, `count` at most, until nothing was printed for so long.
@@ -72,7 +72,7 @@ class Echo:
             NoSuchTarget: A message lacks the field.
         """
         self._demand_field = demand_field
-        tell_if_silent(self._graph, self._topic)
+        print_if_silent(self._graph, self._topic)
         shown, printed_at = 0, self._clock.monotonic_ns()
         with self._peer.listen(self._topic, self._type) as listener:
             while count is None or shown < count:
@@ -80,7 +80,7 @@ class Echo:
                 if received is not None and self._show(received):
                     shown, printed_at = shown + 1, self._clock.monotonic_ns()
                 elif self._left(printed_at, timeout_s) <= 0:
-                    tell(f"error: nothing to print came on {self._topic.name} for {timeout_s:g} s")
+                    print_message(f"error: nothing to print came on {self._topic.name} for {timeout_s:g} s")
                     return ExitCode.FAILED
         return ExitCode.OK
 
@@ -122,7 +122,7 @@ class Echo:
 
     def _tell_losses(self, listener: Listener) -> None:
         if listener.dropped or listener.lost:
-            tell(
+            print_message(
                 f"warning: {listener.dropped + listener.lost} messages of {self._topic.name} were not printed:"
                 " they came faster than they could be read"
             )
@@ -131,7 +131,7 @@ class Echo:
     def _tell_once(self, text: str) -> None:
         if text not in self._told and len(self._told) < 100:
             self._told.add(text)
-            tell(text)
+            print_message(text)
 
 
 def _info(received: Received, read_ns: int) -> str:
@@ -165,9 +165,9 @@ def agreed_type(topic: TopicView, wanted: str | None) -> str:
     return first
 
 
-def tell_if_silent(graph: GraphView, topic: TopicView) -> None:
+def print_if_silent(graph: GraphView, topic: TopicView) -> None:
     """Say so at once when a topic has no publisher, and which one may have been meant."""
     if topic.publishers:
         return
     published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]
-    tell(f"warning: nobody publishes {printable(topic.name)}; {did_you_mean(topic.name, published)}; waiting")
+    print_message(f"warning: nobody publishes {printable(topic.name)}; {did_you_mean(topic.name, published)}; waiting")

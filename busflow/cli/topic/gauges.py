@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.terminal.field_paths import shape_of
-from busflow.cli.terminal.output import print_line, tell
-from busflow.cli.topic.echoing import agreed_type, tell_if_silent
+from busflow.cli.terminal.output import print_line, print_message
+from busflow.cli.topic.echoing import agreed_type, print_if_silent
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
@@ -47,7 +47,7 @@ def gauge(
     for topic in topics:
         if measure is DELAY:
             _require_header(peer, topic.name, agreed_type(topic, None))
-        tell_if_silent(graph, topic)
+        print_if_silent(graph, topic)
     reader = f"{os.getpid()}-{os.urandom(6).hex()}"
     gauges = [_Gauge(peer, topic.name, reader, measure, window, named=len(topics) > 1) for topic in topics]
     if measure is BW and not as_json:
@@ -62,12 +62,12 @@ def gauge(
                 for each in gauges:
                     each.ask()
             for each in gauges:
-                each.tell(as_json=as_json)
+                each.print_message(as_json=as_json)
             told += 1
     except KeyboardInterrupt:
         for each in gauges:
             each.ask()
-            each.tell(as_json=as_json, last=True)
+            each.print_message(as_json=as_json, last=True)
         raise
     return ExitCode.OK
 
@@ -95,7 +95,7 @@ class _Gauge:
             self._flows.since(statistics)
         self._statistics = statistics
 
-    def tell(self, *, as_json: bool, last: bool = False) -> None:
+    def print_message(self, *, as_json: bool, last: bool = False) -> None:
         """An interval is over: tell it, except the last if nothing came."""
         since, self._since = self._since, NOTHING
         flows = self._flows.since(self._statistics or ())
@@ -107,7 +107,7 @@ class _Gauge:
             return
         if not since.count:
             if not self._silent:
-                tell(f"{self._topic}: no new messages")
+                print_message(f"{self._topic}: no new messages")
             self._silent = True
             return
         self._silent = False

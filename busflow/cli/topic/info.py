@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_topics, joined, joins
-from busflow.cli.terminal.output import print_answer, tell
+from busflow.cli.terminal.output import print_answer, print_message
 from busflow.text import printable
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def info(run: str | None, name: str, verbose: bool, as_json: bool) -> None:
     for line in _lines(topic, verbose=verbose):
         click.echo(printable(line))
     if len(topic.types) > 1:
-        tell(f"warning: {topic.name} has conflicting types; -v shows whose they are")
+        print_message(f"warning: {topic.name} has conflicting types; -v shows whose they are")
 
 
 def _lines(topic: TopicView, *, verbose: bool) -> Iterator[str]:

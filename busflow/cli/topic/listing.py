@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_topics, complete_types, full_type, joined, joins
-from busflow.cli.terminal.output import print_answer, print_found, tell
+from busflow.cli.terminal.output import print_answer, print_found, print_message
 from busflow.cli.terminal.table import print_text
 from busflow.errors import NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
@@ -55,7 +55,7 @@ def type_(run: str | None, name: str, as_json: bool) -> None:
         found = peer.graph().topic(name)
     print_found({"name": found.name, "types": found.types}, found.types, as_json=as_json)
     if len(found.types) > 1 and not as_json:
-        tell(f"warning: {found.name} has conflicting types")
+        print_message(f"warning: {found.name} has conflicting types")
 
 
 @click.command(epilog=_EXAMPLES)

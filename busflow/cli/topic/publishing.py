@@ -15,13 +15,13 @@ from busflow.cli.options.run import full_type
 from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.one_line import python_form
-from busflow.cli.terminal.output import print_line, tell
+from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.known_type import known_type
-from busflow.wire.zenoh.keys import Kind
+from busflow.wire.zenoh.keys import TokenKind
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer, Speaker
@@ -34,7 +34,7 @@ _NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class TypedQoS:
     """The QoS that was typed; None is whatever suits the topic's subscriptions."""
 
     depth: int | None = None
@@ -64,7 +64,7 @@ class Publishing:
     """Publishes what was typed on a topic of a run."""
 
     def __init__(
-        self, peer: Peer, name: str, type_name: str, values: str, offer: Offer, *, print_every: int, as_json: bool
+        self, peer: Peer, name: str, type_name: str, values: str, offer: TypedQoS, *, print_every: int, as_json: bool
     ) -> None:
         """Check everything before anything is published.
 
@@ -88,7 +88,9 @@ class Publishing:
         asked = [each.qos for each in there.subscriptions] if there is not None else []
         self._qos = offer.text(asked)
         if (missed := offer.misses(asked)) is not None:
-            tell(f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this")
+            print_message(
+                f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this"
+            )
         if there is None or not there.subscriptions:
             self._tell_nobody(graph)
         self._clock = SystemClock()
@@ -103,7 +105,7 @@ class Publishing:
         with self._peer.advertise(self._topic, self._type, qos=self._qos) as speaker:
             if not self._wait_for(matches, speaker, inf if patience_s is None else patience_s):
                 wanted = counted(matches, "subscription")
-                tell(f"error: {printable(self._topic)} did not have {wanted} within {patience_s:g} s")
+                print_message(f"error: {printable(self._topic)} did not have {wanted} within {patience_s:g} s")
                 return ExitCode.FAILED
             if not self._as_json:
                 click.echo("publisher: beginning loop")
@@ -144,7 +146,7 @@ class Publishing:
                 return False
             if not told:
                 told = True
-                tell("to publish at once, whoever receives it: -w 0")
+                print_message("to publish at once, whoever receives it: -w 0")
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
             self._require_run()
             if not enough:
@@ -152,7 +154,7 @@ class Publishing:
         return True
 
     def _listeners(self) -> int:
-        wanted = (Kind.SUBSCRIPTION, self._topic, self._type.name, self._type.type_hash)
+        wanted = (TokenKind.SUBSCRIPTION, self._topic, self._type.name, self._type.type_hash)
         return sum((each.kind, each.topic, each.type, each.hash) == wanted for each in self._peer.tokens())
 
     def _require_run(self) -> None:
@@ -161,4 +163,4 @@ class Publishing:
 
     def _tell_nobody(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
-        tell(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")
+        print_message(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")

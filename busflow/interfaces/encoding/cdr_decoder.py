@@ -23,7 +23,7 @@ from pydantic import BaseModel
 
 from busflow.interfaces import fields
 from busflow.interfaces.arrays import AnyArray
-from busflow.interfaces.codegen import Source, word
+from busflow.interfaces.codegen import FunctionSource, word
 from busflow.interfaces.constructor import blank, has_rules
 from busflow.interfaces.encoding.cdr_encoder import FAULTS, SMALL
 from busflow.interfaces.encoding.cdr_layout import HEADER_SIZE, SPARE, Item, alignment, packed
@@ -63,7 +63,7 @@ class _Decoder:
     def __init__(self, cls: type[Message], order: str) -> None:
         self._cls = cls
         self._order = order
-        self._source = Source()
+        self._source = FunctionSource()
         self._at: int | None = 0
         """The offset where it is known; elsewhere the function counts it in `offset`."""
         self._run, self._names = [Item("H2x", 1, HEADER_SIZE)], ["header"]

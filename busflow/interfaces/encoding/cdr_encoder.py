@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from busflow.interfaces.codegen import Source, word
+from busflow.interfaces.codegen import FunctionSource, word
 from busflow.interfaces.encoding.cdr_layout import HEADER, HEADER_SIZE, Item, alignment, packed, padding
 from busflow.interfaces.encoding.description import PRIMITIVES
 from busflow.interfaces.fields import ArrayKind, FieldType
@@ -52,7 +52,7 @@ class _Encoder:
 
     def __init__(self, cls: type[Message]) -> None:
         self._cls = cls
-        self._source = Source()
+        self._source = FunctionSource()
         self._known, self._added = HEADER_SIZE, list[str]()
         """The offset: a number, and the names of what comes on top when the function runs."""
         self._run, self._values = list[Item](), list[str]()

@@ -28,7 +28,7 @@ DEPTH = 16
 """How many types may lie within each other; ROS 2's deepest have seven."""
 
 
-class Primitive(NamedTuple):
+class PrimitiveEncoding(NamedTuple):
     """How a value that is no message is numbered by ROS 2, packed by `struct`, and how many bytes it takes."""
 
     type_id: int
@@ -37,22 +37,22 @@ class Primitive(NamedTuple):
     """0 for text."""
 
 
-PRIMITIVES: Mapping[str, Primitive] = {
-    "int8": Primitive(2, "b", 1),
-    "uint8": Primitive(3, "B", 1),
-    "int16": Primitive(4, "h", 2),
-    "uint16": Primitive(5, "H", 2),
-    "int32": Primitive(6, "i", 4),
-    "uint32": Primitive(7, "I", 4),
-    "int64": Primitive(8, "q", 8),
-    "uint64": Primitive(9, "Q", 8),
-    "float32": Primitive(10, "f", 4),
-    "float64": Primitive(11, "d", 8),
-    "char": Primitive(13, "B", 1),
-    "bool": Primitive(15, "?", 1),
-    "byte": Primitive(16, "B", 1),
-    "string": Primitive(17),
-    "wstring": Primitive(18),
+PRIMITIVES: Mapping[str, PrimitiveEncoding] = {
+    "int8": PrimitiveEncoding(2, "b", 1),
+    "uint8": PrimitiveEncoding(3, "B", 1),
+    "int16": PrimitiveEncoding(4, "h", 2),
+    "uint16": PrimitiveEncoding(5, "H", 2),
+    "int32": PrimitiveEncoding(6, "i", 4),
+    "uint32": PrimitiveEncoding(7, "I", 4),
+    "int64": PrimitiveEncoding(8, "q", 8),
+    "uint64": PrimitiveEncoding(9, "Q", 8),
+    "float32": PrimitiveEncoding(10, "f", 4),
+    "float64": PrimitiveEncoding(11, "d", 8),
+    "char": PrimitiveEncoding(13, "B", 1),
+    "bool": PrimitiveEncoding(15, "?", 1),
+    "byte": PrimitiveEncoding(16, "B", 1),
+    "string": PrimitiveEncoding(17),
+    "wstring": PrimitiveEncoding(18),
 }
 """ROS 2's types of one value. What cannot be packed (long double, a wide character) is not known here."""
 

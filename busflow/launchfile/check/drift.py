@@ -11,7 +11,7 @@ from busflow.errors import LaunchError, Problem
 from busflow.launchfile.model.description import NodeSpec
 from busflow.launchfile.yaml.document import parse
 from busflow.launchfile.yaml.edit import edit
-from busflow.launchfile.yaml.value import Origin, Source
+from busflow.launchfile.yaml.value import Origin, StatedBy
 from busflow.node import plugins
 from busflow.node.node import parameters_class
 from busflow.node.parameters import describe, unknown, validate, value_of
@@ -49,7 +49,7 @@ def drifts(spec: NodeSpec, values: Mapping[str, object]) -> tuple[Drift, ...]:
     for name in known:
         if name in values and not same(before := value_of(stated, name), values[name]):
             at = spec.parameters.find(tuple(name.split(".")))
-            found.append(Drift(spec, name, before, values[name], Origin(Source.DEFAULT) if at is None else at.origin))
+            found.append(Drift(spec, name, before, values[name], Origin(StatedBy.DEFAULT) if at is None else at.origin))
     return tuple(found)
 
 

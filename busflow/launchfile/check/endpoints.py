@@ -16,11 +16,11 @@ from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint, ServiceEndpoint
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.model.description import TopicSpec
 
 
-def loose_ends(members: Sequence[Member], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
+def loose_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
     """Topics that nobody publishes or receives, and services that nobody answers, of nodes that are all of a graph.
 
     Args:
@@ -35,7 +35,7 @@ def loose_ends(members: Sequence[Member], topics: Sequence[TopicSpec], *, strict
     yield from _unanswered_calls(members, strict=strict)
 
 
-def idle_specs(member: Member) -> Iterator[Problem]:
+def idle_specs(member: PlannedNode) -> Iterator[Problem]:
     """What the launch file says of a node's endpoints and that touches none of them."""
     spec = member.spec
     if spec is None:
@@ -58,7 +58,7 @@ def idle_specs(member: Member) -> Iterator[Problem]:
             yield problem_at("unused-remap", text, did_you_mean(rule.match, written), rule.origin)
 
 
-def _unused_names(member: Member) -> Iterator[str]:
+def _unused_names(member: PlannedNode) -> Iterator[str]:
     """What unused remaps of a node would call its topics, were they right."""
     spec = member.spec
     for rule in spec.remap if spec is not None else ():
@@ -66,7 +66,7 @@ def _unused_names(member: Member) -> Iterator[str]:
             yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
 
 
-def _idle_topic_specs(members: Sequence[Member], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+def _idle_topic_specs(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
     """Entries under `topics:` that no endpoint has, or whose type is another one."""
     used = {endpoint.topic: endpoint for member in members for endpoint in (*member.publishers, *member.subscriptions)}
     for spec in topics:
@@ -80,7 +80,7 @@ def _idle_topic_specs(members: Sequence[Member], topics: Sequence[TopicSpec]) ->
             yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
 
 
-def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Problem]:
+def _one_ended_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     published = {endpoint.topic for member in members for endpoint in member.publishers}
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     for member in members:
@@ -98,7 +98,7 @@ def _one_ended_topics(members: Sequence[Member], *, strict: bool) -> Iterator[Pr
                 yield member.problem("nobody-receives", text, None, Severity.INFO)
 
 
-def _unanswered_calls(members: Sequence[Member], *, strict: bool) -> Iterator[Problem]:
+def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     served = {endpoint.service for member in members for endpoint in member.servers}
     for member in members:
         for endpoint in member.clients:
@@ -114,7 +114,7 @@ def _spellings(endpoint: Endpoint) -> tuple[str, str]:
     return full, full.replace("/msg/", "/")
 
 
-def conflicts(members: Sequence[Member], *, qos: bool = True) -> Iterator[Problem]:
+def conflicts(members: Sequence[PlannedNode], *, qos: bool = True) -> Iterator[Problem]:
     """Nodes of one name, and topics and services whose ends do not fit together; in `qos` too, where it is known."""
     yield from _duplicate_names(members)
     yield from _type_conflicts(members)
@@ -123,8 +123,8 @@ def conflicts(members: Sequence[Member], *, qos: bool = True) -> Iterator[Proble
     yield from _service_conflicts(members)
 
 
-def _duplicate_names(members: Sequence[Member]) -> Iterator[Problem]:
-    seen: dict[str, Member] = {}
+def _duplicate_names(members: Sequence[PlannedNode]) -> Iterator[Problem]:
+    seen: dict[str, PlannedNode] = {}
     for member in members:
         first = seen.setdefault(member.runtime.full_name, member)
         if first is not member:
@@ -136,7 +136,7 @@ def _duplicate_names(members: Sequence[Member]) -> Iterator[Problem]:
             )
 
 
-def _type_conflicts(members: Sequence[Member]) -> Iterator[Problem]:
+def _type_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     """A topic carries one type: whoever came first has said which."""
     first: dict[str, Endpoint] = {}
     for member, endpoint in ((each, end) for each in members for end in (*each.publishers, *each.subscriptions)):
@@ -150,7 +150,7 @@ def _type_conflicts(members: Sequence[Member]) -> Iterator[Problem]:
             )
 
 
-def _qos_conflicts(members: Sequence[Member]) -> Iterator[Problem]:
+def _qos_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     offers: dict[str, list[Endpoint]] = defaultdict(list)
     for member in members:
         for endpoint in member.publishers:
@@ -168,7 +168,7 @@ def _qos_conflicts(members: Sequence[Member]) -> Iterator[Problem]:
                     )
 
 
-def _service_conflicts(members: Sequence[Member]) -> Iterator[Problem]:
+def _service_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     """A service has one type, and one server."""
     stated: dict[str, ServiceEndpoint] = {}
     served: dict[str, ServiceEndpoint] = {}

@@ -17,20 +17,20 @@ from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
 from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
-from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.model.doubts import Doubt
 from busflow.launchfile.model.placement import as_seen_from, idle_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
-from busflow.launchfile.yaml.value import Source
+from busflow.launchfile.yaml.value import StatedBy
 from busflow.node import plugins
 from busflow.node.context import Surroundings
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node
 from busflow.node.parameter_store import ValueSource
 from busflow.node.supervision import Supervision
-from busflow.validation.tracebacks import blame
+from busflow.validation.tracebacks import user_line
 
 if TYPE_CHECKING:
     from busflow.clock import Clock
@@ -45,7 +45,7 @@ _NO_INIT = "write no __init__: its ends are declared in the class, or in declare
 class Plan:
     """The nodes of a graph, built and checked, ready to be started; or the problems that forbid it."""
 
-    members: list[Member] = field(default_factory=list[Member])
+    members: list[PlannedNode] = field(default_factory=list[PlannedNode])
     problems: list[Problem] = field(default_factory=list[Problem])
     is_whole: bool = True
     """Whether all nodes of the graph are among the members, and known by their right names."""
@@ -79,7 +79,7 @@ class Preflight:
                 self._add(plan, spec, topics, description.doubts)
                 plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
         for node, supervision in nodes:
-            self._declare(plan, Member(node, type(node).__name__, None, supervision), topics)
+            self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
         plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
@@ -89,7 +89,7 @@ class Preflight:
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
         if plan.is_whole:
-            # Of a node that could not be built nobody knows what it publishes: the others are not to blame.
+            # Of a node that could not be built nobody knows what it publishes: the others are not to user_line.
             plan.problems += loose_ends(plan.members, topics, strict=self.strict)
             plan.problems += supervision_problems(plan.members)
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
@@ -116,7 +116,7 @@ class Preflight:
             return
         node = _guarded(plan, spec, f"{spec.full_name} cannot be built", partial(factory.build, parameters))
         if node is not None:
-            self._declare(plan, Member(node, spec.plugin, spec, spec.supervision), topics)
+            self._declare(plan, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
 
     def _stand_in(
         self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
@@ -132,10 +132,10 @@ class Preflight:
         aside = Plan()  # what else is wrong with it may be wrong only without them
         node = _guarded(aside, spec, "", partial(factory.build, parameters))
         if node is not None:
-            self._declare(aside, Member(node, spec.plugin, spec, spec.supervision), topics)
+            self._declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
         plan.members += aside.members
 
-    def _declare(self, plan: Plan, member: Member, topics: Sequence[TopicSpec]) -> None:
+    def _declare(self, plan: Plan, member: PlannedNode, topics: Sequence[TopicSpec]) -> None:
         """Give a node its surroundings and let it declare its endpoints."""
         runtime, spec = member.runtime, member.spec
         stated = _layers(topics, (), runtime.name, "/")
@@ -161,7 +161,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
     except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
-        text, place = f"{what}: {type(error).__name__}: {error}", blame(error)
+        text, place = f"{what}: {type(error).__name__}: {error}", user_line(error)
         fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
         plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
     return None
@@ -185,10 +185,10 @@ def _source(spec: NodeSpec, name: str) -> ValueSource | None:
     if found is None:
         return None
     origin = found.origin
-    return ValueSource(str(origin), origin.place if origin.source is Source.FILE else None)
+    return ValueSource(str(origin), origin.place if origin.source is StatedBy.FILE else None)
 
 
-def _announce_parameters(members: Sequence[Member]) -> None:
+def _announce_parameters(members: Sequence[PlannedNode]) -> None:
     """Where a node listens to changes of parameters, the others publish them from the start."""
     if any(endpoint.topic == PARAMETER_EVENTS for member in members for endpoint in member.subscriptions):
         for member in members:
@@ -197,7 +197,7 @@ def _announce_parameters(members: Sequence[Member]) -> None:
 
 def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
     """A node that declares what cannot be: at the line of its code, or where the launch file names it."""
-    place, text = error.place or blame(error), text.splitlines()[0]  # more lines only show where in a name it is
+    place, text = error.place or user_line(error), text.splitlines()[0]  # more lines only show where in a name it is
     if place is None:
         return Problem("declaration", text, None) if origin is None else problem_at("declaration", text, None, origin)
     named = (origin.place, *origin.included_from) if origin is not None and origin.place is not None else ()

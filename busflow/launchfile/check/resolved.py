@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from busflow.errors import PluginError
 from busflow.launchfile.yaml.scalar import written
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node.node import parameters_class
 from busflow.node.parameters import describe
 from busflow.node.plugins import load
@@ -23,7 +23,7 @@ def resolve(description: LaunchDescription) -> Value:
 
     A node whose plugin cannot be loaded is shown as the files state it: `busflow check` tells why.
     """
-    default = Origin(Source.DEFAULT)
+    default = Origin(StatedBy.DEFAULT)
     resolved = description.resolved or Value({}, default)
     for spec in description.nodes:
         with suppress(PluginError):

@@ -12,10 +12,10 @@ from busflow.node.supervision import Condition, Restart, cycle
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from busflow.launchfile.check.member import Member
+    from busflow.launchfile.check.planned_node import PlannedNode
 
 
-def supervision_problems(members: Sequence[Member]) -> Iterator[Problem]:
+def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     """What cannot come about of what is asked for these nodes."""
     by_name = {member.runtime.full_name: member for member in members}
     for member in members:
@@ -30,7 +30,7 @@ def supervision_problems(members: Sequence[Member]) -> Iterator[Problem]:
         yield _at_dependency(by_name[circle[0]], circle[1], "dependency-cycle", text, "leave one of them out")
 
 
-def _waits_in_vain(member: Member, by_name: Mapping[str, Member]) -> Iterator[Problem]:
+def _waits_in_vain(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
     name = member.runtime.full_name
     for other, condition in member.supervision.depends_on.items():
         if other not in by_name:
@@ -41,7 +41,7 @@ def _waits_in_vain(member: Member, by_name: Mapping[str, Member]) -> Iterator[Pr
             yield _at_dependency(member, other, "no-publisher", text, "write ready instead of first_message")
 
 
-def _cannot_be_built_anew(member: Member) -> Iterator[Problem]:
+def _cannot_be_built_anew(member: PlannedNode) -> Iterator[Problem]:
     """A node made by hand whose class wants more than a restart can give."""
     if member.supervision.restart.when is Restart.NEVER:
         return
@@ -54,7 +54,7 @@ def _cannot_be_built_anew(member: Member) -> Iterator[Problem]:
         yield Problem("restart", text, fix, member.place)
 
 
-def _at_dependency(member: Member, other: str, code: str, message: str, fix: str | None) -> Problem:
+def _at_dependency(member: PlannedNode, other: str, code: str, message: str, fix: str | None) -> Problem:
     """A problem at the place where the launch file names the other node."""
     origin = member.spec.depends_origins.get(other) if member.spec else None
     return Problem(code, message, fix) if origin is None else problem_at(code, message, fix, origin)

@@ -16,7 +16,7 @@ from busflow.launchfile.model.keys import ArgumentKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.model.problems import problems as located
 from busflow.launchfile.yaml.document import parse_value
-from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.annotations import Bounds, StrictModel
 from busflow.validation.faults import faults, shown
@@ -105,7 +105,7 @@ def _bind(
 def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
     """A value as the argument's type, and what is wrong with it."""
     origin = stated.origin
-    if origin.source is Source.COMMAND_LINE and origin.place is not None:
+    if origin.source is StatedBy.COMMAND_LINE and origin.place is not None:
         before = origin.place.excerpt[: origin.place.column - 1]
         try:
             text = argument.type == "str"
@@ -149,7 +149,7 @@ def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
 
 def from_caller(args: Mapping[str, object]) -> dict[str, Value]:
     """Arguments that Python code passes."""
-    return {name: Value.of(data, Origin(Source.CALLER)) for name, data in args.items()}
+    return {name: Value.of(data, Origin(StatedBy.CALLER)) for name, data in args.items()}
 
 
 def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[str, Value]:
@@ -166,5 +166,5 @@ def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[st
             message = f"the argument {name.strip()} is given twice"
             problems.add(Problem("duplicate-argument", message, "leave one of them out", key), left_out=())
         place = on_command_line(text, len(name) + 2, len(value))
-        given[name.strip()] = Value(value, Origin(Source.COMMAND_LINE, place), key)
+        given[name.strip()] = Value(value, Origin(StatedBy.COMMAND_LINE, place), key)
     return given

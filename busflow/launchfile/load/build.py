@@ -212,19 +212,19 @@ class Builder:
     def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:
         """Whether a topic's name is one, also once it is expanded."""
 
-        def find(name: str) -> names.Fault | None:
+        def find(name: str) -> names.NameFault | None:
             fault = names.topic_name_fault(name)
             try:
                 return fault or names.full_topic_name_fault(names.expand(name, node="node", namespace="/"))
             except InvalidName as error:
                 reason = str(error).partition("\n")[0].removeprefix(f"topic name {name!r}: ")
-                return names.Fault("not_expandable", 0, reason)
+                return names.NameFault("not_expandable", 0, reason)
 
         return self._named(find, "topic name", name, value, at_key=at_key)
 
     def _named(
         self,
-        find: Callable[[str], names.Fault | None],
+        find: Callable[[str], names.NameFault | None],
         what: str,
         name: str,
         value: Value,
@@ -254,10 +254,10 @@ def record_spec(keys: RecordKeys) -> RecordSpec:
     return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression)
 
 
-def _process_name_fault(name: str) -> names.Fault | None:
+def _process_name_fault(name: str) -> names.NameFault | None:
     if _PROCESS_NAME.fullmatch(name):
         return None
-    return names.Fault("not_allowed", 0, "it is made of up to 32 letters, digits, _ and -, a letter first")
+    return names.NameFault("not_allowed", 0, "it is made of up to 32 letters, digits, _ and -, a letter first")
 
 
 def _ordered(node: Value) -> Value:

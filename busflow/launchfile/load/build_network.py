@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.network import NAME, TCP, TLS, Endpoint, MachineSpec, NetworkSpec, Role, StatedFile
+from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role, StatedFile
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.value import Origin, Value
@@ -58,7 +58,7 @@ class _Builder:
         self._check_ways(network)
         return network
 
-    def _machine(self, name: str, listen: Endpoint | None, ca: StatedFile | None) -> MachineSpec:
+    def _machine(self, name: str, listen: NetworkAddress | None, ca: StatedFile | None) -> MachineSpec:
         at = ("machines", name)
         value = self._tree.find(at)
         connect = self._endpoint((*at, "connect"))
@@ -109,7 +109,7 @@ class _Builder:
             fix = "add network: {ca: certs/ca.pem}; `busflow certs new certs` makes one"
             self._tell("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
 
-    def _endpoint(self, path: tuple[str, ...]) -> Endpoint | None:
+    def _endpoint(self, path: tuple[str, ...]) -> NetworkAddress | None:
         """The endpoint that is stated there, if it is one that may be."""
         value = self._tree.find(path)
         if value is None or not isinstance(value.content, str):
@@ -120,7 +120,7 @@ class _Builder:
             message = f"{text} is no endpoint"
             self._tell("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
             return None
-        end = Endpoint(found["protocol"], found["host"].strip("[]"), int(found["port"]), value.origin)
+        end = NetworkAddress(found["protocol"], found["host"].strip("[]"), int(found["port"]), value.origin)
         there = f"{TLS}/{text.partition('/')[2]}"
         if end.protocol not in {TLS, TCP}:
             self._tell("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, cast
 from busflow.errors import LaunchError, Place, Problem
 from busflow.launchfile.load.language import MAX_LENGTH, Dialect, Evaluate, InvalidExpression, parse
 from busflow.launchfile.yaml.scalar import plain_scalar
-from busflow.launchfile.yaml.value import Origin, Scalar, Source, Value
+from busflow.launchfile.yaml.value import Origin, Scalar, StatedBy, Value
 from busflow.text import did_you_mean
 from busflow.validation.faults import shown
 
@@ -117,7 +117,7 @@ class Template:
 
     def _environment(self, found: re.Match[str], start: int, *, typed: bool) -> Result:
         name, kind, rest = found["name"], found["kind"], found["rest"] or ""
-        text, origin = self._scope.env.get(name), Origin(Source.ENVIRONMENT)
+        text, origin = self._scope.env.get(name), Origin(StatedBy.ENVIRONMENT)
         if not text and kind == "-":
             text, origin = rest, None
         elif not text and kind == "?":
@@ -160,7 +160,7 @@ class Template:
             raise self._error("what follows env.… and ':' cannot hold braces", "use an argument", end, 2)
         if text is None:
             raise self._error(f"the environment variable {member} is not set", f"set {member}", start, len(member) + 4)
-        return _typed(text), Origin(Source.ENVIRONMENT)
+        return _typed(text), Origin(StatedBy.ENVIRONMENT)
 
     def _each(self, member: str, start: int) -> Result:
         known, path = self._scope.each, tuple(member.split("."))

@@ -12,7 +12,7 @@ from busflow.launchfile.model.description import PluginFolder
 from busflow.launchfile.model.misplaced import set_right
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node.plugins import unreadable
 from busflow.text import nearest
 
@@ -91,7 +91,7 @@ class Files:
 
     def _report(self, code: str, message: str, fix: str | None, entry: Value | None, left_out: KeyPath = ()) -> None:
         """A problem at the value that names a file, or at no place for the launch file itself."""
-        origin = entry.origin if entry is not None else Origin(Source.CALLER)
+        origin = entry.origin if entry is not None else Origin(StatedBy.CALLER)
         self.problems.add(problem_at(code, message, fix, origin), left_out=[left_out])
 
 

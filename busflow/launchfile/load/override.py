@@ -9,11 +9,11 @@ from busflow.errors import KeyPath, LaunchError, Problem
 from busflow.launchfile.model.keys import NodeKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
-from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value, on_command_line
 from busflow.text import did_you_mean
 from busflow.validation.faults import dotted, shown
 
-COMMAND_LINE = Source.COMMAND_LINE.value
+COMMAND_LINE = StatedBy.COMMAND_LINE.value
 SETTABLE = (
     *("clock", "expect", "machines", "name", "network", "nodes", "processes", "qos", "record", "seed"),
     *("shutdown", "topics"),
@@ -48,7 +48,7 @@ def parse_override(text: str) -> Override:
 
 def from_caller(overrides: Mapping[str, object]) -> list[Override]:
     """Overrides that Python code passes: dotted paths and plain data."""
-    origin = Origin(Source.CALLER)
+    origin = Origin(StatedBy.CALLER)
     return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
 
 

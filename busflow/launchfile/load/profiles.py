@@ -8,7 +8,7 @@ from dataclasses import replace
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.problems import Problems, problem_at
-from busflow.launchfile.yaml.value import Origin, Source, Value, on_command_line
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value, on_command_line
 from busflow.text import did_you_mean
 
 
@@ -16,7 +16,7 @@ def from_command_line(names: Iterable[str]) -> list[Value]:
     """The profiles that `--profile` names."""
     option = "--profile "
     places = ((name, on_command_line(option + name, len(option), len(name))) for name in names)
-    return [Value(name, Origin(Source.COMMAND_LINE, place)) for name, place in places]
+    return [Value(name, Origin(StatedBy.COMMAND_LINE, place)) for name, place in places]
 
 
 def chosen(root: Value, asked: Sequence[Value], scope: Scope, problems: Problems) -> Value:

@@ -28,7 +28,7 @@ TLS, TCP = "tls", "tcp"
 
 
 @dataclass(frozen=True, slots=True)
-class Endpoint:
+class NetworkAddress:
     """Where a machine is reached, or listens."""
 
     protocol: str
@@ -77,8 +77,8 @@ class MachineSpec:
 
     name: str
     origin: Origin  # its `place` is the machine's key
-    connect: Endpoint | None = None
-    listen: Endpoint | None = None
+    connect: NetworkAddress | None = None
+    listen: NetworkAddress | None = None
     cert: StatedFile | None = None
     key: StatedFile | None = None
 
@@ -91,11 +91,11 @@ class NetworkSpec:
     ca: StatedFile | None = None
     allow: Mapping[str, Role] = field(default_factory=dict[str, Role])
 
-    def dialled_by(self, machine: str) -> list[Endpoint]:
+    def dialled_by(self, machine: str) -> list[NetworkAddress]:
         """Where a machine connects to: of each two, the first that the file names dials the other, if it can."""
         names = list(self.machines)
         own = names.index(machine)
-        found: list[Endpoint] = []
+        found: list[NetworkAddress] = []
         for place, other in enumerate(self.machines.values()):
             theirs, ours = other.connect, self.machines[machine].connect
             if theirs is not None and (place > own or (place < own and ours is None)):

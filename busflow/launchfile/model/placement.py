@@ -34,7 +34,7 @@ def machine_of(process: str) -> str:
     return process.partition(_ON)[0] if _ON in process else MAIN
 
 
-class Spread(StrEnum):
+class ProcessLayout(StrEnum):
     """How nodes are put into processes."""
 
     FILE = "file"
@@ -73,7 +73,7 @@ class Placement:
         return tuple(process for process in self.nodes if process != self.main)
 
 
-def placed(description: LaunchDescription, spread: Spread = Spread.FILE) -> Placement:
+def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout.FILE) -> Placement:
     """Where the nodes of a description run; a process without nodes is not started."""
     here = description.here or MAIN
     stated = {process_name(spec.machine or MAIN, spec.name): spec for spec in description.processes}
@@ -82,13 +82,13 @@ def placed(description: LaunchDescription, spread: Spread = Spread.FILE) -> Plac
     elsewhere: dict[str, list[str]] = {}
     taken = Counter([MAIN, *(spec.name for spec in description.processes)])
     for node in description.nodes:
-        machine = MAIN if node.machine is None or spread is Spread.ONE else node.machine
-        process = MAIN if node.process is None or spread is Spread.ONE else node.process
-        if process == MAIN and spread is Spread.AUTO:
+        machine = MAIN if node.machine is None or spread is ProcessLayout.ONE else node.machine
+        process = MAIN if node.process is None or spread is ProcessLayout.ONE else node.process
+        if process == MAIN and spread is ProcessLayout.AUTO:
             process = node.name if not taken[node.name] else f"{node.name}-{taken[node.name]}"
             taken[node.name] += 1
             specs[process_name(machine, process)] = _own_process(process_name(machine, process), node)
-        where = nodes if machine == here or spread is Spread.ONE else elsewhere
+        where = nodes if machine == here or spread is ProcessLayout.ONE else elsewhere
         where.setdefault(process_name(machine, process), []).append(node.full_name)
     return Placement(_frozen(nodes), specs, here, _frozen(elsewhere))
 

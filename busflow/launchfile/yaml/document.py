@@ -19,7 +19,7 @@ import yaml
 from busflow.errors import LaunchError, Place, Problem
 from busflow.launchfile.yaml.scalar import plain_scalar
 from busflow.launchfile.yaml.syntax import explain
-from busflow.launchfile.yaml.value import Origin, Scalar, Source, Value
+from busflow.launchfile.yaml.value import Origin, Scalar, StatedBy, Value
 
 MAX_BYTES = 1 << 20
 MAX_BYTES_WITHOUT_LIBYAML = 128 << 10
@@ -92,7 +92,7 @@ def parse(
         fix = "split it with `include:` or `parameters_from:`"
         raise _refusal("file-too-large", message, fix, Place(file, 1, 1), included_from)
     text = _decoded(raw, file, included_from)
-    builder = _Builder(_LINE_END.split(text), file, Source.FILE, included_from, limits or Limits(), repeated)
+    builder = _Builder(_LINE_END.split(text), file, StatedBy.FILE, included_from, limits or Limits(), repeated)
     return builder.build(text, loader)
 
 
@@ -115,7 +115,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     Raises:
         LaunchError: It opens a quote, a list or a mapping and then is not one.
     """
-    builder = _Builder([before + text], label, Source.COMMAND_LINE, shift=len(before))
+    builder = _Builder([before + text], label, StatedBy.COMMAND_LINE, shift=len(before))
     bad = _UNREADABLE.search(text)
     if bad is not None:
         place = Place(label, 1, len(before) + bad.start() + 1, 1, before + text)
@@ -125,7 +125,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
     place = Place(label, 1, len(before) + 1, max(1, len(text)), before + text)
     content = builder.scalar(text.strip(), place) if not as_text else text
     builder.finish()
-    return Value(text if content is None or isinstance(content, str) else content, Origin(Source.COMMAND_LINE, place))
+    return Value(text if content is None or isinstance(content, str) else content, Origin(StatedBy.COMMAND_LINE, place))
 
 
 @dataclass(slots=True)
@@ -134,7 +134,7 @@ class _Builder:
 
     lines: list[str]
     file: str
-    source: Source
+    source: StatedBy
     included_from: tuple[Place, ...] = ()
     limits: Limits = field(default_factory=Limits)
     repeated: Repeated | None = None

@@ -12,7 +12,7 @@ from busflow.errors import KeyPath, Place
 Scalar: TypeAlias = str | int | float | bool | None
 
 
-class Source(StrEnum):
+class StatedBy(StrEnum):
     """Who stated a value."""
 
     FILE = "file"
@@ -32,7 +32,7 @@ class Origin:
     'lab1.yaml:12:16, from command line'
     """
 
-    source: Source
+    source: StatedBy
     place: Place | None = None
     included_from: tuple[Place, ...] = ()
     through: Origin | None = None
@@ -44,13 +44,13 @@ class Origin:
         return (self.place, *self.included_from) if self.place is not None else ()
 
     def __str__(self) -> str:
-        here = str(self.place) if self.source is Source.FILE and self.place else self.source.value
+        here = str(self.place) if self.source is StatedBy.FILE and self.place else self.source.value
         return f"{here}, from {self.through}" if self.through else here
 
 
 def on_command_line(text: str, start: int, width: int) -> Place:
     """A stretch of what a command line states, counted from 0."""
-    return Place(Source.COMMAND_LINE.value, 1, start + 1, max(1, width), text)
+    return Place(StatedBy.COMMAND_LINE.value, 1, start + 1, max(1, width), text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from typing import Self
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, Facts, Ledger, summed
+from busflow.recording.bag.facts import FACTS, Facts, RunOutcome, summed
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
@@ -79,7 +79,7 @@ class Bag:
         return next((each.facts for each in self.series if each.facts is not None), None)
 
     @property
-    def ledger(self) -> Ledger | None:
+    def ledger(self) -> RunOutcome | None:
         """How the run ended; None where busflow has not recorded it, or not to its end."""
         if len(self.series) == 1:
             return self.series[0].ledger

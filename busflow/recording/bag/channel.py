@@ -137,11 +137,11 @@ def _description(channel: Channel) -> Any:
     from busflow.interfaces.encoding import msg_text as definition
     from busflow.interfaces.encoding.builtin_types import builtin_types
     from busflow.interfaces.encoding.description import rihs01
-    from busflow.recording.bag.service_event import event_description, tells_of_a_service
+    from busflow.recording.bag.service_event import event_description, is_service_event_type
 
     try:
         if channel.definition_encoding == definition.ENCODING and channel.definition.strip():
-            if tells_of_a_service(channel.type_name, channel.definition):
+            if is_service_event_type(channel.type_name, channel.definition):
                 return event_description(channel.type_name, channel.definition)
             return definition.parse(channel.type_name, channel.definition)
         builtin = builtin_types().description(channel.type_name)

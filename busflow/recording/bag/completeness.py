@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from busflow.text import counted
 
 if TYPE_CHECKING:
-    from busflow.recording.bag.facts import Ledger
+    from busflow.recording.bag.facts import RunOutcome
 
 
 class Shortfall(NamedTuple):
@@ -19,7 +19,7 @@ class Shortfall(NamedTuple):
     text: str
 
 
-def shortfalls(ledger: Ledger | None, *, unfinished: bool, gaps: int, there: int) -> Iterator[Shortfall]:
+def shortfalls(ledger: RunOutcome | None, *, unfinished: bool, gaps: int, there: int) -> Iterator[Shortfall]:
     """Everything that is missing in what busflow has recorded.
 
     Args:

@@ -41,7 +41,7 @@ class Facts:
 
 
 @dataclass(frozen=True, slots=True)
-class Ledger:
+class RunOutcome:
     """How a recorded run ended."""
 
     report: Mapping[str, Any]
@@ -78,9 +78,9 @@ def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
     )
 
 
-def ledger_of(metadata: Mapping[str, str]) -> Ledger:
+def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
     """The ledger in a metadata record."""
-    return Ledger(
+    return RunOutcome(
         report=json_object(metadata.get("report")),
         recorded=_number(metadata.get("recorded")),
         missed=_number(metadata.get("missed")) or 0,
@@ -89,14 +89,14 @@ def ledger_of(metadata: Mapping[str, str]) -> Ledger:
     )
 
 
-def summed(ledgers: Sequence[Ledger | None], report: Mapping[str, Any]) -> Ledger | None:
+def summed(ledgers: Sequence[RunOutcome | None], report: Mapping[str, Any]) -> RunOutcome | None:
     """The ledger of a run of several processes, by those of their files; what one does not tell is not known."""
     found = [each for each in ledgers if each is not None]
     if not found:
         return None
     counts = [None if each is None else each.recorded for each in ledgers]
     known = [count for count in counts if count is not None]
-    return Ledger(
+    return RunOutcome(
         report=report,
         recorded=sum(known) if len(known) == len(counts) else None,
         missed=sum(each.missed for each in found),

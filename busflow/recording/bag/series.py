@@ -15,7 +15,7 @@ from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.completeness import shortfalls
-from busflow.recording.bag.facts import FACTS, LEDGER, Facts, Ledger, facts_of, ledger_of
+from busflow.recording.bag.facts import FACTS, LEDGER, Facts, RunOutcome, facts_of, ledger_of
 from busflow.text import counted
 
 Numbered = tuple[int, Entry]
@@ -82,7 +82,7 @@ class Series:
         return None
 
     @property
-    def ledger(self) -> Ledger | None:
+    def ledger(self) -> RunOutcome | None:
         """How the run ended; None where busflow has not recorded it, or not to its end."""
         for file in reversed(self.files):
             if LEDGER in file.metadata:

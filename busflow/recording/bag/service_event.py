@@ -24,7 +24,7 @@ _BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
 _TYPES_INSIDE = re.compile(r"^={3,}[ \t]*$", re.MULTILINE)
 
 
-def tells_of_a_service(name: str, text: str) -> bool:
+def is_service_event_type(name: str, text: str) -> bool:
     """Whether the definition of this type is that of the service whose events these are."""
     return name.endswith(_EVENT) and _BETWEEN.search(text) is not None
 

@@ -22,8 +22,8 @@ from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.offered_qos import offered
 from busflow.recording.bag.series import Damage
 from busflow.recording.player.message_classes import MessageClasses
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen
 from busflow.recording.player.playing import Playing
-from busflow.recording.player.tape import Span, Tape, chosen
 
 CLOCK = "/clock"
 
@@ -96,7 +96,7 @@ class Player(Node):
         if asked.delay_s < 0:
             self.log.warning("a delay below zero is none", delay_s=asked.delay_s)
         span = Span.of_seconds(asked.start_s, asked.until_s, asked.duration_s)
-        self._tape = Tape(self._bag, self.channels, span, threaded=self.clock.kind == "system")
+        self._tape = OrderedMessages(self._bag, self.channels, span, threaded=self.clock.kind == "system")
         self.playing = Playing(self._tape, self.clock, self._publish, rate=asked.rate, paused=asked.paused)
 
     async def run(self) -> None:

@@ -10,7 +10,7 @@ from busflow.recording.player.playback_clock import PlaybackClock, Ticking
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Entry
-    from busflow.recording.player.tape import Tape
+    from busflow.recording.player.ordered_messages import OrderedMessages
 
 
 class Playing:
@@ -18,7 +18,7 @@ class Playing:
 
     def __init__(
         self,
-        tape: Tape,
+        tape: OrderedMessages,
         source: Ticking,
         publish: Callable[[Entry], Awaitable[None]],
         *,

@@ -17,7 +17,7 @@ _MOST_FIELDS = 20
 _NS_PER_MS = 1_000_000
 
 
-class Kind(StrEnum):
+class DifferenceKind(StrEnum):
     """In what a message differs."""
 
     CONTENT = "content"
@@ -36,7 +36,7 @@ class Kind(StrEnum):
 class Difference:
     """One message that is not the same in the recording and in its replay."""
 
-    kind: Kind
+    kind: DifferenceKind
     topic: str
     number: int
     """Which message of the topic it is, from 1."""
@@ -47,7 +47,7 @@ class Difference:
 
     def __str__(self) -> str:
         what = "; ".join(map(str, self.fields)) or self.text
-        if self.kind is Kind.FAILURE:
+        if self.kind is DifferenceKind.FAILURE:
             return f"{self.topic} failed at {self.time_s:.9f} s: {what}"
         return f"{self.topic} #{self.number} at {self.time_s:.9f} s: {what}"
 
@@ -124,7 +124,7 @@ class Check:
 
     def failed(self, node: str, time_ns: int, text: str) -> None:
         """A node failed in the replay."""
-        self._add(Kind.FAILURE, node, 0, time_ns, text)
+        self._add(DifferenceKind.FAILURE, node, 0, time_ns, text)
 
     def finish(self) -> None:
         """Both sides have come to their end: what has no counterpart is a difference."""
@@ -136,21 +136,29 @@ class Check:
 
     def _miss(self, lonely: Lonely[Published]) -> None:
         for number, each in enumerate(lonely.waiting, start=self._topics[lonely.topic].paired + 1):
-            self._add(Kind.MISSING, lonely.topic, number, each.time_ns, "recorded, and not published in the replay")
+            self._add(
+                DifferenceKind.MISSING, lonely.topic, number, each.time_ns, "recorded, and not published in the replay"
+            )
         self.count += lonely.let_go
 
     def _exceed(self, lonely: Lonely[Published]) -> None:
         topic = self._topics[lonely.topic]
         for number, each in enumerate(lonely.waiting, start=topic.paired + 1):
             if not self._is_forgiven(each):
-                self._add(Kind.EXTRA, lonely.topic, number, each.time_ns, "published in the replay, and not recorded")
+                self._add(
+                    DifferenceKind.EXTRA,
+                    lonely.topic,
+                    number,
+                    each.time_ns,
+                    "published in the replay, and not recorded",
+                )
         self.count += max(0, lonely.let_go - topic.late)  # those at the end are the last ones
 
     def _pass_over(self, name: str, published: Published) -> None:
         topic = self._topics[name]
         topic.paired += 1
         text = "not compared: so many came before its counterpart that it was not kept"
-        self._add(Kind.UNCOMPARED, name, topic.paired, published.time_ns, text)
+        self._add(DifferenceKind.UNCOMPARED, name, topic.paired, published.time_ns, text)
 
     def _compare(self, name: str, left: Published, right: Published) -> None:
         topic = self._topics[name]
@@ -159,17 +167,17 @@ class Check:
         if left.payload != right.payload:
             found = self._comparison.differences(topic.plain(left.payload), topic.plain(right.payload))
             if fields := tuple(islice(found, _MOST_FIELDS)):
-                self._add(Kind.CONTENT, name, topic.paired, left.time_ns, fields=fields)
+                self._add(DifferenceKind.CONTENT, name, topic.paired, left.time_ns, fields=fields)
                 return
         late_ns = right.time_ns - left.time_ns
         if abs(late_ns) > self._comparison.time_tolerance_ns:
             word = "later" if late_ns > 0 else "earlier"
             text = f"published {abs(late_ns) / _NS_PER_MS:g} ms {word} in the replay"
-            self._add(Kind.TIME, name, topic.paired, left.time_ns, text)
+            self._add(DifferenceKind.TIME, name, topic.paired, left.time_ns, text)
 
     def _add(
         self,
-        kind: Kind,
+        kind: DifferenceKind,
         topic: str,
         number: int,
         time_ns: int,

@@ -11,9 +11,9 @@ from typing import cast as cast_
 
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.errors import BagError, PluginError
-from busflow.launchfile.check.preflight import Member, Preflight
+from busflow.launchfile.check.preflight import PlannedNode, Preflight
 from busflow.launchfile.model.description import ClockSpec, LaunchDescription, NodeSpec
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.node import plugins
 from busflow.node.factory import NodeFactory
 from busflow.node.node import Node, parameters_class
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 Recorded = Mapping[str, Mapping[str, object]]
 """By the full name of a node, its parameters when the recording began."""
 
-_RECORDED = Origin(Source.CALLER)
+_RECORDED = Origin(StatedBy.CALLER)
 TOLD_BY_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
 """Topics of which a node says nothing itself."""
 
 
 @dataclass(slots=True)
-class Cast:
+class ReplayPlan:
     """What is run, and what is known of those who are not."""
 
     what: list[What] = field(default_factory=list[What])
@@ -45,7 +45,7 @@ class Cast:
     """What whoever reads the outcome has to know."""
 
 
-def cast_of(
+def replay_plan(
     what: Sequence[What],
     nodes: Collection[str],
     recorded: Recorded,
@@ -53,7 +53,7 @@ def cast_of(
     args: Mapping[str, object] | None,
     clock: Clock,
     log: Log,
-) -> Cast:
+) -> ReplayPlan:
     """The nodes of launch files that are named, all where none is; and those that are given as classes and instances.
 
     Raises:
@@ -61,7 +61,7 @@ def cast_of(
         LaunchError: A launch file cannot be read.
         InvalidParameter: What was recorded is no parameter of a class any more.
     """
-    cast = Cast()
+    cast = ReplayPlan()
     files = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
     wanted = {f"/{name.removeprefix('/')}" for name in nodes}
     known = [spec.full_name for description in files for spec in description.nodes]
@@ -90,7 +90,7 @@ def cast_of(
     return cast
 
 
-def _overruled(members: Iterable[Member], names: Collection[str], recorded: Recorded) -> Iterator[str]:
+def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
     """What a launch file, or an argument, states and a replay does not heed: it was another value that was recorded."""
     for each in members:
         spec, values = each.spec, recorded.get(each.runtime.full_name, {})
@@ -106,15 +106,15 @@ def _overruled(members: Iterable[Member], names: Collection[str], recorded: Reco
                 yield f"{spec.full_name} has {info.name} = {then!r}, as recorded, and not {now!r} ({said.origin})"
 
 
-def _published(members: Iterator[Member]) -> Iterator[str]:
+def _published(members: Iterator[PlannedNode]) -> Iterator[str]:
     yield from (end.topic for each in members for end in each.publishers if end.topic not in TOLD_BY_THE_RUN)
 
 
-def _used(members: Iterator[Member]) -> Iterator[str]:
+def _used(members: Iterator[PlannedNode]) -> Iterator[str]:
     yield from (end.topic for each in members for end in (*each.publishers, *each.subscriptions))
 
 
-def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, cast: Cast) -> NodeSpec:
+def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, cast: ReplayPlan) -> NodeSpec:
     """A node as the file has it, but with its recorded parameters, and without those that it would wait for in vain."""
     needs = {name: each for name, each in spec.supervision.depends_on.items() if name in names}
     spec = replace(spec, supervision=replace(spec.supervision, depends_on=needs), process=None)
@@ -129,7 +129,7 @@ def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, c
     return replace(spec, parameters=spec.parameters.merged(Value.of(data, _RECORDED)))
 
 
-def _built(what: Any, recorded: Recorded, cast: Cast) -> What:
+def _built(what: Any, recorded: Recorded, cast: ReplayPlan) -> What:
     """A node of a class, with its recorded parameters; an instance has its own."""
     if not (isinstance(what, type) and issubclass(what, Node)):
         return cast_("What", what)
@@ -138,7 +138,7 @@ def _built(what: Any, recorded: Recorded, cast: Cast) -> What:
     return factory.build(factory.parameters(values))
 
 
-def _fitting(values: Mapping[str, object], cls: type[Node], node: str, cast: Cast) -> dict[str, object]:
+def _fitting(values: Mapping[str, object], cls: type[Node], node: str, cast: ReplayPlan) -> dict[str, object]:
     """The recorded values as a file would state them; those of parameters that are gone are noted and left out."""
     infos = {info.name: info for info in describe(parameters_class(cls))}
     found: dict[str, Any] = {}

@@ -12,14 +12,14 @@ from typing import Any
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import BagError, IncompleteRecording, LaunchError, NotRunning, ReplayDiffers
 from busflow.interfaces.message import Message
-from busflow.launchfile.check.member import Member
+from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.log import Log, LogRecord
 from busflow.recording.bag.bag import Bag
 from busflow.recording.recorder.recorder import record_graph
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
-from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, cast_of
+from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, replay_plan
 from busflow.recording.replay.rerun import Rerun
 from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
@@ -158,7 +158,7 @@ async def _replay(
     past = past_of(bag)
     clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
     log: list[LogRecord] = []
-    cast = cast_of(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
+    cast = replay_plan(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
     graph = Graph(cast.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
     clock.start_at(Time(past.started_ns))  # where the launch file says otherwise
     plan = graph.plan()
@@ -195,7 +195,7 @@ def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> C
     return Comparison(tolerance, round(time_tolerance_s * NS_PER_S))
 
 
-def _refuse_unrelated(bag: Bag, members: Sequence[Member], past: Past) -> None:
+def _refuse_unrelated(bag: Bag, members: Sequence[PlannedNode], past: Past) -> None:
     """Refuse nodes of which nothing was recorded; one that was there and said nothing is known by its parameters."""
     names = {each.runtime.full_name for each in members}
     topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - TOLD_BY_THE_RUN

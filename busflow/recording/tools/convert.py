@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
 
 
-class Form(StrEnum):
+class TargetFormat(StrEnum):
     """What a bag is converted to."""
 
     ROS2BAG = "ros2bag"
@@ -32,7 +32,7 @@ class Form(StrEnum):
     @property
     def is_directory(self) -> bool:
         """Whether it is a directory of several files."""
-        return self in (Form.ROS2BAG, Form.CSV, Form.PARQUET)
+        return self in (TargetFormat.ROS2BAG, TargetFormat.CSV, TargetFormat.PARQUET)
 
 
 @dataclass(slots=True)
@@ -49,7 +49,7 @@ class Converted:
 def convert(
     bag: Bag,
     target: Path | TextIO,
-    form: Form,
+    form: TargetFormat,
     line_of: Callable[[Mapping[str, Any]], str],
     *,
     channels: Collection[Channel] | None = None,
@@ -104,7 +104,7 @@ def _entries(
 
 
 def _sink(
-    form: Form,
+    form: TargetFormat,
     path: Path,
     target: Path,
     bag: Bag,
@@ -115,21 +115,21 @@ def _sink(
 ) -> Sink:
     """What takes the messages; only what is used of the other programs' formats is imported."""
     match form:
-        case Form.CSV:
+        case TargetFormat.CSV:
             from busflow.recording.tools.to_csv import CsvFile
 
             return TopicFiles(path, ".csv", CsvFile)
-        case Form.PARQUET:
+        case TargetFormat.PARQUET:
             from busflow.recording.tools.to_parquet import parquet_files
 
             return parquet_files(path)
-        case Form.JSONL:
+        case TargetFormat.JSONL:
             return JsonlFile(path.open("w", encoding="utf-8"), line_of)
-        case Form.ROS2BAG:
+        case TargetFormat.ROS2BAG:
             from busflow.recording.tools.to_mcap import Rosbag2Directory
 
             return Rosbag2Directory(path, target.name, bag, channels, partly=partly)
-        case Form.MCAP:
+        case TargetFormat.MCAP:
             from busflow.recording.tools.to_mcap import McapCopy
 
             return McapCopy(path.open("wb"), bag, channels, partly=partly)

@@ -30,7 +30,7 @@ def listed(value: Any) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class FieldColumn:
     """A field of a message, however deep inside it."""
 
     path: tuple[str, ...]
@@ -48,7 +48,7 @@ class Column:
         return message
 
 
-def columns(channel: Channel) -> tuple[Column, ...] | None:
+def columns(channel: Channel) -> tuple[FieldColumn, ...] | None:
     """The columns of a channel's messages; None where their type does not decide them, as that of JSON does not.
 
     Raises:
@@ -60,11 +60,11 @@ def columns(channel: Channel) -> tuple[Column, ...] | None:
     return tuple(_columns(types, channel.type.description["type_description"]["type_name"], ()))
 
 
-def _columns(types: dict[str, IndividualDescription], name: str, path: tuple[str, ...]) -> Iterator[Column]:
+def _columns(types: dict[str, IndividualDescription], name: str, path: tuple[str, ...]) -> Iterator[FieldColumn]:
     if is_empty(types[name]):
         return
     for field in fields_of(types[name]):
         if field.nested and field.count is Count.ONE:
             yield from _columns(types, field.base, (*path, field.name))
         else:
-            yield Column((*path, field.name), field)
+            yield FieldColumn((*path, field.name), field)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.interfaces.encoding.description import Count
-from busflow.recording.tools.flat import Column, columns
+from busflow.recording.tools.flat import FieldColumn, columns
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel, Entry
@@ -46,19 +46,19 @@ class CsvFile:
         self._stream.close()
 
 
-def _spread(column: Column) -> bool:
+def _spread(column: FieldColumn) -> bool:
     field = column.field
     return field.count is Count.FIXED and not field.nested and field.size <= _MOST_COLUMNS
 
 
-def _names(column: Column) -> Iterator[str]:
+def _names(column: FieldColumn) -> Iterator[str]:
     if _spread(column):
         yield from (f"{column.name}[{index}]" for index in range(column.field.size))
     else:
         yield column.name
 
 
-def _cells(column: Column, message: Any) -> Iterator[object]:
+def _cells(column: FieldColumn, message: Any) -> Iterator[object]:
     value = column.value(message)
     if _spread(column):
         yield from value

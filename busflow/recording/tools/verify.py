@@ -14,7 +14,7 @@ from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.channel import Channel
 from busflow.recording.bag.completeness import shortfalls
-from busflow.recording.bag.facts import Ledger
+from busflow.recording.bag.facts import RunOutcome
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Series
 from busflow.recording.mcap.chunks import Chunk
@@ -27,7 +27,7 @@ _RECORDERS_OWN = {"/parameter_events", "/rosout"}
 """Topics that the recorder writes itself, whether or not anybody publishes them."""
 
 
-class Kind(StrEnum):
+class FindingKind(StrEnum):
     """What a finding says of the recording."""
 
     INCOMPLETE = "incomplete"
@@ -40,7 +40,7 @@ class Kind(StrEnum):
 class Finding:
     """One thing that is not as it should be."""
 
-    kind: Kind
+    kind: FindingKind
     code: str
     """A stable word: damaged, unfinished, index, chunk, statistics, sequence, missed, ledger, type, message."""
     message: str
@@ -59,7 +59,7 @@ class Examination:
     chunks: int = 0
     findings: list[Finding] = field(default_factory=list[Finding])
 
-    def add(self, kind: Kind, code: str, message: str, file: str = "", offset: int | None = None) -> None:
+    def add(self, kind: FindingKind, code: str, message: str, file: str = "", offset: int | None = None) -> None:
         """Take note of something."""
         self.findings.append(Finding(kind, code, message, file, offset))
 
@@ -106,11 +106,11 @@ class _Structure:
             for damage in contents.damages:
                 self._tell_damage(damage, cut=unfinished is not None and damage is contents.damages[-1])
             if unfinished is not None and not contents.damages:
-                self._add(Kind.WRONG, "damaged", unfinished.reason, unfinished.offset)
+                self._add(FindingKind.WRONG, "damaged", unfinished.reason, unfinished.offset)
         return sum(self._counts.values())
 
     def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
-        kind, code = (Kind.INCOMPLETE, "unfinished") if cut else (Kind.WRONG, "damaged")
+        kind, code = (FindingKind.INCOMPLETE, "unfinished") if cut else (FindingKind.WRONG, "damaged")
         self._add(kind, code, damage.reason, damage.offset)
 
     def _look(self, found: Found) -> None:
@@ -144,14 +144,14 @@ class _Structure:
             message = (
                 f"the index of channel {index.channel_id} is not that of the {counted(len(there), 'message')} before it"
             )
-            self._add(Kind.WRONG, "index", message, offset)
+            self._add(FindingKind.WRONG, "index", message, offset)
 
     def _end_chunk(self) -> None:
         if self._chunk is not None:
             (chunk, offset), times = self._chunk, [each[0] for those in self._index.values() for each in those]
             if times and (min(times), max(times)) != (chunk.start_ns, chunk.end_ns):
                 message = "the times that a chunk states are not those of its messages"
-                self._add(Kind.WRONG, "chunk", message, offset)
+                self._add(FindingKind.WRONG, "chunk", message, offset)
         self._chunk = None
         self._index.clear()
 
@@ -164,9 +164,9 @@ class _Structure:
             message = f"the summary counts {statistics.message_count} messages, and {total} are there"
             if statistics.message_count == total:
                 message = "the summary counts the messages of a channel otherwise than they are"
-            self._add(Kind.WRONG, "statistics", message, offset)
+            self._add(FindingKind.WRONG, "statistics", message, offset)
 
-    def _add(self, kind: Kind, code: str, message: str, offset: int | None) -> None:
+    def _add(self, kind: FindingKind, code: str, message: str, offset: int | None) -> None:
         self._found.add(kind, code, message, self._name, offset)
 
 
@@ -183,7 +183,7 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
         on_message()
         if bag.facts is not None:
             for message in _out_of_sequence(before[number], entry.sequence):
-                kind = Kind.INCOMPLETE if entry.sequence > before[number] else Kind.WRONG
+                kind = FindingKind.INCOMPLETE if entry.sequence > before[number] else FindingKind.WRONG
                 found.add(kind, "sequence", _of(bag, number) + message)
             before[number] = entry.sequence
         if channel in unreadable:
@@ -192,15 +192,15 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
             channel.plain(entry.payload)
         except BagError as error:
             unreadable.add(channel)
-            found.add(Kind.WRONG, "type", str(error))
+            found.add(FindingKind.WRONG, "type", str(error))
         except MalformedMessage as error:
             faults[channel] += 1
             if faults[channel] <= _MOST_PER_CHANNEL:
-                found.add(Kind.WRONG, "message", f"message {entry.sequence} of {channel.topic}: {error}")
+                found.add(FindingKind.WRONG, "message", f"message {entry.sequence} of {channel.topic}: {error}")
     for channel, count in faults.items():
         if count > _MOST_PER_CHANNEL:
             more = f"{count - _MOST_PER_CHANNEL} more messages of {channel.topic} cannot be read"
-            found.add(Kind.WRONG, "message", more)
+            found.add(FindingKind.WRONG, "message", more)
     for channel in bag.channels:
         _examine_type(channel, found)
     return counts
@@ -224,26 +224,26 @@ def _examine_type(channel: Channel, found: Examination) -> None:
         return  # where it has messages, that was told
     if read != channel.type_hash:
         message = f"{channel.topic}: the definition of {channel.type_name} has the hash {read}, not {channel.type_hash}"
-        found.add(Kind.WRONG, "type", message)
+        found.add(FindingKind.WRONG, "type", message)
 
 
 def _examine_account(bag: Bag, found: Examination, counts: Sequence[int]) -> None:
     """Hold the ledgers against what is there."""
     if bag.unfinished is not None and len(bag.series) > 1:
-        found.add(Kind.INCOMPLETE, "unfinished", bag.unfinished.reason)
+        found.add(FindingKind.INCOMPLETE, "unfinished", bag.unfinished.reason)
     for number, series in enumerate(bag.series):
         for kind, code, message in _contradictions(series, counts[number]):
             found.add(kind, code, _of(bag, number) + message)
 
 
-def _contradictions(series: Series, there: int) -> Iterator[tuple[Kind, str, str]]:
+def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, str, str]]:
     ledger = series.ledger
     if ledger is None and series.facts is None:
         return
     unfinished = any(each.unfinished for each in series.files)
     missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was told
     for code, text in missing:
-        yield Kind.WRONG if code == "ledger" else Kind.INCOMPLETE, code, text
+        yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
     if ledger is not None and not missing and not (series.facts and series.facts.heard):
         # Who came later knows only the run's counts.
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
@@ -252,10 +252,10 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[Kind, str, str
             if name not in _RECORDERS_OWN and not least <= count <= most:
                 are = "is" if count == 1 else "are"
                 told = f"the ledger says that {counted(most, 'message was', 'messages were')} published on {name}"
-                yield Kind.WRONG, "ledger", f"{told}, and {count} {are} there"
+                yield FindingKind.WRONG, "ledger", f"{told}, and {count} {are} there"
 
 
-def _published(ledger: Ledger, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:
+def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:
     """By topic, how many messages the run published, at least and at most, of which it has to have recorded all.
 
     Not all of the run's topics are recorded, and what only the recorder writes is not in the run's report. Of what came

@@ -10,7 +10,7 @@ from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
 from busflow.text import counted, did_you_mean
 from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import as_qos
 
 Answers = Sequence[Mapping[str, Any]]
@@ -74,7 +74,7 @@ def _failed_nodes(graph: GraphView) -> Iterator[Problem]:
 def _namesakes(tokens: Sequence[Token]) -> Iterator[Problem]:
     sessions: defaultdict[str, list[str]] = defaultdict(list)
     for token in tokens:
-        if token.kind is Kind.NODE and not is_hidden(token.node_name):
+        if token.kind is TokenKind.NODE and not is_hidden(token.node_name):
             sessions[token.node_name].append(token.session)
     for name, found in sessions.items():
         if len(found) > 1:

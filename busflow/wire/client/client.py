@@ -31,8 +31,8 @@ from busflow.wire.zenoh.keys import (
     QUERY_PREFIX,
     READ_ONLY_QUERIES,
     Attachment,
-    Kind,
     Token,
+    TokenKind,
     topic_key,
 )
 from busflow.wire.zenoh.refusal import refusal, service_refusal
@@ -218,7 +218,7 @@ class Peer:
         """
         type_ = type_ or self.type(topic.types[0])
         latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
-        with self._present(Kind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
+        with self._present(TokenKind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
             listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
             key = topic_key(topic.name, type_.name, type_.type_hash)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)
@@ -250,7 +250,7 @@ class Peer:
         """
         self.require(f"publish {topic}")
         with (
-            self._present(Kind.PUBLISHER, topic, type_, qos) as token,
+            self._present(TokenKind.PUBLISHER, topic, type_, qos) as token,
             speaking(self.session, topic, type_, qos, token.gid) as speaker,
         ):
             if settle:
@@ -336,9 +336,9 @@ class Peer:
         )
 
     @contextmanager
-    def _present(self, kind: Kind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
+    def _present(self, kind: TokenKind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
         """Be a node with one end, as the others see it."""
-        node = Token(self._zid, 0, 0, Kind.NODE, "/", self._name)
+        node = Token(self._zid, 0, 0, TokenKind.NODE, "/", self._name)
         end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
         liveliness = self.session.liveliness()
         with liveliness.declare_token(str(node)), liveliness.declare_token(str(end)):

@@ -12,7 +12,7 @@ from typing import Any
 
 from busflow.errors import MalformedMessage, NoSuchTarget
 from busflow.text import did_you_mean, printable
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, from_text
 
 HIDDEN = "_"
@@ -120,14 +120,14 @@ def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> Graph
     """The graph that tokens, and the answers to `graph` of the processes, make up together."""
     told = _Told(answers)
     tokens = sorted(tokens, key=lambda token: (token.topic, token.node_name, token.entity_id))
-    ends: dict[Kind, list[EndView]] = {kind: [] for kind in Kind}
+    ends: dict[TokenKind, list[EndView]] = {kind: [] for kind in TokenKind}
     for token in tokens:
-        if token.kind is not Kind.NODE:
+        if token.kind is not TokenKind.NODE:
             ends[token.kind].append(EndView(token, _qos(token), told.end(token)))
     names = {token.node_name for token in tokens} | set(told.nodes)
     nodes = {name: _node(name, ends, told.nodes.get(name, {})) for name in sorted(names)}
-    topics = _topics(ends[Kind.PUBLISHER], ends[Kind.SUBSCRIPTION], told.topics)
-    return GraphView(nodes, topics, _topics(ends[Kind.SERVICE], ends[Kind.CLIENT], {}))
+    topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], told.topics)
+    return GraphView(nodes, topics, _topics(ends[TokenKind.SERVICE], ends[TokenKind.CLIENT], {}))
 
 
 def _qos(token: Token) -> WireQoS:
@@ -153,13 +153,13 @@ class _Told:
     def __init__(self, answers: Sequence[Mapping[str, Any]]) -> None:
         self.nodes: dict[str, Mapping[str, Any]] = {}
         self.topics: dict[str, Mapping[str, Any]] = {}
-        self._ends: dict[tuple[Kind, str, str], list[Mapping[str, Any]]] = {}
+        self._ends: dict[tuple[TokenKind, str, str], list[Mapping[str, Any]]] = {}
         for answer in answers:
             process = {"process": answer["process"], "pid": answer["pid"]}
             self.nodes |= {node["name"]: node | process for node in answer["nodes"]}
             for topic in answer["topics"]:
                 self.topics.setdefault(topic["name"], topic)
-                for kind, word in ((Kind.PUBLISHER, "publishers"), (Kind.SUBSCRIPTION, "subscriptions")):
+                for kind, word in ((TokenKind.PUBLISHER, "publishers"), (TokenKind.SUBSCRIPTION, "subscriptions")):
                     for end in topic[word]:
                         self._ends.setdefault((kind, end["node"], topic["name"]), []).append(end)
 
@@ -187,11 +187,18 @@ def _topics(
     return found
 
 
-def _node(name: str, ends: Mapping[Kind, Sequence[EndView]], details: Mapping[str, Any]) -> NodeView:
-    def own(kind: Kind) -> tuple[EndView, ...]:
+def _node(name: str, ends: Mapping[TokenKind, Sequence[EndView]], details: Mapping[str, Any]) -> NodeView:
+    def own(kind: TokenKind) -> tuple[EndView, ...]:
         return tuple(end for end in ends[kind] if end.node == name)
 
-    return NodeView(name, own(Kind.PUBLISHER), own(Kind.SUBSCRIPTION), own(Kind.SERVICE), own(Kind.CLIENT), details)
+    return NodeView(
+        name,
+        own(TokenKind.PUBLISHER),
+        own(TokenKind.SUBSCRIPTION),
+        own(TokenKind.SERVICE),
+        own(TokenKind.CLIENT),
+        details,
+    )
 
 
 def _named(name: str, known: Mapping[str, Any], what: str) -> Any:

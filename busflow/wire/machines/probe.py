@@ -13,7 +13,7 @@ from busflow.launchfile.model.network import TLS
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.credentials import Credentials
-    from busflow.launchfile.model.network import Endpoint
+    from busflow.launchfile.model.network import NetworkAddress
 
 _PATIENCE_S = 2.0
 _ALERT_S = 0.5
@@ -27,7 +27,7 @@ _ALERTS = {
 }
 
 
-async def why_not_linked(end: Endpoint, credentials: Credentials | None, machine: str) -> str:
+async def why_not_linked(end: NetworkAddress, credentials: Credentials | None, machine: str) -> str:
     """Why there is no link to a machine, for people; empty where nothing is in the way.
 
     Args:
@@ -54,7 +54,7 @@ async def why_not_linked(end: Endpoint, credentials: Credentials | None, machine
         return f"{end} cannot be reached: {error.strerror or error}"
 
 
-async def _tried(end: Endpoint, credentials: Credentials | None, machine: str) -> str:
+async def _tried(end: NetworkAddress, credentials: Credentials | None, machine: str) -> str:
     context = None
     if end.protocol == TLS and credentials is not None:
         context = credentials.context(server=False)
@@ -74,7 +74,7 @@ async def _tried(end: Endpoint, credentials: Credentials | None, machine: str) -
         writer.transport.abort()
 
 
-def _distrust(error: ssl.SSLCertVerificationError, end: Endpoint) -> str:
+def _distrust(error: ssl.SSLCertVerificationError, end: NetworkAddress) -> str:
     if error.verify_code == EXPIRED:
         return "its certificate has expired"
     if error.verify_code == TOO_EARLY:

@@ -12,7 +12,7 @@ from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
 from busflow.launchfile.check.credentials import Credentials, examined
 from busflow.launchfile.load.load import examine
-from busflow.launchfile.model.network import TLS, Endpoint, NetworkSpec, Role, StatedFile
+from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role, StatedFile
 from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
@@ -34,7 +34,7 @@ class RemoteRun:
     role: Role
     """What who joins may do."""
     credentials: Credentials | None
-    ways: tuple[tuple[str, Endpoint], ...]
+    ways: tuple[tuple[str, NetworkAddress], ...]
     """Each machine that can be reached, and where."""
     card: RunCard = field(default=RunCard("", 0, 0))
     """What the run says of itself; empty until it was asked."""
@@ -107,7 +107,7 @@ def remote_run(text: str) -> RemoteRun:
     return RemoteRun(text, who, file, network.allow.get(who, Role.ALL), credentials, ways)
 
 
-def _ways(network: NetworkSpec) -> Iterator[tuple[str, Endpoint]]:
+def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
     for name, machine in network.machines.items():
         end = machine.connect or machine.listen
         if end is not None and not end.is_everywhere:

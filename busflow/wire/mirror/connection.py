@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from busflow.bus.bus import Bus
     from busflow.wire.queries.queries import Supports
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.zenoh.sender import SenderThread
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +22,9 @@ class Connection:
     bus: Bus
     session: zenoh.Session
     supports: Supports
-    sender: Sender
+    sender: SenderThread
     """Puts large messages on the link, so that the loop never waits for it."""
-    replier: Sender
+    replier: SenderThread
     """The same for calls and answers, which are not to wait behind the images of somebody who has stopped reading."""
     log: FilteringBoundLogger
     on_loop: Callable[..., None]

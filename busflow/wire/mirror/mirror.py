@@ -32,12 +32,12 @@ from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import Neighbours
 from busflow.wire.mirror.services import ServiceMirror
-from busflow.wire.queries.kept_messages import History
+from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
-from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Kind, Token, split_name
+from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Token, TokenKind, split_name
 from busflow.wire.zenoh.qos_text import to_text
-from busflow.wire.zenoh.sender import Sender
+from busflow.wire.zenoh.sender import SenderThread
 
 if TYPE_CHECKING:
     from busflow.bus.bus import End as AnyEnd
@@ -72,9 +72,11 @@ class Mirror:
         """
         self._graph, self._session, self._process = graph, session, process
         self._log = graph.log.bind("busflow")
-        self._history = History(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
+        self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
-        sender, replier = (Sender(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier"))
+        sender, replier = (
+            SenderThread(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier")
+        )
         self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
         self._neighbours = Neighbours(self._connection)
         self._presence = Presence()
@@ -215,7 +217,7 @@ class Mirror:
             self._services.detach(end)
         self._presence.tell()
 
-    def _token(self, kind: Kind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
+    def _token(self, kind: TokenKind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
         """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""
         node_id = self._node_id(node)
         self._ids += 1
@@ -234,7 +236,7 @@ class Mirror:
         )
 
     def _token_of(self, end: End) -> Token:
-        kind = Kind.PUBLISHER if isinstance(end, Publisher) else Kind.SUBSCRIPTION
+        kind = TokenKind.PUBLISHER if isinstance(end, Publisher) else TokenKind.SUBSCRIPTION
         endpoint = end.endpoint
         return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
 
@@ -245,7 +247,7 @@ class Mirror:
             self._ids += 1
             found = self._node_ids[name] = self._ids
             namespace, node = split_name(name)
-            token = Token(self._zid, found, found, Kind.NODE, namespace, node)
+            token = Token(self._zid, found, found, TokenKind.NODE, namespace, node)
             self._nodes[name] = self._session.liveliness().declare_token(str(token))
         return found
 
@@ -267,9 +269,9 @@ class Mirror:
             self._presence.note(text, token, alive=alive)
 
     def _hear(self, text: str, token: Token, *, alive: bool) -> None:
-        if token.kind is Kind.SERVICE:
+        if token.kind is TokenKind.SERVICE:
             self._services.hear(text, token, alive=alive)
-        elif token.kind is Kind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
+        elif token.kind is TokenKind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif alive:
             self._neighbours.come(token)
@@ -337,4 +339,4 @@ class Presence:
     def received(self, sessions: Collection[str] | None = None) -> set[str]:
         """The topics that nodes of these sessions receive, or of any."""
         found = [token for token in self.tokens.values() if sessions is None or token.session in sessions]
-        return {token.topic for token in found if token.kind is Kind.SUBSCRIPTION}
+        return {token.topic for token in found if token.kind is TokenKind.SUBSCRIPTION}

@@ -12,7 +12,7 @@ from busflow.bus.bus import check_qos
 from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError
 from busflow.wire.mirror.inlet import Inlet, remote_endpoint
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
@@ -36,7 +36,7 @@ class Neighbours:
 
     def come(self, token: Token) -> None:
         """An endpoint of another process is there."""
-        if token.kind is Kind.PUBLISHER and len(self._known) < _MOST:
+        if token.kind is TokenKind.PUBLISHER and len(self._known) < _MOST:
             self._known[str(token)] = token
             self._consider(token)
 

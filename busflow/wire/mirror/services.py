@@ -19,7 +19,7 @@ from busflow.node.parameter_store import ParameterStore
 from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
 from busflow.wire.queries.parameter_services import ParameterServices
-from busflow.wire.zenoh.keys import Kind, Token, topic_key
+from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
 CALLER = "another process"
 """Who asks, for a server's log."""
-MakeToken = Callable[[Kind, str, str, "TypeSupport", str], Token]
+MakeToken = Callable[[TokenKind, str, str, "TypeSupport", str], Token]
 """Of what kind, of which node, of which service, of what type and QoS: a token with a number of its own."""
 
 
@@ -52,7 +52,7 @@ class ServiceMirror:
 
     def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
         """Show an end of a service; a client is given the server that another process has."""
-        kind = Kind.SERVICE if isinstance(end, Server) else Kind.CLIENT
+        kind = TokenKind.SERVICE if isinstance(end, Server) else TokenKind.CLIENT
         name = end.endpoint.service
         token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
         self._shown[end] = [self._session.liveliness().declare_token(str(token))]
@@ -70,7 +70,7 @@ class ServiceMirror:
             self._hide(former)
         self._shown[store], self._outlets[store] = [], []
         for name, service_type, answer in ParameterServices(store).all():
-            token = self._make_token(Kind.SERVICE, store.node, name, self._supports(service_type), _QOS)
+            token = self._make_token(TokenKind.SERVICE, store.node, name, self._supports(service_type), _QOS)
             self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
 

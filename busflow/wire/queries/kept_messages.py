@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 DEFAULT_DEPTH = 1
 
 
-class History:
+class KeptMessages:
     """Keeps the last message of every topic, more where a launch file's `history:` says so."""
 
     def __init__(self, bus: Bus, depths: Mapping[str, int]) -> None:

@@ -15,7 +15,7 @@ from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
 from busflow.runner.report import service_reports
 from busflow.text import did_you_mean
-from busflow.wire.queries.kept_messages import History
+from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
 from busflow.wire.queries.parameter_services import ParameterServices
@@ -24,7 +24,7 @@ from busflow.wire.zenoh.keys import Attachment
 
 if TYPE_CHECKING:
     from busflow.bus.endpoint import Endpoint
-    from busflow.bus.topic import Receiver, Sender, Topic
+    from busflow.bus.topic import Receiver, Topic, TopicPublisher
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.node.parameter_store import LiveParameter
     from busflow.runner.graph import Graph
@@ -51,7 +51,7 @@ class Questions:
         card: RunCard,
         process: str,
         supports: Supports,
-        history: History,
+        history: KeptMessages,
         elsewhere: Collection[str],
         about: Callable[[], Mapping[str, Any]],
     ) -> None:
@@ -251,7 +251,7 @@ def _names(ends: Sequence[Publisher[Any] | Subscription[Any]]) -> list[dict[str,
     return [{"topic": end.topic, "type": type_name(end.type)} for end in ends]
 
 
-def _publisher(publisher: Sender) -> dict[str, Any]:
+def _publisher(publisher: TopicPublisher) -> dict[str, Any]:
     return _endpoint(publisher.endpoint) | {"published": publisher.published}
 
 

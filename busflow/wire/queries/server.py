@@ -28,7 +28,7 @@ from busflow.wire.zenoh.refusal import encode_refusal
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
 
-    from busflow.wire.zenoh.sender import Sender
+    from busflow.wire.zenoh.sender import SenderThread
 
 _ARGUMENT_BYTES = 1 << 20
 _MOST_WAITING = 64
@@ -56,7 +56,7 @@ class Answers:
         process: str,
         questions: Mapping[str, Question],
         *,
-        sender: Sender,
+        sender: SenderThread,
         log: FilteringBoundLogger,
         on_loop: Callable[..., None],
     ) -> None:

@@ -35,7 +35,7 @@ GID_AT = 17
 _NO_HASH = "RIHS01_" + "0" * 64
 
 
-class Kind(StrEnum):
+class TokenKind(StrEnum):
     """What a token stands for."""
 
     NODE = "NN"
@@ -53,7 +53,7 @@ class Token:
     """The Zenoh session, that is the process, as hexadecimal."""
     node_id: int
     entity_id: int
-    kind: Kind
+    kind: TokenKind
     namespace: str
     node: str
     topic: str = ""
@@ -79,7 +79,7 @@ class Token:
     def __str__(self) -> str:
         fields = [str(self.domain), self.session, str(self.node_id), str(self.entity_id), self.kind.value]
         fields += [_mangled(self.enclave), _mangled(self.namespace), _mangled(self.node)]
-        if self.kind is not Kind.NODE:
+        if self.kind is not TokenKind.NODE:
             fields += [_mangled(self.topic), dds_type(self.type), self.hash or _NO_HASH, self.qos]
         return "/".join([GRAPH, *fields])
 
@@ -109,13 +109,13 @@ class Token:
             session=session,
             node_id=int(node_id),
             entity_id=int(entity_id),
-            kind=Kind(kind),
+            kind=TokenKind(kind),
             namespace=_plain(namespace),
             node=_plain(node).strip("/"),
             enclave=_plain(enclave),
             domain=int(domain),
         )
-        if found.kind is Kind.NODE:
+        if found.kind is TokenKind.NODE:
             return found
         topic, type_name, type_hash, qos, *_newer = rest
         return replace(found, topic=_plain(topic), type=ros_type(type_name), hash=type_hash, qos=qos)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from busflow.launchfile.check.credentials import Credentials, credentials_of
-from busflow.launchfile.model.network import TCP, TLS, Endpoint, NetworkSpec, Role
+from busflow.launchfile.model.network import TCP, TLS, NetworkAddress, NetworkSpec, Role
 from busflow.wire.zenoh.keys import DOMAIN, GRAPH, QUERY_PREFIX, READ_ONLY_QUERIES
 
 _RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
@@ -28,8 +28,8 @@ _EVERYTHING = (_DATA, _KEPT, _GRAPH, _QUESTIONS)
 class Network:
     """What the session of one machine is told."""
 
-    dials: Sequence[Endpoint]
-    listens: Sequence[Endpoint] = ()
+    dials: Sequence[NetworkAddress]
+    listens: Sequence[NetworkAddress] = ()
     credentials: Credentials | None = None
     machines: Collection[str] = ()
     allow: Mapping[str, Role] | None = None

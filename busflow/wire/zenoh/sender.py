@@ -20,7 +20,7 @@ MOST_BYTES = 64 * 1024 * 1024
 _PATIENCE_S = 5.0
 
 
-class Sender:
+class SenderThread:
     """Runs what it is handed, one after the other, in a thread of its own, which is started when first needed."""
 
     def __init__(self, name: str, *, on_error: Callable[[Exception], None]) -> None:

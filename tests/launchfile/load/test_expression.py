@@ -11,7 +11,7 @@ from busflow.launchfile.load.expression import MAX_SUBSTITUTED, Scope
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.yaml.document import parse
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.text import printable
 
 ARGS = {"rate": 10, "side": "left", "fast": True, "joints": ["hip", "knee"], "none": None}
@@ -21,7 +21,7 @@ ENV = {"LAB": "home", "RATE": "50", "EMPTY": "", "OCTAL": "010", "BYTES": "\udcf
 def resolve(text: str, *, as_text: bool = False, broken: frozenset[str] = frozenset()) -> tuple[Value, str]:
     """A text with its expressions replaced, and the report of what is wrong with them."""
     quoted = "'" + text.replace("'", "''") + "'"
-    given_args = {name: Value.of(data, Origin(Source.COMMAND_LINE)) for name, data in ARGS.items()}
+    given_args = {name: Value.of(data, Origin(StatedBy.COMMAND_LINE)) for name, data in ARGS.items()}
     problems = Problems()
     resolver = Resolver(Scope(ENV, given_args, broken), problems)
     value = resolver.resolve(parse(f"k: {quoted}".encode(), "f.yaml"), as_text=as_text).members["k"]
@@ -147,7 +147,7 @@ def test_an_argument_that_is_wrong_itself_is_not_told_again():
 
 
 def test_small_files_cannot_become_huge_ones():
-    args: dict[str, Any] = {"big": Value.of("x" * 5000, Origin(Source.CALLER))}
+    args: dict[str, Any] = {"big": Value.of("x" * 5000, Origin(StatedBy.CALLER))}
     problems = Problems()
     resolver = Resolver(Scope({}, args), problems)
     text = "k: [" + ", ".join(['"${args.big}"'] * (MAX_SUBSTITUTED // 5000 + 1)) + "]"

@@ -12,7 +12,7 @@ from busflow.launchfile.load.profiles import chosen, from_command_line
 from busflow.launchfile.model.description import ClockMode
 from busflow.launchfile.model.problems import Problems
 from busflow.launchfile.yaml.document import Limits
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 
 LAB = """
     args:
@@ -84,7 +84,7 @@ def merged(below: Any, above: Any) -> Any:
 @given(base=trees, overlays=st.lists(trees, max_size=3))
 def test_profiles_lie_over_each_other_in_the_order_in_which_they_are_chosen(base: Any, overlays: list[Any]):
     data = base | {"profiles": {str(n): each for n, each in enumerate(overlays)}}
-    root = Value.of(data, Origin(Source.CALLER))
+    root = Value.of(data, Origin(StatedBy.CALLER))
     problems = Problems()
     under = chosen(root, from_command_line(map(str, range(len(overlays)))), Scope({}), problems)
     assert problems.sorted([]) == ()
@@ -92,7 +92,7 @@ def test_profiles_lie_over_each_other_in_the_order_in_which_they_are_chosen(base
 
 
 def test_a_profile_that_nobody_has_chosen_is_read_without_what_it_would_need():
-    profiles = Value.of({"ci": {"seed": "${env.NO}", "name": "x"}}, Origin(Source.CALLER))
+    profiles = Value.of({"ci": {"seed": "${env.NO}", "name": "x"}}, Origin(StatedBy.CALLER))
     assert readable(profiles, Scope({}), Limits()).data == {"ci": {"name": "x"}}
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from busflow.launchfile.load.load import examine, load
-from busflow.launchfile.model.placement import Spread, placed
+from busflow.launchfile.model.placement import ProcessLayout, placed
 
 FILE = """
 processes:
@@ -26,10 +26,10 @@ def described(folder):
 @pytest.mark.parametrize(
     ("spread", "expected"),
     [
-        (Spread.FILE, {"main": ("/planner", "/motor"), "eyes": ("/left/camera", "/tracker")}),
-        (Spread.ONE, {"main": ("/left/camera", "/tracker", "/planner", "/motor")}),
+        (ProcessLayout.FILE, {"main": ("/planner", "/motor"), "eyes": ("/left/camera", "/tracker")}),
+        (ProcessLayout.ONE, {"main": ("/left/camera", "/tracker", "/planner", "/motor")}),
         (
-            Spread.AUTO,
+            ProcessLayout.AUTO,
             {"main": (), "eyes": ("/left/camera", "/tracker"), "planner": ("/planner",), "motor": ("/motor",)},
         ),
     ],
@@ -45,7 +45,7 @@ def test_every_node_is_in_one_process(described, spread, expected):
 
 def test_a_node_called_as_a_process_gets_one_of_another_name(folder):
     folder.write("processes: {a: {}}\nnodes: {a: {plugin: p}, main: {plugin: p}, x: {plugin: p, process: a}}\n")
-    nodes = placed(load("lab1.yaml"), Spread.AUTO).nodes
+    nodes = placed(load("lab1.yaml"), ProcessLayout.AUTO).nodes
     assert nodes == {"main": (), "a-1": ("/a",), "main-1": ("/main",), "a": ("/x",)}
 
 

@@ -5,9 +5,9 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from busflow.launchfile.yaml.value import Origin, Source, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 
-FILE, COMMAND = Origin(Source.FILE), Origin(Source.COMMAND_LINE)
+FILE, COMMAND = Origin(StatedBy.FILE), Origin(StatedBy.COMMAND_LINE)
 LEAVES = st.one_of(st.none(), st.booleans(), st.integers(), st.text(max_size=3))
 TREES = st.recursive(
     LEAVES,

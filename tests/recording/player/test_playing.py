@@ -13,10 +13,10 @@ from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
 from busflow.recording.bag.bag import Bag
 from busflow.recording.player import player as player_module
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen
 from busflow.recording.player.playback_clock import PlaybackClock
 from busflow.recording.player.player import Player
 from busflow.recording.player.playing import Playing
-from busflow.recording.player.tape import Span, Tape, chosen
 from busflow.testing import harness, virtual_time
 
 FILE = Path(__file__).parents[2] / "cases/l_replay_record.json"
@@ -64,7 +64,7 @@ def play(record):
             value = entry.channel.decode(entry.payload, Int64).data
             got.append((entry.channel.topic, value, clock.monotonic_ns()))
 
-        tape = Tape(bag, chosen(bag.channels, topics or ()), span, threaded=False)
+        tape = OrderedMessages(bag, chosen(bag.channels, topics or ()), span, threaded=False)
         return Playing(tape, clock, publish, rate=rate, paused=paused), got
 
     make.of = make_of
@@ -431,7 +431,7 @@ def held(record):
 
 def test_a_chunk_that_takes_long_does_not_hold_up_the_loop(held):
     async def main():
-        tape = Tape(held, held.channels, threaded=True)
+        tape = OrderedMessages(held, held.channels, threaded=True)
         looking = asyncio.create_task(tape.look())
         another = asyncio.create_task(tape.look())
         await asyncio.sleep(0)
@@ -453,7 +453,7 @@ def test_no_more_is_read_ahead_than_is_said(held):
     held.go_on.set()
 
     async def main():
-        tape = Tape(held, held.channels, threaded=True)
+        tape = OrderedMessages(held, held.channels, threaded=True)
         await tape.look()
         await asyncio.wait([tape._reading])
         ahead = len(tape._ready) + len(tape._reading.result()[0])
@@ -466,7 +466,7 @@ def test_no_more_is_read_ahead_than_is_said(held):
 
 def test_what_was_read_before_a_seek_is_not_played_after_it(held):
     async def main():
-        tape = Tape(held, held.channels, threaded=True)
+        tape = OrderedMessages(held, held.channels, threaded=True)
         looking = asyncio.create_task(tape.look())
         await asyncio.sleep(0)
         tape.seek(4000 * MS)

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
-from busflow.recording.tools.convert import Form, convert
+from busflow.recording.tools.convert import TargetFormat, convert
 from busflow.recording.tools.sink import FileNames
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
@@ -24,7 +24,7 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 
 def converted(source, target, form, **how):
     with Bag(source) as bag:
-        return convert(bag, target, Form(form), json.dumps, **how)
+        return convert(bag, target, TargetFormat(form), json.dumps, **how)
 
 
 def everything(path):
@@ -170,7 +170,7 @@ def test_what_ros_2_cannot_read_is_left_out_of_its_bag(tmp_path):
 def test_a_part_says_that_it_is_one(tmp_path):
     with Bag(BAGS / "talker") as bag:
         channels = [each for each in bag.channels if each.topic == "/topic"]
-        convert(bag, tmp_path / "part.mcap", Form.MCAP, json.dumps, channels=channels)
+        convert(bag, tmp_path / "part.mcap", TargetFormat.MCAP, json.dumps, channels=channels)
     with Bag(tmp_path / "part.mcap") as part:
         assert [each.topic for each in part.channels] == ["/topic"]
         assert part.incomplete == ("it was recovered: only some topics were converted",)

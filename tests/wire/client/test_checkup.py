@@ -7,7 +7,7 @@ from busflow.bus.qos import SENSOR_DATA, QoS
 from busflow.errors import Severity
 from busflow.wire.client.checkup import findings
 from busflow.wire.client.graph_view import view
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import to_text
 
 FLOAT = "std_msgs/msg/Float64"
@@ -36,26 +36,26 @@ def found(tokens=(), *answers):
 
 
 def test_a_graph_in_which_all_fits_is_healthy():
-    ends = [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x")]
+    ends = [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x")]
     timer = {"node": "/source", "name": "tick", "fired": 1000, "missed": 1}
     assert found(ends, answer(topics=[topic(subscriptions=[subscription()])], timers=[timer])) == []
 
 
 def test_two_types_and_two_definitions_of_one_are_named_with_who_has_them():
-    other = token(Kind.SUBSCRIPTION, "sink", "/x", type_="std_msgs/msg/String")
-    (problem,) = found([token(Kind.PUBLISHER, "source", "/x"), other])
+    other = token(TokenKind.SUBSCRIPTION, "sink", "/x", type_="std_msgs/msg/String")
+    (problem,) = found([token(TokenKind.PUBLISHER, "source", "/x"), other])
     assert (problem.code, problem.severity) == ("type-mismatch", Severity.ERROR)
     assert problem.message == f"/x carries {FLOAT} (/source) and std_msgs/msg/String (/sink)"
     (problem,) = found(
-        [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x", hash_="RIHS01_2")]
+        [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x", hash_="RIHS01_2")]
     )
     assert problem.message == f"/x carries 2 definitions of {FLOAT} (/source) and {FLOAT} (/sink)"
 
 
 def test_a_pair_that_does_not_fit_is_told_also_of_other_processes():
     ends = [
-        token(Kind.PUBLISHER, "source", "/x", qos=SENSOR_DATA, session="b"),
-        token(Kind.SUBSCRIPTION, "sink", "/x", qos=QoS(deadline_s=0.5)),
+        token(TokenKind.PUBLISHER, "source", "/x", qos=SENSOR_DATA, session="b"),
+        token(TokenKind.SUBSCRIPTION, "sink", "/x", qos=QoS(deadline_s=0.5)),
     ]
     (problem,) = found(ends)
     assert problem.code == "qos-mismatch"
@@ -66,23 +66,23 @@ def test_a_pair_that_does_not_fit_is_told_also_of_other_processes():
 
 
 def test_what_nobody_publishes_is_told_with_the_nearest():
-    ends = [token(Kind.PUBLISHER, "source", "/imu/data"), token(Kind.SUBSCRIPTION, "sink", "/imu/dta")]
+    ends = [token(TokenKind.PUBLISHER, "source", "/imu/data"), token(TokenKind.SUBSCRIPTION, "sink", "/imu/dta")]
     (problem,) = found(ends)
     assert problem.message == "/sink receives /imu/dta, which nobody publishes"
     assert problem.fix == "did you mean '/imu/data'?"
-    assert found([token(Kind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
+    assert found([token(TokenKind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
 
 
 def test_a_client_whose_service_nobody_answers_is_told_with_the_nearest():
     ends = [
-        token(Kind.SERVICE, "camera", "/camera/take"),
-        token(Kind.SERVICE, "camera", "/camera/get_parameters", type_="rcl_interfaces/srv/GetParameters"),
-        token(Kind.CLIENT, "arm", "/camera/tak"),
+        token(TokenKind.SERVICE, "camera", "/camera/take"),
+        token(TokenKind.SERVICE, "camera", "/camera/get_parameters", type_="rcl_interfaces/srv/GetParameters"),
+        token(TokenKind.CLIENT, "arm", "/camera/tak"),
     ]
     (problem,) = found(ends)
     assert problem.message == "/arm calls /camera/tak, which nobody answers"
     assert (problem.fix, problem.severity) == ("did you mean '/camera/take'?", Severity.WARNING)
-    assert found([token(Kind.CLIENT, "_busflow_cli_7", "/camera/tak")]) == []
+    assert found([token(TokenKind.CLIENT, "_busflow_cli_7", "/camera/tak")]) == []
 
 
 def test_calls_that_went_wrong_are_told_with_what_helps():
@@ -100,12 +100,12 @@ def test_calls_that_went_wrong_are_told_with_what_helps():
 
 
 def test_two_nodes_of_one_name():
-    (problem,) = found([token(Kind.NODE, "arm"), token(Kind.NODE, "arm", session="b")])
+    (problem,) = found([token(TokenKind.NODE, "arm"), token(TokenKind.NODE, "arm", session="b")])
     assert problem.message == "2 nodes are called /arm"
 
 
 def test_what_the_ledger_lost_is_told_with_its_reason_and_remedy():
-    ends = [token(Kind.PUBLISHER, "source", "/x"), token(Kind.SUBSCRIPTION, "sink", "/x")]
+    ends = [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x")]
     lost = subscription(dropped=4, drops={"expired": 1, "overflow": 3})
     (problem,) = found(ends, answer(topics=[topic(subscriptions=[lost])]))
     assert problem.message == "/sink lost 4 of 10 messages on /x (expired 1, overflow 3), depth 5"
@@ -142,7 +142,7 @@ def test_a_failed_node_comes_first():
 
 
 def test_a_qos_that_nobody_can_read_is_no_reason_to_show_nothing():
-    strange = token(Kind.PUBLISHER, "source", "/x")
+    strange = token(TokenKind.PUBLISHER, "source", "/x")
     strange = replace(strange, qos="::,99:999999999999999999999999,0:,:,,")
-    (problem,) = found([strange, token(Kind.SUBSCRIPTION, "sink", "/x")])
+    (problem,) = found([strange, token(TokenKind.SUBSCRIPTION, "sink", "/x")])
     assert problem.message.startswith("/sink cannot receive /x from /source: one of their QoS cannot be: ")

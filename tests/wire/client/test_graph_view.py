@@ -4,14 +4,14 @@ import pytest
 
 from busflow.errors import NoSuchTarget
 from busflow.wire.client.graph_view import is_hidden, view
-from busflow.wire.zenoh.keys import Kind, Token
+from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS
 
 HASH = "RIHS01_" + "0" * 64
 
 
 def node(name, session="a"):
-    return Token(session, 1, 1, Kind.NODE, "/", name)
+    return Token(session, 1, 1, TokenKind.NODE, "/", name)
 
 
 def end(kind, name, topic, *, type_="std_msgs/msg/String", entity=2, qos="::,10:,:,:,,", session="a"):
@@ -35,10 +35,10 @@ def test_tokens_alone_show_nodes_that_are_none_of_busflow_s():
     found = view(
         [
             node("talker"),
-            end(Kind.PUBLISHER, "talker", "/chatter"),
-            end(Kind.SUBSCRIPTION, "ear", "/chatter"),
-            end(Kind.SERVICE, "talker", "/talker/reset", type_="std_srvs/srv/Trigger"),
-            end(Kind.CLIENT, "ear", "/talker/reset", type_="std_srvs/srv/Trigger"),
+            end(TokenKind.PUBLISHER, "talker", "/chatter"),
+            end(TokenKind.SUBSCRIPTION, "ear", "/chatter"),
+            end(TokenKind.SERVICE, "talker", "/talker/reset", type_="std_srvs/srv/Trigger"),
+            end(TokenKind.CLIENT, "ear", "/talker/reset", type_="std_srvs/srv/Trigger"),
         ],
         [],
     )
@@ -54,7 +54,7 @@ def test_tokens_alone_show_nodes_that_are_none_of_busflow_s():
 
 def test_answers_add_counts_states_and_topics_without_ends():
     found = view(
-        [end(Kind.PUBLISHER, "talker", "/chatter")],
+        [end(TokenKind.PUBLISHER, "talker", "/chatter")],
         [
             answer(
                 nodes=[{"name": "/talker", "state": "running"}, {"name": "/idle", "state": "failed"}],
@@ -72,7 +72,7 @@ def test_answers_add_counts_states_and_topics_without_ends():
 
 
 def test_two_ends_of_a_node_on_one_topic_each_get_their_own_account():
-    tokens = [end(Kind.SUBSCRIPTION, "ear", "/chatter", entity=entity) for entity in (3, 2)]
+    tokens = [end(TokenKind.SUBSCRIPTION, "ear", "/chatter", entity=entity) for entity in (3, 2)]
     lines = [{"node": "/ear", "delivered": number} for number in (20, 30)]
     found = view(tokens, [answer(topics=[told("/chatter", subscriptions=lines)])])
     ends = found.topic("/chatter").subscriptions
@@ -80,17 +80,17 @@ def test_two_ends_of_a_node_on_one_topic_each_get_their_own_account():
 
 
 def test_types_in_conflict_are_both_shown():
-    tokens = [end(Kind.PUBLISHER, "a", "/x"), end(Kind.SUBSCRIPTION, "b", "/x", type_="std_msgs/msg/Int64")]
+    tokens = [end(TokenKind.PUBLISHER, "a", "/x"), end(TokenKind.SUBSCRIPTION, "b", "/x", type_="std_msgs/msg/Int64")]
     assert view(tokens, []).topic("x").type == "std_msgs/msg/String, std_msgs/msg/Int64"
 
 
 def test_a_token_whose_qos_is_none_is_shown_with_the_default():
-    found = view([end(Kind.PUBLISHER, "odd", "/x", qos="nonsense")], [])
+    found = view([end(TokenKind.PUBLISHER, "odd", "/x", qos="nonsense")], [])
     assert found.topic("x").publishers[0].qos == WireQoS()
 
 
 def test_a_name_that_is_not_there_names_the_nearest_that_is_not_hidden():
-    found = view([end(Kind.PUBLISHER, "talker", "/chatter"), end(Kind.PUBLISHER, "_cli", "/_chatte")], [])
+    found = view([end(TokenKind.PUBLISHER, "talker", "/chatter"), end(TokenKind.PUBLISHER, "_cli", "/_chatte")], [])
     with pytest.raises(NoSuchTarget, match="there is no topic /chatte; did you mean '/chatter'"):
         found.topic("chatte")
     with pytest.raises(NoSuchTarget, match=r"there is no node /\\x1b; known: /talker"):
@@ -108,7 +108,11 @@ def test_a_topic_tells_the_versions_of_its_types():
     def of(kind, entity, type_hash):
         return Token("a", 1, entity, kind, "/", "n", "/a", "lab/msg/Thing", type_hash)
 
-    tokens = [of(Kind.PUBLISHER, 2, "RIHS01_1"), of(Kind.SUBSCRIPTION, 3, "RIHS01_2"), of(Kind.SUBSCRIPTION, 4, "")]
+    tokens = [
+        of(TokenKind.PUBLISHER, 2, "RIHS01_1"),
+        of(TokenKind.SUBSCRIPTION, 3, "RIHS01_2"),
+        of(TokenKind.SUBSCRIPTION, 4, ""),
+    ]
     assert view(tokens, []).topics["/a"].kinds == (
         ("lab/msg/Thing", "RIHS01_1"),
         ("lab/msg/Thing", "RIHS01_2"),

@@ -10,7 +10,7 @@ import zenoh
 from busflow import Durability, Node, QoS, publisher
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Int64
-from busflow.wire.zenoh.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
 
 pytestmark = pytest.mark.asyncio
@@ -158,7 +158,9 @@ def keeping(session, *numbers):
     """A publisher that keeps what it published before anybody here could hear it, as Zenoh's advanced one does."""
     support = TypeSupport(Int64)
     key = topic_key("/map", support.name, support.type_hash)
-    end = Token(str(session.info.zid()), 0, 99, Kind.PUBLISHER, "/", "early", "/map", support.name, support.type_hash)
+    end = Token(
+        str(session.info.zid()), 0, 99, TokenKind.PUBLISHER, "/", "early", "/map", support.name, support.type_hash
+    )
     end = replace(end, qos=to_text(latched(5)))
 
     def answer(query):

@@ -23,7 +23,7 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_msgs import Float64, Float64MultiArray, Int64, String
 from busflow.wire.client.client import Peer
 from busflow.wire.mirror.outlet import Outlet
-from busflow.wire.zenoh.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 from busflow.wire.zenoh.qos_text import to_text
 from busflow.wire.zenoh.run_directory import find_run
 from busflow.wire.zenoh.session import open_session
@@ -485,9 +485,9 @@ async def test_a_node_of_ros_2_is_a_peer_seen_heard_and_spoken_to(looked_at, str
         tokens = await looked.ask(graph)
         ours = {(each.kind, each.node_name, each.topic) for each in tokens if each.session != stranger.zid}
         assert {
-            (Kind.NODE, "/talker", ""),
-            (Kind.PUBLISHER, "/talker", "/kept"),
-            (Kind.SUBSCRIPTION, "/ear", "/numbers"),
+            (TokenKind.NODE, "/talker", ""),
+            (TokenKind.PUBLISHER, "/talker", "/kept"),
+            (TokenKind.SUBSCRIPTION, "/ear", "/numbers"),
         } <= ours
         seen = await looked.ask(lambda: looked.peer.graph().topic("numbers"))
         assert "/turtle" in {end.node for end in seen.publishers} & {end.node for end in seen.subscriptions}

@@ -4,7 +4,7 @@ import asyncio
 
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
-from busflow.wire.queries.kept_messages import History
+from busflow.wire.queries.kept_messages import KeptMessages
 
 
 def numbers(messages):
@@ -16,7 +16,7 @@ async def test_the_last_message_of_a_volatile_topic_is_kept_whoever_published_it
     bench = make_bench()
     first, second = bench.publisher(), bench.publisher(node="/other")
     topic = bench.bus.topics["/number"]
-    history = History(bench.bus, {})
+    history = KeptMessages(bench.bus, {})
     history.follow(topic)
     assert history.last(topic, 1) == []
     message = Int64(data=2)
@@ -30,7 +30,7 @@ async def test_the_last_message_of_a_volatile_topic_is_kept_whoever_published_it
 async def test_a_launch_file_may_want_more_or_none(make_bench):
     bench = make_bench()
     many, none = bench.publisher(), bench.publisher("/none")
-    history = History(bench.bus, {"/number": 3, "/none": 0})
+    history = KeptMessages(bench.bus, {"/number": 3, "/none": 0})
     for topic in bench.bus.topics.values():
         history.follow(topic)
         history.follow(topic)
@@ -49,7 +49,7 @@ async def test_what_a_publisher_lets_expire_is_still_shown(make_bench):
     bench = make_bench()
     publisher = bench.publisher(lifespan_s=0.1)
     topic = bench.bus.topics["/number"]
-    history = History(bench.bus, {})
+    history = KeptMessages(bench.bus, {})
     history.follow(topic)
     publisher.publish(Int64(data=7))
     await asyncio.sleep(1)
@@ -61,7 +61,7 @@ async def test_after_closing_nothing_is_kept_alive(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     topic = bench.bus.topics["/number"]
-    history = History(bench.bus, {})
+    history = KeptMessages(bench.bus, {})
     history.follow(topic)
     publisher.publish(Int64(data=7))
     history.close()

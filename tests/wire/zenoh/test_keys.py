@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from busflow.errors import MalformedMessage
-from busflow.wire.zenoh.keys import Attachment, Kind, Token, topic_key
+from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 
@@ -17,13 +17,22 @@ def test_a_topic_key_names_domain_topic_type_and_hash():
 
 
 def test_a_node_s_token():
-    token = Token("aac3", 0, 0, Kind.NODE, "/", "talker")
+    token = Token("aac3", 0, 0, TokenKind.NODE, "/", "talker")
     assert str(token) == "@ros2_lv/0/aac3/0/0/NN/%/%/talker"
 
 
 def test_an_endpoint_s_token():
     token = Token(
-        "aac3", 0, 10, Kind.PUBLISHER, "/left", "talker", "/left/chatter", "std_msgs/msg/String", HASH, ":1:,7:,:,:,,"
+        "aac3",
+        0,
+        10,
+        TokenKind.PUBLISHER,
+        "/left",
+        "talker",
+        "/left/chatter",
+        "std_msgs/msg/String",
+        HASH,
+        ":1:,7:,:,:,,",
     )
     assert str(token) == (
         f"@ros2_lv/0/aac3/0/10/MP/%/%left/talker/%left%chatter/std_msgs::msg::dds_::String_/{HASH}/:1:,7:,:,:,,"
@@ -41,7 +50,7 @@ names = st.lists(words, min_size=1, max_size=3).map(lambda parts: "/" + "/".join
         session=st.from_regex(r"[0-9a-f]{1,32}", fullmatch=True),
         node_id=st.integers(0, 999),
         entity_id=st.integers(0, 999),
-        kind=st.sampled_from([kind for kind in Kind if kind is not Kind.NODE]),
+        kind=st.sampled_from([kind for kind in TokenKind if kind is not TokenKind.NODE]),
         namespace=names | st.just("/"),
         node=words,
         topic=names,
@@ -57,7 +66,7 @@ def test_a_token_is_read_back_as_it_was_written(token):
 
 
 def test_a_field_that_a_newer_ros_adds_at_the_end_is_passed_over():
-    token = Token("a", 0, 1, Kind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, ":1:,7:,:,:,,")
+    token = Token("a", 0, 1, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, ":1:,7:,:,:,,")
     assert Token.parse(f"{token}/backends:cpu") == token
 
 
@@ -73,7 +82,7 @@ def test_what_is_no_token_is_refused_with_its_text(text):
 
 
 def test_endpoints_have_gids_of_their_own():
-    tokens = [Token("a", 0, entity, Kind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, "") for entity in range(3)]
+    tokens = [Token("a", 0, entity, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, "") for entity in range(3)]
     assert len({token.gid for token in tokens}) == 3
     assert {len(token.gid) for token in tokens} == {16}
 

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES, Sender
+from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES, SenderThread
 
 PATIENCE_S = 60.0
 
@@ -16,7 +16,7 @@ def errors():
 
 @pytest.fixture
 def sender(errors):
-    made = Sender("busflow.test", on_error=errors.append)
+    made = SenderThread("busflow.test", on_error=errors.append)
     yield made
     made.close()
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from busflow.cli.commands import GraphView, Peer
     from busflow_ui.foxglove.admission import Admission
-    from busflow_ui.foxglove.catalogue import Offer
+    from busflow_ui.foxglove.catalogue import OfferedService
 
 _LOOK_S = 1.0
 """How often it is looked what there is, while somebody is connected."""
@@ -266,7 +266,7 @@ class Bridge:
             missed = f"; it missed {counted(viewer.dropped, 'message')}, read too slowly" if viewer.dropped else ""
             self._tell(f"{name} has gone{missed}")
 
-    def _offered_services(self) -> tuple[Offer, ...]:
+    def _offered_services(self) -> tuple[OfferedService, ...]:
         return () if self.read_only else tuple(self.catalogue.services.values())
 
     def _server_info(self) -> str:

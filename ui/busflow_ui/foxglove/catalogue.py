@@ -24,7 +24,7 @@ Kind: TypeAlias = tuple[str, str | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Channel:
+class OfferedTopic:
     """A topic that is offered."""
 
     id: int
@@ -37,7 +37,7 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class OfferedService:
     """A service that is offered."""
 
     id: int
@@ -68,9 +68,9 @@ class Seen:
 class Change:
     """What is new in a catalogue, and what is gone."""
 
-    channels: tuple[Channel, ...] = ()
+    channels: tuple[OfferedTopic, ...] = ()
     gone_channels: tuple[int, ...] = ()
-    services: tuple[Offer, ...] = ()
+    services: tuple[OfferedService, ...] = ()
     gone_services: tuple[int, ...] = ()
 
 
@@ -78,8 +78,8 @@ class Catalogue:
     """The channels and services that are offered now."""
 
     def __init__(self, peer: Peer, wanted: Selection, tell: Callable[[str], None]) -> None:
-        self.channels: dict[int, Channel] = {}
-        self.services: dict[int, Offer] = {}
+        self.channels: dict[int, OfferedTopic] = {}
+        self.services: dict[int, OfferedService] = {}
         self._peer, self._wanted, self._tell = peer, wanted, tell
         self._ids = 0
         self._types: dict[Kind, ForeignType] = {}
@@ -132,27 +132,27 @@ class Catalogue:
         for id_ in gone:
             del self.channels[id_]
         offered = {_key(each): id_ for id_, each in self.channels.items()}
-        new: list[Channel] = []
+        new: list[OfferedTopic] = []
         for key, topic in topics.items():
             if key in offered:  # who is on its ends decides how it is listened to
                 self.channels[offered[key]] = replace(self.channels[offered[key]], topic=topic)
             else:
-                new.append(Channel(self._next(), topic, key[1]))
+                new.append(OfferedTopic(self._next(), topic, key[1]))
         self.channels |= {each.id: each for each in new}
         services, gone_services = self._update_services(seen)
         return Change(tuple(new), tuple(gone), services, gone_services)
 
-    def clock(self) -> Channel | None:
+    def clock(self) -> OfferedTopic | None:
         """The channel by which somebody tells the nodes the time, if anybody does."""
         clocks = (each for each in self.channels.values() if (each.topic.name, each.type.name) == (CLOCK, CLOCK_TYPE))
         return next((each for each in clocks if each.topic.publishers), None)
 
-    def _update_services(self, seen: Seen) -> tuple[tuple[Offer, ...], tuple[int, ...]]:
+    def _update_services(self, seen: Seen) -> tuple[tuple[OfferedService, ...], tuple[int, ...]]:
         gone = tuple(id_ for id_, each in self.services.items() if seen.services.get(each.kind.name) is not each.kind)
         for id_ in gone:
             del self.services[id_]
         offered = {each.kind.name for each in self.services.values()}
-        new = tuple(Offer(self._next(), kind) for name, kind in seen.services.items() if name not in offered)
+        new = tuple(OfferedService(self._next(), kind) for name, kind in seen.services.items() if name not in offered)
         self.services |= {each.id: each for each in new}
         return new, gone
 
@@ -180,7 +180,7 @@ class Catalogue:
         return self._ids
 
 
-def _key(channel: Channel) -> tuple[str, ForeignType]:
+def _key(channel: OfferedTopic) -> tuple[str, ForeignType]:
     return channel.topic.name, channel.type
 
 

@@ -148,7 +148,7 @@ class FollowGraph:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class CallService:
     """It asks a service."""
 
     service: int
@@ -167,7 +167,7 @@ Request: TypeAlias = (
     | SetParameters
     | FollowParameters
     | FollowGraph
-    | Call
+    | CallService
 )
 
 
@@ -203,7 +203,7 @@ def _binary(message: bytes) -> Request:
         rest = message[_CALL_HEAD.size :]
         if length > len(rest):
             raise MalformedMessage(f"an encoding of {length} bytes is announced, and {len(rest)} follow")
-        return Call(service, call, rest[:length].decode(errors="replace"), rest[length:])
+        return CallService(service, call, rest[:length].decode(errors="replace"), rest[length:])
     raise MalformedMessage(f"a binary frame of {len(message)} bytes that begins with {message[:1]!r} is not known")
 
 

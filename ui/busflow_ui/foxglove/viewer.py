@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
     from busflow.cli.commands import GraphView, Listener, Peer
-    from busflow_ui.foxglove.catalogue import Catalogue, Change, Channel
+    from busflow_ui.foxglove.catalogue import Catalogue, Change, OfferedTopic
     from busflow_ui.foxglove.parameters import RunParameters
 
 _DEPTH = 1000
@@ -47,7 +47,7 @@ _TELL_NS = 1_000_000_000
 """How often a viewer is told that it is too slow."""
 
 
-class Run(Protocol):
+class ViewedRun(Protocol):
     """What a viewer needs of what serves it."""
 
     peer: Peer
@@ -70,7 +70,7 @@ class Run(Protocol):
 @dataclass(frozen=True, slots=True)
 class _Subscription:
     id: int
-    channel: Channel
+    channel: OfferedTopic
     listener: Listener
     ending: ExitStack
 
@@ -78,7 +78,7 @@ class _Subscription:
 class Viewer:
     """One client, from its handshake to its end."""
 
-    def __init__(self, connection: ServerConnection, run: Run) -> None:
+    def __init__(self, connection: ServerConnection, run: ViewedRun) -> None:
         self.follows_graph = False
         self._parameters: set[str] = set()
         self._all_parameters = False

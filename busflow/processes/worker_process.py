@@ -42,7 +42,7 @@ class MemberState(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Life:
+class ProcessOutcome:
     """What one life of a process came to."""
 
     pid: int
@@ -52,10 +52,10 @@ class Life:
     """How it ended, for people; empty where it ended as it should."""
 
 
-class Company(Protocol):
+class WorkerOwner(Protocol):
     """What a member needs of all of them."""
 
-    def first_line(self, member: Member) -> bytes:
+    def first_line(self, member: WorkerProcess) -> bytes:
         """Its assignment, as things are now."""
         ...
 
@@ -71,7 +71,7 @@ class Company(Protocol):
         """A process has ended for good, before anybody asked it to; because all its nodes have, if it is finished."""
         ...
 
-    def on_life(self, member: Member, life: Life) -> None:
+    def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
         """A life has ended, before anybody asked it to."""
         ...
 
@@ -80,7 +80,7 @@ class Company(Protocol):
         ...
 
 
-class Member:
+class WorkerProcess:
     """A process beside the main one."""
 
     def __init__(
@@ -91,14 +91,14 @@ class Member:
         *,
         arguments: Sequence[str],
         environment: Mapping[str, str],
-        company: Company,
+        company: WorkerOwner,
         log: FilteringBoundLogger,
     ) -> None:
         self.name, self.nodes, self.socket = spec.name, tuple(nodes), socket
         self.state = MemberState.STARTING
         self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
-        self.lives: list[Life] = []
+        self.lives: list[ProcessOutcome] = []
         """Those that are over."""
         self.report: Mapping[str, Any] | None = None
         """The last one of this life."""
@@ -170,7 +170,7 @@ class Member:
         self._log.debug(f"the process {self.name} is started", pid=self.child.pid)
         code = await self.child.ended()
         fate = self._fate(code)
-        self.lives.append(Life(self.child.pid, self.report, fate))
+        self.lives.append(ProcessOutcome(self.child.pid, self.report, fate))
         self.child, self.report = None, None
         failures = self._end.get("failures") or ([fate] if fate else [])
         if fate:

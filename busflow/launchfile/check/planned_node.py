@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Member:
+class PlannedNode:
     """One node of a graph that is built, and what the launch file says of it."""
 
     node: Node

@@ -6,10 +6,10 @@ import pytest
 
 from busflow.clock import SystemClock
 from busflow.launchfile.model.description import ProcessSpec
-from busflow.launchfile.yaml.value import Origin, Source
+from busflow.launchfile.yaml.value import Origin, StatedBy
 from busflow.log import Log
 from busflow.node.supervision import Restart, RestartPolicy
-from busflow.processes.member import Life, Member, MemberState
+from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
 from busflow.testing import virtual_time
 from busflow.wire.zenoh.session import LEASE_MS
 
@@ -39,9 +39,9 @@ def running():
 
     def running(when=Restart.ON_FAILURE):
         lines = []
-        spec = ProcessSpec("left", Origin(Source.CALLER), restart=RestartPolicy(when))
+        spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
         log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
-        member = Member(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, company=Company(), log=log)
+        member = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, company=Company(), log=log)
         member.child = Child()
         member.on_presence(there=True)
         return member, lines
@@ -112,7 +112,7 @@ def test_what_it_was_told_and_how_often_its_nodes_lived_is_kept_for_its_next_lif
         member.on_told({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
         member.on_told({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
         restarted = {"nodes": [{"name": "/a", "restarts": 2}, {"name": "/b", "restarts": 0}]}
-        member.lives += [Life(7, restarted, "killed"), Life(8, None, "killed")]
+        member.lives += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
         return member.memory
 
     memory = asyncio.run(tell())

@@ -57,7 +57,7 @@ _Read: TypeAlias = "tuple[list[Entry], bool]"
 """Some messages, and whether they are the last."""
 
 
-class Tape:
+class OrderedMessages:
     """Messages in the order in which they were recorded, which the time stamps alone do not give.
 
     It holds a file open, and a thread, in which chunks are read, unpacked and held against their CRC while the loop

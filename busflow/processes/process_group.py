@@ -17,8 +17,8 @@ from busflow.node.supervision import Restart
 from busflow.processes.assignment import Assignment
 from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines
-from busflow.processes.member import Life, Member, MemberState
 from busflow.processes.report import merged
+from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
 from busflow.runner.extension import Extension
 from busflow.text import printable
 from busflow.wire.mirror.membership import Membership
@@ -44,7 +44,7 @@ _LEAVE_S = 0.3
 """How long the account of the last ones may take, once they are killed."""
 
 
-class Crew(Extension):
+class ProcessGroup(Extension):
     """The processes of a run beside the main one."""
 
     def __init__(
@@ -121,8 +121,8 @@ class Crew(Extension):
         self._graph.attach(recording)
         return recording
 
-    def _member(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> Member:
-        return Member(
+    def _member(self, placement: Placement, process: str, socket: str, arguments: Sequence[str]) -> WorkerProcess:
+        return WorkerProcess(
             placement.specs[process],
             placement.nodes[process],
             socket,
@@ -268,7 +268,7 @@ class Crew(Extension):
 
     # What the members need.
 
-    def first_line(self, member: Member) -> bytes:
+    def first_line(self, member: WorkerProcess) -> bytes:
         """Its assignment, as things are now: all wait for each other, one that comes later for those there."""
         late = member.restarts > 0
         there = [each.name for each in self.members if each is not member]
@@ -311,7 +311,7 @@ class Crew(Extension):
         """The run's time."""
         return self._graph.clock.seconds()
 
-    def on_life(self, member: Member, life: Life) -> None:
+    def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
         """A process has ended, and may live again; what it had not written yet of a recording is lost."""
         recording: Mapping[str, Any] = (life.report or {}).get("recording") or {}
         if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
