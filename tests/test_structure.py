@@ -93,7 +93,7 @@ def dotted(node: ast.expr) -> str:
 
 def test_the_files_to_check_are_found():
     assert ROOT / "busflow/clock.py" in PRODUCT
-    assert ROOT / "tests/test_house.py" in EVERYTHING
+    assert ROOT / "tests/test_structure.py" in EVERYTHING
     assert (UI / "busflow_ui/__init__.py" in PRODUCT) is (UI / "tests/conftest.py" in EVERYTHING) is UI.exists()
 
 
