@@ -18,7 +18,8 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
-    from busflow.cli.terminal.output import print_answer, print_line, print_message
+    from busflow.cli.terminal.output import print_answer, print_line
+    from busflow.cli.terminal.output import print_message as tell
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
@@ -35,7 +36,7 @@ _HOMES = {
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
-    "cli.terminal.output": ("print_answer", "print_line", "print_message"),
+    "cli.terminal.output": ("print_answer", "print_line", "tell"),
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
     "wire.client.client": ("Peer", "ServiceKind"),
@@ -45,7 +46,7 @@ _HOMES = {
     "wire.client.speaker": ("Speaker",),
 }
 """Each module with those of its names that are here too."""
-_ORIGINALS = {"decode_json": "decode"}
+_ORIGINALS = {"decode_json": "decode", "tell": "print_message"}
 """Those that are called otherwise in their module."""
 
 __all__ = [
@@ -72,7 +73,7 @@ __all__ = [
     "known_type",
     "print_answer",
     "print_line",
-    "print_message",
+    "tell",
 ]
 
 
