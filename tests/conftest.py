@@ -44,11 +44,14 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     return processors + 1
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the files with tests that are given a time of their own first: none of them is to be alone at the end.
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out long tests, unless `-m` or a test's own name asks for them, and put files with slow tests first.
 
-    Whole files, or what is made once for one of them would be made twice.
+    No slow test is then alone at the end. Files stay whole, because their tests share fixtures.
     """
+    if not config.option.markexpr and not any("::" in argument for argument in config.args):
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
+        items[:] = [item for item in items if not item.get_closest_marker("long")]
     slow = {item.path for item in items if item.get_closest_marker("timeout")}
     items.sort(key=lambda item: item.path not in slow)
 

@@ -30,7 +30,8 @@ def told(tmp_path_factory):
 
 
 @pytest.mark.timeout(150)
-def test_a_question_is_answered_with_a_table_and_with_data(told):
+@pytest.mark.long
+def test_question_prints_a_table_and_writes_data(told):
     table, found = told
     delivery = found["questions"]["delivery"]
     assert delivery["failed"] == {}
@@ -43,6 +44,7 @@ def test_a_question_is_answered_with_a_table_and_with_data(told):
 
 
 @pytest.mark.parametrize("name", ["delivery", "messages", "collection", "loops"])
+@pytest.mark.long
 def test_every_case_of_busflow_has_its_figures(told, name):
     _, found = told
     question = found["questions"][name]
@@ -51,19 +53,20 @@ def test_every_case_of_busflow_has_its_figures(told, name):
     assert question["call_s"] > [0.0]
 
 
-def test_a_peer_that_does_not_take_part_is_named(told):
+@pytest.mark.long
+def test_missing_peer_is_named(told):
     table, found = told
     assert "ezmsg" in found["questions"]["delivery"]["missing"]
     assert any("ezmsg" in line for line in table.splitlines() if line.startswith("missing: "))
 
 
-def test_a_question_that_nobody_asks_is_refused_with_those_there_are():
+def test_unknown_question_is_refused_with_known_ones():
     ended = run("--only", "speed")
     assert ended.returncode == 2
     assert "no question speed; there are delivery, latency, " in ended.stderr
 
 
-def test_a_plot_is_the_same_for_the_same_figures_and_is_read_on_light_and_dark():
+def test_plot_is_deterministic_and_has_both_colour_schemes():
     lines = [Line("busflow", [(1, 10.0), (10, 55.0)]), Line("a & b", [(1, 11.0), (10, 56.0)])]
     drawn = svg("Cost", "subscribers", "bare calls", lines)
     assert drawn == svg("Cost", "subscribers", "bare calls", lines)
@@ -73,7 +76,7 @@ def test_a_plot_is_the_same_for_the_same_figures_and_is_read_on_light_and_dark()
     assert "prefers-color-scheme: dark" in drawn
 
 
-def test_asking_a_question_again_changes_its_place_on_the_page_alone():
+def test_new_figures_replace_only_their_place():
     page = "a\n<!-- measured: x -->\n\nold\n\n<!-- end of x -->\nb\n<!-- measured: y -->\n<!-- end of y -->\n"
     assert replaced(page, "x", "new") == page.replace("old", "new")
     with pytest.raises(SystemExit, match="no place for z"):

@@ -56,7 +56,7 @@ async def test_lab1_runs_as_its_file_says():
     assert [record.event for record in lab.log] == ["All sensors operational"]
 
 
-def test_lab1_has_a_camera_where_the_command_line_asks_for_one(capsys):
+def test_lab1_has_a_camera_on_request(capsys):
     asked = ["--set", "nodes.sensor_publisher.parameters.camera_hz=30"]
     assert main(["graph", str(FOLDER / "lab1.yaml"), *asked]) == 0
     assert ["/camera/image_raw", "sensor_msgs/msg/Image"] in [

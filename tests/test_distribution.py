@@ -30,7 +30,7 @@ def names(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
         return {name.partition("/")[2] for name in archive.getnames()}
 
 
-def test_it_holds_what_its_wheel_and_its_tests_need(names: set[str]):
+def test_source_distribution_holds_tests_and_build_files(names: set[str]):
     assert {"pyproject.toml", "README.md", "LICENSE", "busflow/py.typed", "tests/conftest.py"} <= names
 
 

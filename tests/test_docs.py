@@ -246,14 +246,14 @@ def test_links_between_pages_lead_somewhere(page):
         assert target.startswith("https://") or (page.parent / target).exists(), target
 
 
-def test_no_page_and_no_message_has_pip_look_for_what_is_not_published():
+def test_pip_commands_install_from_the_clone():
     sources = [path for part in ("busflow", "plugins", "benchmarks", "ui") for path in (PROJECT / part).rglob("*.py")]
     files = [*PAGES, PROJECT / "CHANGELOG.md", *(PROJECT / "busflow/cli/templates").iterdir(), *sources]
     asked = re.compile(r"""pip install (-\S+ )*["']?busflow""")
     assert [str(path) for path in files if path.is_file() and asked.search(path.read_text("utf-8"))] == []
 
 
-def test_the_page_on_commands_names_all_that_they_may_use():
+def test_page_on_commands_names_every_public_name():
     page = (PROJECT / "docs/commands.md").read_text("utf-8")
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", page, re.MULTILINE)
     assert sorted(name for row, _ in rows for name in re.findall(r"`(\w+)`", row)) == sorted(commands.__all__)
@@ -270,7 +270,7 @@ def test_the_page_on_launch_files_names_every_key():
     assert {name for name in PRESETS if f"`{name}`" not in page} == set()
 
 
-def test_the_page_on_the_command_line_names_every_command_and_option():
+def test_page_on_command_line_names_every_option():
     page = (PROJECT / "docs/command-line.md").read_text("utf-8")
     assert {name for name in COMMANDS if f"## `busflow {name}`" not in page} == set()
     options = {
@@ -289,13 +289,13 @@ def layers_enforced() -> list[list[str]]:
     return [re.findall(r"\w+", layer) for layer in layers]
 
 
-def test_the_table_of_the_architecture_page_is_the_list_that_is_enforced():
+def test_architecture_table_matches_the_linter():
     page = (PROJECT / "docs/architecture.md").read_text("utf-8")
     rows = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
     assert [re.findall(r"`(\w+)/?`", row) for row in rows] == layers_enforced()
 
 
-def test_the_picture_of_the_architecture_page_is_the_list_that_is_enforced():
+def test_architecture_picture_matches_the_linter():
     picture = ET.parse(PROJECT / "docs/architecture.svg")  # noqa: S314  # a file of this project
     svg = "{http://www.w3.org/2000/svg}"
     drawn = [each for each in picture.iter(f"{svg}g") if each.get("class") == "layer"]

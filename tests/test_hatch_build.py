@@ -42,7 +42,7 @@ def unpacked(wheel: Path, to: Path) -> Path:
     return to
 
 
-def test_a_wheel_has_the_description_and_so_has_the_clone_it_was_built_from(clone, tmp_path):
+def test_wheel_and_clone_have_the_description(clone, tmp_path):
     assert not (clone / INSIDE).exists()
     installed = unpacked(build(clone, "build_wheel"), tmp_path / "installed")
     for place in (installed, clone):
@@ -65,7 +65,7 @@ def test_a_wheel_from_a_source_distribution_has_it(clone, tmp_path):
     assert "sensor_msgs/msg/Imu" in read(installed / INSIDE, installed / SOURCES)["types"]
 
 
-def test_a_wheel_from_a_clone_that_cannot_be_written_to_has_it(clone, tmp_path):
+def test_wheel_from_read_only_clone_has_the_description(clone, tmp_path):
     (clone / INSIDE).with_suffix(".part").mkdir()  # nobody can write there, whoever runs the tests
     wheel = build(clone, "build_wheel")
     installed = unpacked(wheel, tmp_path / "installed")
@@ -74,14 +74,14 @@ def test_a_wheel_from_a_clone_that_cannot_be_written_to_has_it(clone, tmp_path):
     assert list(wheel.parent.iterdir()) == [wheel]
 
 
-def test_the_build_imports_nothing_that_it_would_have_to_install():
+def test_build_imports_no_other_dependency():
     heavy = ("pydantic", "numpy", "click", "yaml")
     code = f"import sys, hatch_build; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
-def test_a_clone_whose_messages_were_changed_since_says_what_to_do(clone):
+def test_changed_messages_ask_for_a_new_install(clone):
     build(clone, "build_editable")
     changed = clone / SOURCES / "std_msgs.py"
     changed.write_text(changed.read_text("utf-8").replace("class Bool(", "class Boolean("), "utf-8")
@@ -95,7 +95,7 @@ def test_a_clone_whose_messages_were_changed_since_says_what_to_do(clone):
     assert "std_msgs/msg/Boolean" in read(clone / INSIDE, clone / SOURCES)["types"]
 
 
-def test_a_clone_that_was_never_installed_says_what_to_do(clone):
+def test_clone_never_installed_says_what_to_do(clone):
     command = [sys.executable, "-m", "busflow", "interface", "show", "std_msgs/msg/Bool"]
     done = subprocess.run(command, cwd=clone, capture_output=True, text=True)
     assert done.returncode != 0

@@ -23,19 +23,19 @@ def test_no_public_name_is_also_a_module():
     assert set(busflow.__all__) & MODULES == set()
 
 
-def test_a_name_that_is_not_public_is_an_attribute_error():
+def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nothing"):
         _ = busflow.nothing
 
 
-def test_a_node_has_at_most_sixteen_public_names_and_one_private_one():
+def test_node_has_at_most_sixteen_public_names():
     there = {name for name in dir(Node) if hasattr(Node, name)}  # and not a name of rclpy's, which says where it is
     names = {name for name in there if not name.startswith("__")} | set(Node.__annotations__)
     assert len({name for name in names if not name.startswith("_")}) <= 16
     assert {name for name in names if name.startswith("_")} == {"_runtime"}
 
 
-def test_every_public_class_and_function_says_what_it_is_for():
+def test_every_public_name_has_a_docstring():
     said = {name: inspect.getdoc(getattr(busflow, name)) for name in busflow.__all__}
     kinds = {name for name in said if inspect.isclass(getattr(busflow, name)) or callable(getattr(busflow, name))}
     assert {name for name in kinds if not said[name]} == set()

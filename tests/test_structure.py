@@ -108,7 +108,7 @@ def test_no_function_is_longer_than_a_screen():
     assert long == []
 
 
-def test_no_file_is_longer_than_can_be_read_in_one_go():
+def test_no_file_is_longer_than_its_limit():
     lengths = {name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in PRODUCT}
     assert {path: length for path, length in lengths.items() if length > FILE_LINES} == {}
 
@@ -133,7 +133,7 @@ def limits() -> dict[str, tuple[Path, re.Match[str]]]:
     return {row["name"]: (path, row) for path, row in rows}
 
 
-def test_every_package_keeps_to_its_limit_and_has_one():
+def test_every_package_has_a_limit_and_keeps_it():
     found, allowed = sizes(), limits()
     assert found.keys() == allowed.keys()
     over = {
@@ -144,7 +144,7 @@ def test_every_package_keeps_to_its_limit_and_has_one():
     assert over == {}, "make it smaller, or raise the limit by a decision that says why"
 
 
-def test_a_limit_that_was_raised_has_a_decision_that_says_why():
+def test_raised_limit_links_a_decision():
     for name, (path, row) in limits().items():
         if int(row["limit"]) > int(row["first"]):
             link = re.search(r"\]\(([^)]+)\)", row["why"])
@@ -164,7 +164,7 @@ def test_a_limit_falls_with_the_size():
     assert not (lowered and os.environ.get("CI")), f"run this test and commit the lowered limits: {lowered}"
 
 
-def test_no_package_holds_more_than_can_be_kept_in_mind():
+def test_no_package_has_too_many_files_or_lines():
     packages = {path.parent for path in (ROOT / "busflow").rglob("__init__.py")} - {ROOT / "busflow"}
     files = {name(package): sorted(package.glob("*.py")) for package in packages}
     assert {package: len(paths) for package, paths in files.items() if len(paths) > PACKAGE_FILES} == {}
@@ -173,7 +173,7 @@ def test_no_package_holds_more_than_can_be_kept_in_mind():
     assert len(list((ROOT / "busflow").glob("*.py"))) <= ROOT_FILES
 
 
-def test_every_file_says_what_it_owns_and_is_named_for_it():
+def test_every_file_has_a_docstring_and_plain_name():
     assert [
         name(path) for path in PRODUCT if path.read_text(encoding="utf-8").strip() and not ast.get_docstring(tree(path))
     ] == []
@@ -215,7 +215,7 @@ def unsafe(node: ast.AST) -> Iterator[str]:
             yield dotted(inner.func)
 
 
-def test_only_the_clock_reads_time_and_nothing_unpickles_or_evaluates():
+def test_only_the_clock_reads_time_nothing_evaluates():
     others = [path for path in PRODUCT if path != ROOT / "busflow/clock.py"]
     found = {(name(path), each) for path in others for each in times_read(tree(path))}
     found |= {(name(path), each) for path in PRODUCT for each in unsafe(tree(path))}

@@ -160,7 +160,7 @@ def terminal(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Termina
 
 
 @pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
-def test_ctrl_c_stops_the_nodes_and_shows_what_became_of_every_message(terminal: Terminal):
+def test_ctrl_c_stops_nodes_and_prints_the_account(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.press_ctrl_c()
     assert terminal.end() == 130
@@ -178,7 +178,7 @@ def test_sigterm_stops_the_nodes_too(terminal: Terminal):
 
 
 @pytest.mark.parametrize("terminal", on_each_loop("polite"), indirect=True)
-def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
+def test_closed_terminal_stops_the_nodes_too(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGHUP)
     assert terminal.end() == 129
@@ -199,7 +199,7 @@ def test_a_terminal_that_is_gone_stops_the_nodes_too(terminal: Terminal):
     indirect=["terminal"],
     ids=lambda value: value if value in NODES else "",
 )
-def test_ctrl_c_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told: str):
+def test_ctrl_c_ends_and_names_a_stuck_node(terminal: Terminal, told: str):
     terminal.read_until("ticking")
     terminal.press_ctrl_c()
     assert terminal.end() == 130
@@ -213,7 +213,7 @@ def test_ctrl_c_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told:
     indirect=["terminal"],
     ids=["busy", "busy_at_once", "asleep"],
 )
-def test_a_time_ends_a_node_that_will_not_and_names_it(terminal: Terminal, told: str):
+def test_time_limit_ends_and_names_a_stuck_node(terminal: Terminal, told: str):
     assert terminal.end() == 1
     assert "ticking" in terminal.shown
     assert told in terminal.shown
@@ -231,7 +231,7 @@ def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
 
 
 @pytest.mark.parametrize("terminal", on_each_loop("own_signal"), indirect=True)
-def test_a_node_s_own_signal_neither_ends_the_run_nor_keeps_ctrl_c_from_it(terminal: Terminal):
+def test_node_signal_changes_nothing_for_ctrl_c(terminal: Terminal):
     terminal.read_until("ticking")
     terminal.process.send_signal(signal.SIGUSR1)
     terminal.read_until("heard the signal")

@@ -19,7 +19,7 @@ nodes:
 """
 
 
-def test_an_edit_is_followed_and_a_wrong_one_refused(tmp_path: Path):
+def test_edit_is_applied_and_wrong_one_refused(tmp_path: Path):
     file, report = tmp_path / "lab.yaml", tmp_path / "report.json"
     file.write_text(LAB)
     command = [

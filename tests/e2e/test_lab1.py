@@ -86,14 +86,14 @@ def lab(tmp_path):
             lab.end()
 
 
-def test_noise_set_from_another_terminal_is_in_the_very_next_balance(lab):
+def test_noise_from_another_terminal_acts_at_once(lab):
     assert "after=from the start steady=True" in lab.line_with("balance")
     done = lab.busflow("param", "set", "sensor_publisher", "noise.imu", "0.5")
     assert (done.returncode, done.stdout) == (0, "Set parameter successful\n")
     assert "after=noise.imu = 0.5 steady=False" in lab.line_with("balance")
 
 
-def test_what_cannot_be_is_refused_with_the_reason_and_stays(lab):
+def test_invalid_parameter_is_refused_and_value_kept(lab):
     lab.line_with("balance")
     for name, value, reason in (
         ("noise.imu", "11", "noise.imu must be at most 10, got 11"),
@@ -106,7 +106,7 @@ def test_what_cannot_be_is_refused_with_the_reason_and_stays(lab):
         assert lab.busflow("param", "get", "sensor_publisher", "noise.imu").stdout == "Double value is: 0.0\n"
 
 
-def test_the_simulation_begins_anew_when_the_service_is_called_from_another_terminal(lab):
+def test_service_call_from_another_terminal_resets_the_simulation(lab):
     lab.line_with("balance")
     done = lab.busflow("service", "call", "sensor_publisher/reset", "std_srvs/srv/Trigger")
     assert done.returncode == 0, done.stderr

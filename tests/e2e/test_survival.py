@@ -260,7 +260,7 @@ def is_balanced(log: str) -> bool:
     return "missed=0" in log
 
 
-def test_a_listener_that_is_killed_is_gone_and_the_run_goes_on(start, runtime_folder):
+def test_killed_listener_leaves_the_run_running(start, runtime_folder):
     flood = start(FLOOD)
     flood.wait_for("ready")
     listener = start(ECHO, "flood", "/numbers", "/images")
@@ -276,7 +276,8 @@ def test_a_listener_that_is_killed_is_gone_and_the_run_goes_on(start, runtime_fo
     assert [path.name for path in runtime_folder.iterdir() if path.is_dir()] == []
 
 
-def test_a_listener_that_is_stopped_slows_nothing_down(start, runtime_folder):
+@pytest.mark.long
+def test_a_stopped_listener_slows_nothing_down(start, runtime_folder):
     flood = start(FLOOD)
     flood.wait_for("ready")
     listener = start(ECHO, "flood", "/numbers", "/images")
@@ -292,7 +293,7 @@ def test_a_listener_that_is_stopped_slows_nothing_down(start, runtime_folder):
     assert [path.name for path in runtime_folder.iterdir() if path.is_dir()] == []
 
 
-def test_a_listener_that_pauses_for_a_moment_loses_nothing_of_what_is_large_and_reliable(start):
+def test_short_pause_loses_no_large_reliable_message(start):
     burst = start(BURST)
     burst.wait_for("ready")
     listener = start(COUNT, "12")
@@ -308,6 +309,7 @@ def test_a_listener_that_pauses_for_a_moment_loses_nothing_of_what_is_large_and_
     assert burst.end()[0] == 130
 
 
+@pytest.mark.long
 def test_twenty_peers_at_once_are_all_answered(start):
     flood = start(FLOOD)
     flood.wait_for("ready")
@@ -333,7 +335,8 @@ def test_twenty_peers_at_once_are_all_answered(start):
     assert (code, is_balanced(log)) == (130, True), log
 
 
-def test_a_run_that_is_killed_and_started_again_has_its_name_and_a_listener_of_the_first_ends(start):
+@pytest.mark.long
+def test_restarted_run_keeps_its_name(start):
     first = start(FLOOD)
     first.wait_for("ready")
     with join("flood") as peer:
@@ -353,7 +356,7 @@ def test_a_run_that_is_killed_and_started_again_has_its_name_and_a_listener_of_t
     assert runs() == []
 
 
-def test_a_run_that_is_blocked_says_nothing_in_time_is_still_seen_and_ends_at_ctrl_c(start):
+def test_blocked_run_is_listed_and_ends_at_interrupt(start):
     blocked = start(BLOCKED)
     blocked.wait_for("ready")
     with join("blocked", patience_s=0.5) as peer:
@@ -366,7 +369,7 @@ def test_a_run_that_is_blocked_says_nothing_in_time_is_still_seen_and_ends_at_ct
     assert runs() == []  # whoever looks next removes what is left of it
 
 
-def test_a_recording_gives_no_more_time_to_a_run_whose_nodes_do_not_stop(start, tmp_path):
+def test_recording_does_not_extend_the_grace(start, tmp_path):
     recorded = BLOCKED.replace('inspect="blocked"', 'inspect="blocked", record=sys.argv[1]')
     assert recorded != BLOCKED
     blocked = start(recorded, str(tmp_path / "blocked.mcap"))
@@ -377,7 +380,7 @@ def test_a_recording_gives_no_more_time_to_a_run_whose_nodes_do_not_stop(start, 
 
 
 @pytest.mark.parametrize("kind", ["SlowTimer", "SlowHandler", "SlowTask", "SlowRun"])
-def test_a_node_that_is_too_slow_keeps_no_other_from_its_stop(start, tmp_path, kind):
+def test_slow_node_does_not_prevent_other_stops(start, tmp_path, kind):
     (tmp_path / "slow.py").write_text(SLOW)
     (tmp_path / "slow.yaml").write_text(SLOW_LAUNCH.replace("KIND", kind))
     run = "import sys; from busflow.cli import main; sys.argv = ['busflow', 'run', 'slow.yaml']; sys.exit(main())"
@@ -390,7 +393,8 @@ def test_a_node_that_is_too_slow_keeps_no_other_from_its_stop(start, tmp_path, k
     assert code == 130
 
 
-def test_peers_that_come_while_a_run_starts_and_ends_are_served_or_told(start):
+@pytest.mark.long
+def test_peers_are_answered_during_start_and_end(start):
     stop, odd = threading.Event(), []
 
     def look():
@@ -495,7 +499,7 @@ sys.meta_path.insert(0, Missing())
 """
 
 
-def test_without_zenoh_a_run_works_and_says_what_is_off(start):
+def test_run_works_without_zenoh(start):
     program = start(WITHOUT_ZENOH + FLOOD)
     program.wait_for("this run cannot be looked into: Zenoh cannot be imported here (no wheel of zenoh")
     program.wait_for("ready")
@@ -518,7 +522,7 @@ def talk(tmp_path: Path) -> Path:
 COMMAND = "import sys; from busflow.cli import main; sys.exit(main())"
 
 
-def test_a_run_that_is_not_to_be_looked_into_leaves_no_trace(start, talk):
+def test_closed_run_leaves_no_trace(start, talk):
     private = start(COMMAND, "run", str(talk), "--no-inspect")
     private.wait_for("ready")
     assert runs() == []
@@ -533,7 +537,7 @@ def test_a_run_that_is_not_to_be_looked_into_leaves_no_trace(start, talk):
 
 @pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="needs Linux's /proc")
 @pytest.mark.parametrize("umask", [0, 0o077])
-def test_a_run_listens_on_no_network_and_only_its_user_can_reach_it(start, talk, umask):
+def test_run_listens_on_no_network(start, talk, umask):
     program = start(COMMAND, "run", str(talk), umask=umask)
     program.wait_for("ready")
     inodes = {
@@ -579,7 +583,7 @@ BUSY = "[pool.apply_async(any, (iter(int, 1),)), any(() for _ in iter(int, 1))]"
 """One of the other processes has work for ever, and the node has, too."""
 
 
-def test_a_node_s_other_processes_end_with_a_run_that_has_to_be_ended(start, tmp_path):
+def test_forked_processes_end_with_the_run(start, tmp_path):
     (tmp_path / "forks.py").write_text(FORKS.replace("await asyncio.Event().wait()", BUSY))
     execute = "import os, sys; os.execv(sys.executable, [sys.executable, sys.argv[2], sys.argv[1]])"
     program = start(execute, "fork", str(tmp_path / "forks.py"))

@@ -31,13 +31,13 @@ WHOLE = Assignment(
 )
 
 
-def test_it_is_one_line_and_arrives_as_it_was():
+def test_assignment_survives_the_pipe_as_one_line():
     line = WHOLE.line()
     assert line.count(b"\n") == 1
     assert Assignment.read(io.StringIO(f"{line.decode()}more")) == WHOLE
 
 
-def test_an_argument_that_is_no_plain_value_is_told_as_text(tmp_path):
+def test_argument_without_plain_value_becomes_text(tmp_path):
     line = replace(WHOLE, args={"file": tmp_path}).line()
     assert Assignment.read(io.StringIO(line.decode())).args == {"file": str(tmp_path)}
 

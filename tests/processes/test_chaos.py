@@ -15,7 +15,8 @@ spec.loader.exec_module(chaos)
 
 @pytest.mark.e2e
 @pytest.mark.timeout(240)
-def test_a_run_survives_what_happens_to_its_processes(monkeypatch):
+@pytest.mark.long
+def test_a_run_survives_killed_and_stopped_processes(monkeypatch):
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", "")  # which the attack sets; this puts it back
     # How fast it recovers is the benchmark's to judge, on a machine that does nothing else.
     outcome = chaos.chaos(seconds=12, seed=3, slowness=6.0)

@@ -32,17 +32,17 @@ def lived(*arguments, first_line=b"", act=None):
     return asyncio.run(main()), ear
 
 
-def test_what_it_prints_is_heard_and_how_it_ended():
+def test_output_and_ending_are_reported():
     code, ear = lived("--no-such-option")
     assert code == 2
     assert any("--no-such-option" in line and error for line, error in ear.printed)
 
 
-def test_a_process_that_is_killed_tells_by_which_signal():
+def test_killed_process_reports_its_signal():
     assert lived("ps", act=Child.kill)[0] == -signal.SIGKILL
 
 
-def test_one_that_is_told_nonsense_first_says_so():
+def test_malformed_first_line_is_reported():
     code, ear = lived("run", "no.yaml", "--process", "left", first_line=b"nonsense\n")
     assert code != 0
     assert any("--process is how busflow run starts its own processes" in line for line, _ in ear.printed)

@@ -333,7 +333,7 @@ class Second(Node):
 
 
 @PLACEMENTS
-def test_parameters_are_set_read_and_told_of(start, monkeypatch, capsys, apart):
+def test_parameters_are_set_read_and_announced(start, monkeypatch, capsys, apart):
     run = start(launch_file(apart), files={"plugins/pair.py": f"{IMPORTS}{TUNED}"})
     run.wait_for("ready")
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
@@ -379,7 +379,7 @@ class Second(Node):
 
 
 @PLACEMENTS
-def test_clock_seed_and_statistics_are_the_same_for_who_looks(start, apart):
+def test_clock_seed_and_statistics_agree(start, apart):
     run = start(launch_file(apart), "--seed", "7", files={"plugins/pair.py": f"{IMPORTS}{SEEN}"})
     run.wait_for("has all")
     draws = {each["node"]: each["drawn"] for each in run.log() if each["event"] == "draws"}

@@ -40,7 +40,7 @@ def found(*what, apart):
     return [(each.code, each.message) for each in crossing_problems(Graph(what).plan(), Placement(nodes, {}))]
 
 
-def test_a_queue_that_blocks_cannot_hold_up_a_publisher_elsewhere():
+def test_blocking_queue_cannot_delay_remote_publisher():
     ((code, message),) = found(Source, Sink, apart=True)
     assert code == "cannot-block"
     assert "Sink.hear receives /numbers with overflow: block, and /source in another process" in message
@@ -51,7 +51,7 @@ def test_in_one_process_it_can():
 
 
 @pytest.mark.parametrize("apart", [True, False])
-def test_a_node_waits_for_the_start_of_one_in_its_own_process_only(apart):
+def test_depends_on_another_process_is_refused(apart):
     waiting = supervised(Source, depends_on={"sink": "started"})
     problems = [message for code, message in found(waiting, Sink, apart=apart) if code == "cannot-depend"]
     assert problems == (["/source depends on /sink, which is in another process"] if apart else [])

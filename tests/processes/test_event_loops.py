@@ -36,8 +36,8 @@ sys.exit(busflow.run("run.yaml", event_loop="uvloop"))
 """
 
 
-@pytest.mark.parametrize("script", [None, "robot.py"], ids=["command", "script"])
-def test_each_process_has_it_hears_the_others_and_ends_with_them(start, have_ended, monkeypatch, script):
+@pytest.mark.parametrize("script", [None, pytest.param("robot.py", marks=pytest.mark.long)], ids=["command", "script"])
+def test_every_process_uses_the_event_loop(start, have_ended, monkeypatch, script):
     arguments = () if script else ("--event-loop", "uvloop", "-v", "--watchdog", "off")
     run = start(FILE, *arguments, files={"plugins/looper.py": LOOPER, "robot.py": SCRIPT}, script=script)
     run.wait_for("runs on uvloop", times=2)

@@ -81,7 +81,8 @@ nodes:
 """
 
 
-def test_a_cable_that_is_pulled_and_plugged_in_again(start: Callable, file: str, hosts: Hosts):
+@pytest.mark.long
+def test_link_recovers_after_a_pulled_cable(start: Callable, file: str, hosts: Hosts):
     arm = start(file, machine="arm", prefix=hosts.on("arm"))
     main = start(file, machine="main", prefix=hosts.on("main"))
     arm.wait_for("heard enough")
@@ -109,6 +110,7 @@ def hears(runtime: Path) -> bool:
     return "data: " in subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60).stdout
 
 
+@pytest.mark.long
 def test_nothing_listens_but_what_the_launch_file_names(start: Callable, file: str, hosts: Hosts):
     arm = start(file, machine="arm", prefix=hosts.on("arm"))
     main = start(file, machine="main", prefix=hosts.on("main"))

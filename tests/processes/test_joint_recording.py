@@ -30,7 +30,7 @@ def payloads(bag, topic):
     return [entry.channel.decode(entry.payload, Int64).data for entry in bag.entries([topic])]
 
 
-def test_lab_1_in_two_processes_is_recorded_as_its_report_says_and_nothing_twice(tmp_path, monkeypatch, capsys):
+def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["run", str(LAB1), "rate_hz:=50", "--for", "2s", "--record", "run.mcap", "--report", "out.json"]) == 0
     assert "run: " in capsys.readouterr().out.splitlines()[-1]
@@ -63,7 +63,7 @@ def lab1(tmp_path_factory):
     return folder / "run"
 
 
-def test_all_files_are_read_as_one_in_the_order_of_time(lab1):
+def test_files_are_read_as_one_by_time(lab1):
     with Bag(lab1) as bag:
         entries = list(bag.numbered())
         assert all(one.log_time_ns <= other.log_time_ns for (_, one), (_, other) in pairwise(entries))
@@ -114,7 +114,7 @@ def test_a_reader_of_ros_2_opens_the_directory(lab1):
     assert ours
 
 
-def test_a_replay_of_a_node_gives_what_it_gave(lab1, capsys):
+def test_replay_of_a_node_is_the_same(lab1, capsys):
     # How long a message was on its way is not in a recording: on a busy machine it may be longer than the usual 0.1 s.
     code = main(["replay", str(lab1), str(LAB1), "--node", "sensor_processor", "--time-tolerance", "1min"])
     said = capsys.readouterr()
@@ -151,7 +151,8 @@ class Echo(Node):
 """
 
 
-def test_a_replay_is_not_given_what_came_when_the_node_had_stopped(start):
+@pytest.mark.long
+def test_replay_leaves_out_messages_after_the_stop(start):
     run = start(ENDS_LATER, "--record", "rec", files={"plugins/pair.py": PAIR})
     run.wait_for("heard enough")
     assert run.end() == 130
@@ -162,7 +163,8 @@ def test_a_replay_is_not_given_what_came_when_the_node_had_stopped(start):
     assert counts["/numbers"] > counts["/echoes"] == outcome.compared["/echoes"] == len(outcome.outputs["/echoes"])
 
 
-def test_a_process_that_was_killed_leaves_an_incomplete_file_and_its_next_life_another(start, capsys):
+@pytest.mark.long
+def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
     run = start(TOLD, "-v", "--record", "rec")
     run.wait_for("heard enough")
     run.kill("far")
@@ -195,7 +197,7 @@ def test_a_process_that_was_killed_leaves_an_incomplete_file_and_its_next_life_a
         assert not bag.complete
 
 
-def test_a_main_process_that_was_killed_leaves_what_all_have_written(start, have_ended):
+def test_killed_main_process_leaves_readable_files(start, have_ended):
     run = start(TOLD, "-v", "--record", "rec")
     run.wait_for("heard enough")
     pids = list(run.pids().values())
@@ -209,7 +211,8 @@ def test_a_main_process_that_was_killed_leaves_what_all_have_written(start, have
         assert [list(each.incomplete()) == [] for each in bag.series] == [True, False]
 
 
-def test_a_recording_that_is_to_miss_nothing_ends_the_run_with_the_process_that_was_killed(start):
+@pytest.mark.long
+def test_on_drop_fail_ends_run_when_process_dies(start):
     run = start(f"{TOLD}record: {{to: rec.mcap, on_drop: fail}}\n", "-v")
     run.wait_for("heard enough")
     run.kill("far")
@@ -233,7 +236,8 @@ class Tardy(Node):
 """
 
 
-def test_a_file_that_is_whole_and_not_on_the_disk_in_time_is_no_complete_recording(start):
+@pytest.mark.long
+def test_file_not_yet_on_disk_is_incomplete(start):
     text = f"{TOLD}  tardy: {{plugin: tardy}}\n"
     run = start(text, "--record", "rec", files={"plugins/tardy.py": TARDY})
     run.wait_for("heard enough")
@@ -253,7 +257,7 @@ def test_a_directory_that_is_there_is_left_alone(start):
     assert any("plugins is there already" in line for line in run.lines)
 
 
-def test_patterns_go_to_all_processes_and_one_that_means_nothing_is_told_once(start):
+def test_patterns_reach_all_processes_unmatched_is_logged_once(start):
     run = start(TOLD, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
     run.wait_for("heard enough")
     run.end()
@@ -272,7 +276,8 @@ nodes:
 """
 
 
-def test_what_a_terminal_publishes_is_recorded_once_where_it_is_received_first(start, monkeypatch):
+@pytest.mark.long
+def test_message_from_a_terminal_is_recorded_once(start, monkeypatch):
     run = start(FROM_OUTSIDE, "-v", "--record", "rec")
     run.wait_for("the process far runs")
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
@@ -310,7 +315,8 @@ def test_a_call_is_recorded_where_it_is_answered(start):
     assert events == [1, 1]
 
 
-def test_a_script_records_as_the_command_does(start):
+@pytest.mark.long
+def test_script_records_like_the_command(start):
     script = "import busflow\nbusflow.run('run.yaml', record='rec')\n"
     run = start(TOLD, script="run.py", files={"run.py": script})
     run.wait_for("heard enough")

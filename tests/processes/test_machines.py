@@ -106,10 +106,8 @@ def ask(runtime: Path, *command: str, expect: int = 0, or_else: int | None = Non
     return done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("first", ["main", "arm"])
-def test_two_machines_make_one_graph_whichever_comes_first_and_each_records_its_own(
-    start: Callable, two: str, first: str
-):
+@pytest.mark.parametrize("first", ["main", pytest.param("arm", marks=pytest.mark.long)])
+def test_two_machines_make_one_graph_each_records_itself(start: Callable, two: str, first: str):
     second = "arm" if first == "main" else "main"
     runs = {first: start(two, "--record", f"{first}-run", machine=first)}
     runs[first].wait_for(f"the machine {second} is not linked: ")
@@ -146,7 +144,8 @@ def each_has_recorded_its_own(main):
         assert [each.facts and each.facts.process for each in other.series] == ["arm:main", "arm:side"]
 
 
-def test_a_machine_that_is_killed_and_started_again_is_linked_again(start: Callable, two: str):
+@pytest.mark.long
+def test_killed_machine_is_linked_again_after_restart(start: Callable, two: str):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)
     assert arm.end(signal.SIGKILL) == -signal.SIGKILL
@@ -157,7 +156,8 @@ def test_a_machine_that_is_killed_and_started_again_is_linked_again(start: Calla
     assert main.end() == 130
 
 
-def test_what_a_machine_misses_while_its_link_is_broken_is_counted_as_lost(start: Callable, two: str):
+@pytest.mark.long
+def test_messages_during_broken_link_count_as_lost(start: Callable, two: str):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)
     os.kill(main.process.pid, signal.SIGSTOP)  # nothing moves: to the arm it is as if the cable were pulled
@@ -172,7 +172,8 @@ def test_what_a_machine_misses_while_its_link_is_broken_is_counted_as_lost(start
         assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
 
 
-def test_who_may_only_look_can_do_no_more_and_who_is_not_named_sees_nothing(start: Callable, two: str, tmp_path: Path):
+@pytest.mark.long
+def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)
     elsewhere = tmp_path / "elsewhere"
@@ -226,7 +227,8 @@ class Busy(Node):
 """
 
 
-def test_one_message_is_heard_in_every_process_of_every_machine(start: Callable, two: str, tmp_path: Path):
+@pytest.mark.long
+def test_one_message_reaches_every_process_of_every_machine(start: Callable, two: str, tmp_path: Path):
     text = two.replace("viewer: read", "viewer: all").replace("plugin: teller", "plugin: hearer")
     text = text.replace("{rate_hz: 20}", "{tell_at: 3}").replace("{tell_at: 10}", "{tell_at: 3}")
     text += "  busy: {plugin: busy, process: side}\n"
@@ -255,9 +257,8 @@ def others(tmp_path_factory) -> Path:
     return folder
 
 
-def test_a_machine_with_certificates_of_another_authority_is_not_linked(
-    start: Callable, two: str, certificates: Path, others: Path
-):
+@pytest.mark.long
+def test_certificate_of_another_authority_is_not_linked(start: Callable, two: str, certificates: Path, others: Path):
     arm = start(two.replace(str(certificates), str(others)), machine="arm")
     arm.wait_for("the machine main is not linked: it has not connected")
     main = start(two, machine="main")
@@ -266,7 +267,7 @@ def test_a_machine_with_certificates_of_another_authority_is_not_linked(
     assert main.topic("/numbers")["published"] > 0, "its nodes do not wait for anybody"
 
 
-def test_nothing_but_tls_with_a_certificate_gets_in(start: Callable, two: str, certificates: Path, port: int):
+def test_nothing_but_tls_with_certificate_is_accepted(start: Callable, two: str, certificates: Path, port: int):
     arm = start(two, machine="arm")
     arm.wait_for("the machine main is not linked")
     for settings in ({}, {"transport/link/tls/root_ca_certificate": f"{certificates}/ca.pem"}):
@@ -276,7 +277,8 @@ def test_nothing_but_tls_with_a_certificate_gets_in(start: Callable, two: str, c
     assert arm.end() == 130
 
 
-def test_whose_certificate_has_expired_is_not_let_in_by_a_machine_that_runs(
+@pytest.mark.long
+def test_expired_certificate_is_refused_by_running_machine(
     start: Callable, two: str, certificates: Path, port: int, tmp_path: Path, expired: Callable
 ):
     late = tmp_path / "late"
@@ -332,7 +334,7 @@ except zenoh.ZError:
         ("other-host", "is not for 127.0.0.1, where the others look for it"),
     ],
 )
-def test_what_the_others_will_not_trust_is_told_before_the_start(
+def test_untrusted_certificate_is_an_error_before_start(
     project: Path, two: str, monkeypatch, capsys, change: str, told: str, expired: Callable
 ):
     monkeypatch.chdir(project)
@@ -364,7 +366,8 @@ def test_what_the_others_will_not_trust_is_told_before_the_start(
     assert "fix: " in said
 
 
-def test_the_later_one_of_two_runs_that_are_one_machine_ends(start: Callable, two: str):
+@pytest.mark.long
+def test_second_run_of_one_machine_ends(start: Callable, two: str):
     arm, first = start(two, machine="arm"), start(two, machine="main")
     arm.wait_for("heard enough", times=2)
     second = start(two, machine="main")
@@ -376,6 +379,7 @@ def test_the_later_one_of_two_runs_that_are_one_machine_ends(start: Callable, tw
     assert first.end() == arm.end() == 130
 
 
+@pytest.mark.long
 def test_three_machines_are_linked_each_to_each(start: Callable, certificates: Path, port: int):
     text = f"""
 machines:

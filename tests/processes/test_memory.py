@@ -61,7 +61,7 @@ def next_life(memory, node=Sensor):
 
 
 @virtual_time
-async def test_every_change_is_told_as_it_happens_with_all_that_was_set_before():
+async def test_change_is_reported_at_once_with_all_values():
     told = await told_of({"noise.imu": 0.5}, {"extra": "more"})
     assert told["/sensor"] == {
         "values": {"rate_hz": 10.0, "extra": "more", "noise": {"imu": 0.5, "joints": 0.0}, "limits": None},
@@ -71,12 +71,12 @@ async def test_every_change_is_told_as_it_happens_with_all_that_was_set_before()
 
 
 @virtual_time
-async def test_a_change_that_changes_nothing_is_not_told():
+async def test_change_to_same_value_is_not_reported():
     assert await told_of({"noise.imu": 0.1}) == {}
 
 
 @virtual_time
-async def test_the_next_life_has_the_values_the_sources_and_what_it_declares_by_them():
+async def test_restart_keeps_values_sources_and_declarations():
     told = await told_of({"noise.imu": float("inf")}, {"extra": "more"}, {"limits": {"imu": 1.0}})
     node, parameters, logged = next_life(Memory(told))
     assert node.parameters.noise.imu == float("inf")
@@ -89,14 +89,14 @@ async def test_the_next_life_has_the_values_the_sources_and_what_it_declares_by_
     assert logged == []
 
 
-def test_a_node_that_was_told_nothing_is_as_its_launch_file_says():
+def test_node_without_changes_follows_its_launch_file():
     node, parameters, _ = next_life(Memory({"/other": {"values": {}, "set": [], "times": 1}}))
     assert node.parameters == SensorParameters()
     assert {source for _, source in parameters.values()} == {"default"}
 
 
 @pytest.mark.parametrize("values", [{"rate_hz": -1.0}, {"gone": 1}, {"rate_hz": "fast"}])
-def test_what_fits_no_more_since_the_code_was_edited_is_told_and_left_out(values):
+def test_value_that_no_longer_fits_is_left_out(values):
     node, parameters, logged = next_life(Memory({"/sensor": {"values": values, "set": [*values], "times": 1}}))
     assert node.parameters == SensorParameters()
     assert {source for _, source in parameters.values()} == {"default"}
@@ -105,7 +105,7 @@ def test_what_fits_no_more_since_the_code_was_edited_is_told_and_left_out(values
     assert next(iter(values)) in line.values["reason"]
 
 
-def test_a_constructor_that_raises_for_what_was_set_is_no_reason_not_to_start():
+def test_raising_constructor_starts_with_launch_file_values():
     class Fragile(Sensor):
         def __init__(self, *arguments, **values):
             super().__init__(*arguments, **values)
@@ -118,6 +118,6 @@ def test_a_constructor_that_raises_for_what_was_set_is_no_reason_not_to_start():
     assert "RuntimeError: not seven" in logged[0].values["reason"]
 
 
-def test_each_life_draws_numbers_of_its_own_as_a_restarted_node_does():
+def test_each_restart_draws_new_random_numbers():
     drawn = {int(next_life(Memory(lives={"/sensor": life}))[0].rng.integers(1 << 60)) for life in range(4)}
     assert len(drawn) == 4

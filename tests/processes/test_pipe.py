@@ -36,7 +36,7 @@ def test_what_is_said_arrives_in_order(pipe):
     assert [each["report"] for each in read(pipe[0])] == list(range(100))
 
 
-def test_a_line_of_the_log_arrives_as_it_was_and_no_longer_than_anybody_would_read(pipe):
+def test_log_line_arrives_unchanged_within_the_limit(pipe):
     said = PipeWriter(pipe[1])
     said.log(LogRecord(7, "info", "/a", "says\x1b", {"x": 1, "far": float("inf"), "long": "y" * 10_000, "object": {1}}))
     said.close()
@@ -49,12 +49,12 @@ def test_a_line_of_the_log_arrives_as_it_was_and_no_longer_than_anybody_would_re
 
 
 @pytest.mark.parametrize("told", [None, [], [1, "info", "/a", "text"], ["1", "info", "/a", "text", {}]])
-def test_what_is_no_line_of_a_log_is_refused(told):
+def test_malformed_log_line_is_refused(told):
     with pytest.raises(ValueError, match="no line of a log"):
         record_of(told, "left")
 
 
-def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe, monkeypatch):
+def test_blocked_reader_costs_only_the_oldest_lines(pipe, monkeypatch):
     monkeypatch.setattr(voice, "_DEPTH", 10)
     said = PipeWriter(pipe[1])
     for number in range(5000):  # far more than a pipe holds
@@ -63,7 +63,7 @@ def test_a_listener_that_stands_still_holds_nobody_up_and_costs_the_oldest(pipe,
     said.close()
 
 
-def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pipe):
+def test_line_is_in_the_pipe_at_once(pipe):
     said = PipeWriter(pipe[1])
     said.say(report=1)
     os.set_blocking(pipe[0], False)
@@ -71,7 +71,7 @@ def test_what_was_said_is_in_the_pipe_at_once_whatever_becomes_of_who_said_it(pi
     said.close()
 
 
-def test_lines_longer_than_a_pipe_arrive_whole_when_the_listener_goes_on(pipe):
+def test_long_lines_arrive_whole(pipe):
     said = PipeWriter(pipe[1])
     for number in range(5):
         said.say(report=[number, "x" * 300_000])
@@ -90,7 +90,7 @@ def test_a_listener_that_is_gone_is_no_fault(pipe):
     said.close()
 
 
-def test_what_a_node_starts_does_not_inherit_the_pipe(pipe):
+def test_children_of_nodes_do_not_inherit_the_pipe(pipe):
     os.set_inheritable(pipe[1], True)
     PipeWriter(pipe[1]).close()
     assert not os.get_inheritable(pipe[1])

@@ -37,7 +37,7 @@ def tap(bus, found, end):
 
 
 @pytest.mark.parametrize("processes", [2, 4])
-def test_the_humanoid_says_the_same_in_however_many_processes_its_file_puts_it(tmp_path, processes):
+def test_humanoid_is_the_same_in_any_processes(tmp_path, processes):
     folder = tmp_path / "one"
     folder.mkdir()
     one = carried(humanoid.placed(folder, 1))

@@ -32,8 +32,12 @@ nodes:
 """
 
 
-@pytest.mark.parametrize("arguments", [[], ["--processes", "auto"], ["--one-process"]], ids=" ".join)
-def test_wherever_nodes_run_they_hear_what_is_published_first_and_draw_the_same(start, arguments):
+@pytest.mark.parametrize(
+    "arguments",
+    [[], pytest.param(["--processes", "auto"], marks=pytest.mark.long), ["--one-process"]],
+    ids=" ".join,
+)
+def test_first_messages_arrive_wherever_nodes_run(start, arguments):
     run = start(THREE, "--seed", "7", *arguments)
     run.wait_for("heard enough", times=2)
     assert run.end() == 130
@@ -49,7 +53,7 @@ def test_wherever_nodes_run_they_hear_what_is_published_first_and_draw_the_same(
     assert [node["state"] for node in run.report()["nodes"]] == ["stopped"] * 3
 
 
-def test_ctrl_c_ends_every_process_and_none_has_to_be_killed(start, have_ended):
+def test_ctrl_c_ends_every_process_in_order(start, have_ended):
     run = start(THREE, "-v", "--watchdog", "off")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
@@ -81,10 +85,13 @@ nodes:
 
 @pytest.mark.parametrize(
     ("number", "told"),
-    [(signal.SIGKILL, "was ended by SIGKILL"), (signal.SIGSTOP, "hangs"), (signal.SIGSEGV, "was ended by SIGSEGV")],
-    ids=["killed", "stopped", "crashed"],
+    [
+        pytest.param(signal.SIGKILL, "was ended by SIGKILL", id="killed"),
+        pytest.param(signal.SIGSTOP, "hangs", id="stopped"),
+        pytest.param(signal.SIGSEGV, "was ended by SIGSEGV", id="crashed", marks=pytest.mark.long),
+    ],
 )
-def test_a_process_that_dies_or_hangs_starts_anew_and_the_others_go_on(start, number, told):
+def test_dead_or_hung_process_is_restarted(start, number, told):
     run = start(STEADY.replace("POLICY", "on-failure"), "-v")
     run.wait_for("heard enough", times=2)
     run.kill("left", number)
@@ -102,9 +109,8 @@ def test_a_process_that_dies_or_hangs_starts_anew_and_the_others_go_on(start, nu
         assert line["published"] > 20
 
 
-def test_a_process_that_starts_anew_has_the_parameters_it_died_with_and_others_see_one_graph(
-    start, monkeypatch, capsys
-):
+@pytest.mark.long
+def test_restarted_process_keeps_its_parameters(start, monkeypatch, capsys):
     run = start(STEADY.replace("POLICY", "on-failure"), "-v")
     run.wait_for("heard enough", times=2)
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
@@ -130,7 +136,7 @@ def test_a_process_that_starts_anew_has_the_parameters_it_died_with_and_others_s
     assert node["parameters_set"] == 1
 
 
-def test_a_process_that_dies_and_is_not_to_start_anew_ends_the_run(start, have_ended):
+def test_death_without_restart_policy_ends_the_run(start, have_ended):
     run = start(STEADY.replace("POLICY", "never"), "-v")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
@@ -140,7 +146,7 @@ def test_a_process_that_dies_and_is_not_to_start_anew_ends_the_run(start, have_e
     assert have_ended(pids, 0)
 
 
-def test_a_process_that_is_killed_with_the_main_one_s_leaves_no_orphan(start, have_ended):
+def test_killed_main_process_leaves_no_orphan(start, have_ended):
     run = start(STEADY.replace("POLICY", "always"), "-v")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
@@ -148,7 +154,7 @@ def test_a_process_that_is_killed_with_the_main_one_s_leaves_no_orphan(start, ha
     assert have_ended(pids, PATIENCE_S)
 
 
-def test_a_node_that_fails_in_another_process_ends_the_run_and_is_named(start):
+def test_node_failure_in_another_process_ends_run(start):
     run = start(STEADY.replace("POLICY", "never").replace("rate_hz: 100", "rate_hz: 100, fail_at: 30"))
     assert run.end(None) == 1
     told = "".join(run.lines)
@@ -158,7 +164,7 @@ def test_a_node_that_fails_in_another_process_ends_the_run_and_is_named(start):
 
 
 @pytest.mark.parametrize("plugin", ["leaver", "holder"])
-def test_a_node_that_fails_on_the_way_out_in_another_process_fails_the_run_and_is_named(start, plugin):
+def test_failure_during_stop_elsewhere_fails_the_run(start, plugin):
     nodes = f"  node:\n    plugin: {plugin}\n    process: side\n  here:\n    plugin: hearer\n"
     run = start(f"processes:\n  side:\nnodes:\n{nodes}", "--for", "0.3s")
     assert run.end(None) == 1
@@ -167,7 +173,7 @@ def test_a_node_that_fails_on_the_way_out_in_another_process_fails_the_run_and_i
     assert "the cable is loose" in told
 
 
-def test_what_nodes_print_is_passed_on_with_the_name_of_their_process(start):
+def test_printed_lines_carry_the_process_name(start):
     run = start("processes:\n  side:\nnodes:\n  chatter:\n    plugin: chatter\n    process: side\n", "--for", "0.2s")
     assert run.end(None) == 0
     assert "[side] hello \\x1b[31mred\n" in run.printed
@@ -202,7 +208,7 @@ def all_is_one_graph():
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
-def test_what_cannot_be_asked_of_several_processes_is_refused(project, capsys, arguments, told):
+def test_options_for_one_process_are_refused(project, capsys, arguments, told):
     (project / "run.yaml").write_text(f"plugins: [plugins]\n{THREE}")
     assert main(["run", str(project / "run.yaml"), *arguments]) in {1, 2}
     assert told in capsys.readouterr().err

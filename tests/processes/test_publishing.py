@@ -69,7 +69,7 @@ def beside(run):
         yield start
 
 
-def test_one_message_of_a_command_is_heard_in_every_process(run, beside):
+def test_message_of_a_command_reaches_every_process(run, beside):
     for number in range(1, 4):
         message = ("numbers", "std_msgs/msg/Int64", f"{{data: {number}}}")
         assert beside("topic", "pub", "--once", *message).wait(PATIENCE_S) == 0

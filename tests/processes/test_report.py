@@ -45,7 +45,7 @@ def test_a_message_is_counted_where_it_is_published():
     assert report.inbox_dropped == 2
 
 
-def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_heard_it():
+def test_last_messages_of_killed_process_count():
     life = ProcessOutcome(6, told("/source", published=9), "it was ended")
     source = Member("a", ("/source",), report=told("/source", published=4), lives=[life])
     sink = told("/sink", published=17, arrived=17, lines=[line("/sink", 17, 17)])
@@ -53,7 +53,7 @@ def test_what_a_process_published_just_before_it_was_killed_is_known_from_who_he
     assert topic.published == topic.subscriptions[0].delivered == 17
 
 
-def test_what_waited_in_a_process_that_ended_is_lost_with_it():
+def test_backlog_of_a_dead_process_counts_as_dropped():
     life = ProcessOutcome(
         6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 47, 1, 2)]), "it was ended"
     )
@@ -65,6 +65,6 @@ def test_what_waited_in_a_process_that_ended_is_lost_with_it():
     assert [each.fates for each in report.processes] == [(), ("it was ended",)]
 
 
-def test_a_process_that_never_told_anything_has_failed_nodes():
+def test_process_without_report_has_failed_nodes():
     report = merged(MAIN, [Member("b", ("/sink",), lives=[ProcessOutcome(6, None, "it was ended")])], ["/sink"])
     assert [(node.name, node.state) for node in report.nodes] == [("/sink", "failed")]

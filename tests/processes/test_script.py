@@ -58,7 +58,7 @@ def pids_of(run):
 
 
 @pytest.mark.parametrize("options", ["", "one_process=True"])
-def test_a_script_has_the_processes_of_its_launch_file(start, options, have_ended):
+def test_script_starts_the_processes_of_its_file(start, options, have_ended):
     files = {"robot.py": SCRIPT.replace("OPTIONS", options), "plugins/where.py": WHERE}
     run = start(FILE, files=files, script="robot.py")
     run.wait_for("beside heard 20")
@@ -70,7 +70,7 @@ def test_a_script_has_the_processes_of_its_launch_file(start, options, have_ende
     assert have_ended([far], 0)
 
 
-def test_a_process_of_a_script_that_fails_for_good_is_told(start):
+def test_final_process_failure_in_script_is_printed(start):
     files = {"robot.py": SCRIPT.replace("OPTIONS", ""), "plugins/where.py": WHERE}
     run = start(FILE.replace("on-failure", "never"), files=files, script="robot.py")
     run.wait_for("with left-handed", times=2)
@@ -100,13 +100,13 @@ def robot(tmp_path):
     ],
     ids=["two files", "a description", "not inspected"],
 )
-def test_what_other_processes_could_not_be_told_is_refused_with_what_to_do(robot, what, options, told):
+def test_node_instance_for_another_process_is_refused(robot, what, options, told):
     with pytest.raises(LaunchError, match=told) as refused:
         busflow.run(*what(robot), **options)
     assert "one_process=True" in str(refused.value)
 
 
-def test_launch_has_all_nodes_in_the_program_s_own_process_and_says_so(robot, capsys):
+def test_launch_runs_all_nodes_in_the_program(robot, capsys):
     async def main():
         async with busflow.launch(robot) as graph:
             return [node.state for node in graph.report().nodes]

@@ -48,7 +48,8 @@ nodes:
 """
 
 
-def test_a_main_process_that_was_stopped_does_not_take_the_others_for_hung_when_it_goes_on(start):
+@pytest.mark.long
+def test_continued_main_process_does_not_kill_workers(start):
     run = start(FROM_MAIN, "-v", files={"plugins/telling.py": TELLING})
     os.mkfifo(run.folder / "gone")
     pipe = os.open(run.folder / "gone", os.O_RDONLY | os.O_NONBLOCK)
@@ -66,7 +67,8 @@ def test_a_main_process_that_was_stopped_does_not_take_the_others_for_hung_when_
     assert [each["restarts"] for each in run.report()["processes"]] == [0, 0, 0]
 
 
-def test_the_last_process_ends_when_all_the_others_are_killed(start, have_ended):
+@pytest.mark.long
+def test_last_process_ends_after_the_others_die(start, have_ended):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
     run.wait_for("heard enough")
     pids = run.pids()
@@ -76,7 +78,8 @@ def test_the_last_process_ends_when_all_the_others_are_killed(start, have_ended)
     assert have_ended([*pids.values()], PATIENCE_S)
 
 
-def test_a_main_process_outlives_all_the_others_and_starts_them_anew(start):
+@pytest.mark.long
+def test_main_process_restarts_all_dead_workers(start):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
     run.wait_for("heard enough", times=2)
     each_process_is_a_new_interpreter_and_no_fork(run)
@@ -87,7 +90,7 @@ def test_a_main_process_outlives_all_the_others_and_starts_them_anew(start):
     assert [each["restarts"] for each in run.report()["processes"]] == [0, 1, 1]
 
 
-def test_a_stopped_process_does_not_hold_up_the_end(start, have_ended):
+def test_stopped_process_does_not_delay_the_end(start, have_ended):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
     run.wait_for("heard enough", times=2)
     pids = [*run.pids().values()]
@@ -113,7 +116,7 @@ class Stuck(Node):
 """
 
 
-def test_a_process_that_had_to_be_ended_by_force_makes_a_run_fail_that_nothing_else_ended(start):
+def test_process_ended_by_force_fails_the_run(start):
     run = start(
         "processes: {far: }\nnodes: {stuck: {plugin: stuck, process: far}}\n",
         "--for",
@@ -220,7 +223,7 @@ def numbers_are_all_there(run):
             assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
 
 
-def test_a_subscriber_that_is_stuck_in_another_process_stalls_no_other_topic_of_its_link(start):
+def test_stuck_remote_subscriber_stalls_no_other_topic(start):
     run = start(
         **paced("""
 processes: {far: }
@@ -238,7 +241,8 @@ nodes:
     assert line["dropped"] > 0
 
 
-def test_a_process_that_is_slow_holds_up_no_other_process(start):
+@pytest.mark.long
+def test_slow_process_delays_no_other_process(start):
     run = start(
         **paced("""
 processes: {far: , slow: }
@@ -253,7 +257,8 @@ nodes:
     numbers_are_all_there(run)
 
 
-def test_six_megabytes_at_20_hz_beside_a_thousand_small_messages_a_second(start):
+@pytest.mark.long
+def test_large_messages_do_not_delay_small_ones(start):
     run = start(
         **paced("""
 processes: {far: }
@@ -272,6 +277,7 @@ nodes:
 
 
 @pytest.mark.parametrize("late", ["left", "right"])
+@pytest.mark.long
 def test_processes_may_start_in_any_order_and_late(start, late):
     slow = "import os, threading\nif os.environ.get('LATE'):\n    threading.Event().wait(2)\n"
     run = start(
@@ -292,7 +298,8 @@ nodes:
     assert (topic["published"], topic["losses"]) == (500, {})
 
 
-def test_two_runs_of_one_name_do_not_notice_each_other(start, monkeypatch):
+@pytest.mark.long
+def test_two_runs_of_one_name_stay_apart(start, monkeypatch):
     text = FROM_MAIN.replace("plugin: telling", "plugin: hearer")
     first, second = start(text, "--run", "twin"), start(text, "--run", "twin", "--report", "second.json")
     for run in (first, second):

@@ -36,7 +36,7 @@ def busflow(start_for_all):
 
 
 @pytest.mark.parametrize(("verb", "rate"), [("hz", "rate_hz"), ("bw", "bytes_per_s")])
-def test_a_topic_is_measured_in_every_process_that_publishes_it(busflow, verb, rate):
+def test_topic_is_measured_in_every_publishing_process(busflow, verb, rate):
     (told,) = busflow("topic", verb, "numbers", "-n", "1", "--every", "2s", "--json")
     per_message = 12 if verb == "bw" else 1  # a header of four bytes, and the number
     assert 0 < told[rate] / per_message < 110, (
@@ -45,7 +45,7 @@ def test_a_topic_is_measured_in_every_process_that_publishes_it(busflow, verb, r
     assert {flow["node"] for flow in told["subscriptions"]} == {"/hearer", "/far_hearer"}
 
 
-def test_ps_has_a_line_for_the_run_with_each_of_its_processes(busflow):
+def test_ps_lists_the_run_with_its_processes(busflow):
     (told,) = busflow("ps", "--json")
     assert told.keys() >= {"run", "file", "since", "pid", "processes"}
     assert told["file"].endswith("run.yaml")
@@ -58,7 +58,7 @@ def test_ps_has_a_line_for_the_run_with_each_of_its_processes(busflow):
     assert len({each["pid"] for each in told["processes"]}) == 3
 
 
-def test_a_topic_has_one_account_in_which_a_message_is_published_once(busflow):
+def test_topic_counts_each_message_once(busflow):
     for _ in range(
         10
     ):  # the processes count on while they are asked one after the other, which is less and less of all

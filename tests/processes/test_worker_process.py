@@ -50,7 +50,7 @@ def running():
 
 
 @virtual_time
-async def test_one_that_shows_itself_no_more_and_says_nothing_hangs_and_is_killed(running):
+async def test_silent_process_without_token_hangs_and_is_killed(running):
     member, lines = running()
     await asyncio.sleep(5)
     member.on_presence(there=False)
@@ -60,7 +60,7 @@ async def test_one_that_shows_itself_no_more_and_says_nothing_hangs_and_is_kille
 
 
 @virtual_time
-async def test_one_that_is_stopped_is_told_of_within_two_seconds(running):
+async def test_stopped_process_is_logged_within_two_seconds(running):
     member, lines = running()
     await asyncio.sleep(5)
     member.on_told({"report": {"nodes": []}})  # and now it is stopped
@@ -72,7 +72,7 @@ async def test_one_that_is_stopped_is_told_of_within_two_seconds(running):
 
 
 @virtual_time
-async def test_one_that_still_speaks_does_not_hang_though_nobody_sees_it(running):
+async def test_process_that_still_writes_does_not_hang(running):
     member, lines = running()
     await asyncio.sleep(5)
     member.on_presence(there=False)  # this process was stopped, and its links have been given up
@@ -85,7 +85,7 @@ async def test_one_that_still_speaks_does_not_hang_though_nobody_sees_it(running
 
 
 @virtual_time
-async def test_one_that_is_seen_again_in_time_does_not_hang(running):
+async def test_process_seen_again_in_time_does_not_hang(running):
     member, lines = running()
     member.on_presence(there=False)
     await asyncio.sleep(0.1)
@@ -95,7 +95,7 @@ async def test_one_that_is_seen_again_in_time_does_not_hang(running):
 
 
 @virtual_time
-async def test_one_that_is_never_to_start_anew_is_told_of_and_left_alone(running):
+async def test_hung_process_without_restart_is_only_logged(running):
     member, lines = running(Restart.NEVER)
     await asyncio.sleep(5)
     member.on_presence(there=False)
@@ -106,7 +106,7 @@ async def test_one_that_is_never_to_start_anew_is_told_of_and_left_alone(running
     assert lines[-1].event == "the process left is heard of again"
 
 
-def test_what_it_was_told_and_how_often_its_nodes_lived_is_kept_for_its_next_life(running):
+def test_parameters_and_restart_counts_survive_a_restart(running):
     async def tell():
         member, _ = running()
         member.on_told({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})

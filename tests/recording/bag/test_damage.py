@@ -24,6 +24,8 @@ from busflow.recording.mcap.records import MAGIC
 from tests.recording.conftest import write_numbers
 
 FRAME = struct.Struct("<BQ")
+STEPS = [7, pytest.param(1, marks=pytest.mark.long)]
+"""How many places are passed over: all but every seventh, or none."""
 
 
 def served(path):
@@ -76,20 +78,23 @@ def check_prefix(path, content, truth):
     return len(found)
 
 
-def test_a_file_cut_at_any_byte_serves_every_chunk_that_is_whole(tmp_path, whole):
+@pytest.mark.parametrize("step", STEPS)
+def test_cut_file_serves_every_whole_chunk(tmp_path, whole, step):
     content, truth = whole
-    counts = [check_prefix(tmp_path / "cut.mcap", content[:size], truth) for size in range(len(content))]
+    sizes = [*range(0, len(content), step), len(content) - 1]
+    counts = [check_prefix(tmp_path / "cut.mcap", content[:size], truth) for size in sizes]
     assert counts == sorted(counts)
     assert counts[-1] == len(truth)
 
 
-def test_a_file_cut_anywhere_in_its_last_mib_serves_what_is_before(tmp_path):
+@pytest.mark.parametrize("cuts", [4, pytest.param(25, marks=pytest.mark.long)])
+def test_cut_long_file_serves_the_part_before(tmp_path, cuts):
     path = write_numbers(tmp_path / "long.mcap", 60_000, chunk_size=64 << 10, compression=CompressionType.NONE)
     content = path.read_bytes()
     truth, _ = served(path)
     assert len(content) > 2 << 20
     picked = random.Random(7)
-    for _ in range(25):
+    for _ in range(cuts):
         size = len(content) - picked.randrange(1, 1 << 20)
         check_prefix(tmp_path / "cut.mcap", content[:size], truth)
 
@@ -97,15 +102,16 @@ def test_a_file_cut_anywhere_in_its_last_mib_serves_what_is_before(tmp_path):
 @pytest.mark.parametrize(
     "how", [{}, {"finish": False}, {"compression": CompressionType.NONE}, {"compression": CompressionType.LZ4}], ids=str
 )
-def test_a_bit_that_flips_is_noticed_or_changes_nothing(tmp_path, how):
-    """Every bit of what frames a record, which no CRC protects, and every eleventh of the rest."""
+@pytest.mark.parametrize("step", STEPS)
+def test_flipped_bit_is_noticed_or_changes_nothing(tmp_path, how, step):
+    """Flips every bit of a record's frame, which no CRC protects, and every eleventh of the rest, or a sample."""
     path = write_numbers(tmp_path / "flipped.mcap", 8, chunk_size=150, **how)
     content, truth = path.read_bytes(), served(path)[0]
     bits = set(range(0, len(content) * 8, 11))
     with suppress(BagError), Contents(path) as contents:
         for found in contents:
             bits |= set(range(found.offset * 8, (found.offset + FRAME.size) * 8))
-    for bit in sorted(bits):
+    for bit in sorted(bits)[::step]:
         flipped = bytearray(content)
         flipped[bit // 8] ^= 1 << bit % 8
         check_prefix(path, bytes(flipped), truth)
