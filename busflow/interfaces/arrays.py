@@ -1,6 +1,6 @@
 """Read-only numpy arrays: how the numeric sequence of a message is checked, copied at most once and frozen.
 
-A frozen array is a view of memory that nobody can write through it: of `bytes`, or of a read-only array. A
+A frozen array is a view of memory that cannot be written through it: of `bytes`, or of a read-only array. A
 read-only array that owns its memory is not enough, for `setflags(write=True)` opens it again.
 """
 
@@ -39,7 +39,7 @@ _ACCEPTED: dict[str, tuple[tuple[type, ...], str, str]] = {
     "b": ((bool, np.bool_), "b", "booleans"),
 }
 _USUAL: dict[str, type] = {"f": float, "i": int, "u": int, "b": bool}
-"""What a list most often holds, for each kind of array: it needs no further look."""
+"""The element types that lists mostly hold, for each kind of array: these need no further check."""
 
 
 def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
@@ -78,7 +78,7 @@ def array(values: Sequence[float]) -> Any:
 
 
 def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`value` itself when nobody can write to it, else a frozen copy."""
+    """`value` itself if it cannot be written to, else a frozen copy."""
     if is_frozen(value):
         return value
     if not value.flags.writeable and value.base is None:
@@ -90,7 +90,7 @@ def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
 
 
 def is_frozen(value: AnyArray) -> bool:
-    """Whether `value` is a view that can neither be written through nor opened again."""
+    """True if `value` is a view that can neither be written through nor opened again."""
     while not value.flags.writeable:
         base: Any = value.base
         if type(base) is bytes:
@@ -131,7 +131,7 @@ def checker(
 
 
 def same(left: AnyArray, right: AnyArray) -> bool:
-    """Whether two arrays hold the same values, NaN counting as equal to NaN."""
+    """True if two arrays hold the same values, NaN counting as equal to NaN."""
     return np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
 
 

@@ -98,7 +98,7 @@ def late_maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., An
 
 
 def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
-    """What makes a message of `cls` within another one, of the keys of a dict: half the time of calling the class.
+    """A function that makes a nested message of `cls` from a dict's keys, in half the time of calling the class.
 
     What it does not take raises ValueError or TypeError, and then pydantic says why.
     """
@@ -149,7 +149,7 @@ def blank() -> type[BaseModel]:
 
 
 def has_rules(cls: type[BaseModel], plain: type[BaseModel]) -> bool:
-    """Whether messages of the class obey more than the types of their fields, unlike those of the class `plain`."""
+    """True if messages of the class obey more than the types of their fields, unlike those of the class `plain`."""
     known: Any = cls
     decorators = known.__pydantic_decorators__
     return bool(
@@ -201,7 +201,7 @@ def _text_check(bound: int | None) -> Callable[[Any], str]:
 
 
 def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
-    """What makes a tuple of what is given for a sequence of texts or messages."""
+    """A function that makes a tuple of the value given for a sequence of texts or messages."""
     text = None if isinstance(field.base, type) else _text_check(field.string_bound)
     kind = field.base if isinstance(field.base, type) else str
     least, most = field.size if field.array is ArrayKind.FIXED else 0, field.size

@@ -33,7 +33,7 @@ _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
 class ArrayKind(Enum):
-    """How many values a field has."""
+    """The number of values of a field."""
 
     NONE = "one"
     FIXED = "exactly size"
@@ -54,7 +54,7 @@ class Primitive:
 
     @property
     def meaning(self) -> str:
-        """What a value of it is, for errors."""
+        """The word for a value of it, in errors."""
         if self.python is int:
             return f"an integer from {self.low} to {self.high}"
         return {float: "a number", bool: "true or false", str: "text"}[self.python]
@@ -77,14 +77,14 @@ class Primitive:
         return round_float32(plain) if self.name == "float32" else plain
 
     def array_check(self, kind: ArrayKind, size: int) -> Callable[[Any], arrays.AnyArray]:
-        """What makes a frozen array of what is given for a sequence of it."""
+        """A function that makes a frozen array of the value given for a sequence of it."""
         exactly = size if kind is ArrayKind.FIXED else None
         at_most = size if kind is ArrayKind.BOUNDED else None
         dtype = cast("type[np.generic]", self.dtype)
         return arrays.checker(dtype, low=self.low, high=self.high, exactly=exactly, at_most=at_most)
 
     def schema(self, bound: int | None = None) -> CoreSchema:
-        """How pydantic checks one value; `bound` limits a string's characters."""
+        """The schema with which pydantic checks one value; `bound` limits a string's characters."""
         if self.python is str:
             # A length limit, even an idle one, makes pydantic refuse text that UTF-8 cannot express.
             return cs.str_schema(strict=True, min_length=0, max_length=bound)
@@ -151,7 +151,7 @@ _OF_DTYPE = {np.dtype(each.dtype).name: each for each in PRIMITIVES.values() if 
 
 @dataclass(frozen=True, slots=True, init=False)
 class Length:
-    """How long a sequence is, in an annotation: `Length(9)` always, `Length(max=9)` at most.
+    """The length of a sequence, in an annotation: `Length(9)` is exact, `Length(max=9)` a bound.
 
     Of text it bounds the characters: `Annotated[str, Length(max=10)]`.
     """
@@ -277,7 +277,7 @@ def round_float32(value: float) -> float:
 
 
 def understand(name: str, info: FieldInfo) -> FieldType | None:
-    """What a field's annotation means to ROS, None where ROS has no word for it; tells pydantic too.
+    """The ROS type of a field's annotation, None if ROS has none; sets pydantic's schema too.
 
     Raises:
         InvalidDeclaration: The annotation is a mistake, or the default does not fit it.
@@ -305,7 +305,7 @@ def understand(name: str, info: FieldInfo) -> FieldType | None:
 
 
 def is_message(annotation: object) -> bool:
-    """Whether an annotation is a message class, and not the one that is being made: ROS knows no recursion."""
+    """True if an annotation is a message class, and not the one that is being made: ROS knows no recursion."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel) and "__ros_fields__" in vars(annotation)
 
 

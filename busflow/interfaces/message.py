@@ -141,7 +141,7 @@ class Message(BaseModel, metaclass=_Frozen):
 
         def __getattr__(self, name: str) -> Any:
             # What pydantic notes beside the values is the same for every message that was not made by pydantic; to
-            # look it up when somebody asks costs nothing where a message is made.
+            # look it up on request costs nothing where a message is made.
             if name == "__pydantic_fields_set__":
                 return set(self.__dict__)
             if name == "__pydantic_extra__":
@@ -244,7 +244,7 @@ def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:
 
 
 def is_ros_type(cls: type[Message]) -> bool:
-    """Whether ROS can describe the message type, the messages inside it included."""
+    """True if ROS can describe the message type, the messages inside it included."""
     return all(
         field is not None and (isinstance(field.base, str) or is_ros_type(cast("type[Message]", field.base)))
         for field in cls.__ros_fields__.values()
@@ -367,7 +367,7 @@ def _unchangeable(message: Message, name: str) -> InvalidMessage:
 
 
 def _same(left: Any, right: Any) -> bool:
-    """Whether two values of a field are equal, NaN being equal to NaN."""
+    """True if two values of a field are equal, NaN being equal to NaN."""
     if left is right:
         return True
     if isinstance(left, np.ndarray):
@@ -382,7 +382,7 @@ def _same(left: Any, right: Any) -> bool:
 
 
 def _shown(value: Any) -> Any:
-    """What stands for a field's value when a message is printed."""
+    """The text of a field's value in a printed message."""
     if isinstance(value, np.ndarray):
         numbers = cast("arrays.AnyArray", value)
         items = ", ".join(map(str, numbers[:_SHOWN].tolist()))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class ParameterHandler:
     """One `@on_parameters` of a node that is part of a graph.
 
-    What changes before the node is open, or while a call still awaits, is told later, in one call for all of it.
+    What changes before the node is open, or while a call still awaits, is reported later, in one call for all of it.
     """
 
     __slots__ = ("_before", "_busy", "_function", "_is_async", "_life", "_origin")
@@ -31,14 +31,14 @@ class ParameterHandler:
         self._before: Parameters | None = None  # what the handler takes for the parameters, while that is outdated
         self._busy = False
 
-    def tell(self, old: Parameters) -> None:
+    def on_change(self, old: Parameters) -> None:
         """The parameters have changed; until now they were `old`."""
         if self._before is None:
             self._before = old
         self.catch_up()
 
     def catch_up(self) -> None:
-        """Call the method if there is something to tell, and the node is open to hear it."""
+        """Call the method if parameters have changed and the node is open."""
         if self._before is None or self._busy or not self._life.is_open:
             return
         self._busy = True
@@ -52,7 +52,7 @@ class ParameterHandler:
             while self._before is not None:  # the handler itself may set parameters
                 old, self._before = self._before, None
                 refuse_coroutine(self._function(old), self._origin)
-        except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+        except BaseException as error:  # noqa: BLE001  # a node may raise anything; its supervisor decides
             self._failed(error)
         finally:
             self._busy = False
@@ -74,7 +74,7 @@ class ParameterHandler:
 
 
 class EventHandler:
-    """One `@on_event` of a node that is part of a graph; it is told in a turn of the loop of its own."""
+    """One `@on_event` of a node in a graph; each event is handled in a turn of the loop of its own."""
 
     __slots__ = ("_event_type", "_function", "_life", "origin", "topic")
 
@@ -93,15 +93,15 @@ class EventHandler:
         return self._life.name
 
     def wants(self, topic: str, kind: type[Event]) -> bool:
-        """Whether it listens for this kind of event of a topic."""
+        """True if it listens for this kind of event of a topic."""
         return self.topic == topic and issubclass(kind, self._event_type)
 
-    def hear(self, event: Event) -> None:
-        """Tell the method of an event, if it is one that it listens for and its node is open."""
+    def notify(self, event: Event) -> None:
+        """Call the method with an event, if it subscribes to it and its node is open."""
         if self._life.is_open and self.topic == event.topic and isinstance(event, self._event_type):
-            asyncio.get_running_loop().call_soon(self._tell, event)
+            asyncio.get_running_loop().call_soon(self._call_method, event)
 
-    def _tell(self, event: Event) -> None:
+    def _call_method(self, event: Event) -> None:
         if not self._life.is_open:
             return
         if iscoroutinefunction(self._function):
@@ -109,5 +109,5 @@ class EventHandler:
             return
         try:
             self._life.dispatcher.run_now(lambda: refuse_coroutine(self._function(event), self.origin))
-        except BaseException as error:  # noqa: BLE001  # a node may raise anything; whoever supervises it decides
+        except BaseException as error:  # noqa: BLE001  # a node may raise anything; its supervisor decides
             self._life.fail(f"{self.origin} (event {event})", error)

@@ -36,7 +36,7 @@ class Rng(np.random.Generator):
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What a node is given from outside: names, overrides, and the run's clock, log and seed."""
+    """Surroundings of a node: names, overrides, and the run's clock, log and seed."""
 
     clock: Clock
     log: Log
@@ -44,9 +44,9 @@ class Surroundings:
     namespace: str = "/"
     remaps: Mapping[str, str] = field(default_factory=dict[str, str])
     publisher_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
-    """By final topic name, the layers of QoS that the launch file states for a publisher of this node."""
+    """The launch file's layers of QoS for each publisher of this node, by final topic name."""
     subscription_qos: Callable[[str], tuple[QoS, ...]] = lambda _topic: ()
     parameter_source: Callable[[str], ValueSource | None] = lambda _name: None
-    """By dotted name, where the launch file or the command line states a parameter of this node."""
+    """The place in the launch file or on the command line of each parameter of this node, by dotted name."""
     life: int = 0
-    """How often the node was started anew."""
+    """The number of restarts of the node."""

@@ -32,7 +32,7 @@ NOT_ATTACHED = "{owner}.{name} is an endpoint only of a node that is part of a g
 
 
 class Declaration:
-    """What a class attribute declares; the attribute's name comes from the class body."""
+    """The declaration of a class attribute; the attribute's name comes from the class body."""
 
     name: str = ""
     owner: str = ""
@@ -45,7 +45,7 @@ class Declaration:
 
     @property
     def place(self) -> Place | None:
-        """Where it is written, for errors."""
+        """The place in the source, for errors."""
         return line(*self.written) if self.written is not None else None
 
     @property

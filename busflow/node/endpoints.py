@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[Any, Any] | Timer
 Attached: TypeAlias = End | ParameterStore
-"""What a bus announces: each part of a node that comes."""
+"""The parts of a node that a bus announces when they are attached."""
 E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 
 class Ends:
-    """What one node, in one of its lives, has on the bus."""
+    """The endpoints of one node on the bus, from one start to its end."""
 
     def __init__(self, life: NodeLifetime) -> None:
         self.publishers: list[Publisher[Any]] = []
@@ -46,7 +46,7 @@ class Ends:
         self.timers: list[Timer] = []
         self.listeners: list[EventHandler] = []
         self.on_first: Callable[[], None] | None = None
-        """Who waits for the first message that the node publishes."""
+        """The waiters for the first message that the node publishes."""
         self.bus: Bus | None = None
         self._life = life
         self._before: Ends | None = None
@@ -115,7 +115,7 @@ class Ends:
         origin = f"{server.endpoint.origin} (service {server.service})"
 
         def on_error(error: BaseException, request: Message) -> None:
-            if isinstance(error, Exception | asyncio.CancelledError):  # the caller is told: the node goes on
+            if isinstance(error, Exception | asyncio.CancelledError):  # the caller gets it: the node goes on
                 failure = Failure(life.name, origin, error, request)
                 life.log.error(failure.summary, **({"traceback": lines} if (lines := way(error)) else {}))
             else:
@@ -153,14 +153,14 @@ class Ends:
             end.open()
 
     def _listen(self, end: End) -> None:
-        """Hear of events from now on, and at once of what there is already."""
+        """Report events to the node from now on, and at once those of the present state."""
         if self.listeners and isinstance(end, Publisher | Subscription):
-            end.on_event = self._hear
+            end.on_event = self._notify
             end.tell_changes()
 
-    def _hear(self, event: Event) -> None:
+    def _notify(self, event: Event) -> None:
         for listener in self.listeners:
-            listener.hear(event)
+            listener.notify(event)
 
     def close(self) -> None:
         """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
@@ -174,20 +174,20 @@ class Ends:
 
     @property
     def keep_busy(self) -> bool:
-        """Whether there is anything to react to, to answer, or to hand to newcomers."""
+        """True if there is anything to react to, to answer, or to hand to newcomers."""
         latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in self.publishers)
         return latched or bool(self.timers or self.servers) or any(not each.is_pulled for each in self.subscriptions)
 
     def leave(self) -> None:
         """Leave every topic and service; what is iterated over ends."""
-        self.bequeath()
+        self.hand_over()
         for subscription in tuple(self.subscriptions):
             subscription.close()
         for publisher in tuple(self.publishers):
             publisher.close()
 
-    def bequeath(self) -> Ends:
-        """What the next life of the node may take over: the ends of topics, also those that this one had left alone."""
+    def hand_over(self) -> Ends:
+        """Hand over the ends of topics to the restarted node, also those that this one did not use."""
         before, self._before = self._before, None
         for client in self.clients:
             client.close()

@@ -36,7 +36,7 @@ def source_of(module: str) -> Path | None:
 
 
 def _may_offer(group: str, entry: str) -> bool:
-    """Whether an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
+    """True if an entry of `sys.path` holds metadata that mentions the group, or is nothing to look into here."""
     try:
         with os.scandir(entry) as found:
             folders = [each.path for each in found if each.name.endswith((".dist-info", ".egg-info"))]

@@ -133,7 +133,7 @@ class Handler(Declaration, Generic[P, R]):
         return found
 
     def annotated(self, example: str) -> Any:
-        """What the handler's annotation names, or that of the method it overrides."""
+        """The type in the handler's annotation, or in that of the method it overrides."""
         annotation = message_annotation(self.function)
         if annotation is None and self._above is not None:
             return self._above.annotated(example)
@@ -196,7 +196,7 @@ def subscription(
 
 
 def on_event(topic: str) -> _HandlerDecorator:
-    """Hear what happens to this node's own ends of a topic, besides messages.
+    """Handle events of this node's own ends of a topic.
 
     Write `@on_event("imu/data")` above a method whose annotation states the kind: `event: DeadlineMissed`.
     """
@@ -204,11 +204,11 @@ def on_event(topic: str) -> _HandlerDecorator:
 
 
 def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
-    """Hear that the node's parameters have changed: `@on_parameters` above `def retune(self, old: MyParameters)`.
+    """Handle changes of the node's parameters: `@on_parameters` above `def retune(self, old: MyParameters)`.
 
     It is called after the change, with the parameters before it; `self.parameters` holds the new ones. Refusing
     belongs in the validators of the `Parameters` class. Of an `async def` one call runs at a time: what changes
-    meanwhile is told in one more call, whose `old` is what the call before saw as new.
+    meanwhile is reported in one more call, whose `old` is what the call before saw as new.
     """
     if isinstance(function, Handler):
         raise InvalidDeclaration("@on_parameters stands alone: a message or an event needs a method of its own")
@@ -222,7 +222,7 @@ def service(service_type: type[Pair[Req, Res]], name: str, *, depth: int = DEPTH
     """Answer a service.
 
     Write `@service(Trigger, "~/reset")` above a method that takes a `Trigger.Request` and returns a
-    `Trigger.Response`; a plain `def` is atomic, an `async def` answers one request at a time. What it raises is told
+    `Trigger.Response`; a plain `def` is atomic, an `async def` answers one request at a time. An exception is reported
     to the caller and logged; the node goes on.
 
     Args:
@@ -234,7 +234,7 @@ def service(service_type: type[Pair[Req, Res]], name: str, *, depth: int = DEPTH
 
 
 class _ServiceDecorator(Generic[Req, Res]):
-    """What `@service(Type, name)` returns; above another one the method answers both."""
+    """The decorator that `@service(Type, name)` returns; above another one the method answers both."""
 
     def __init__(self, role: ServiceRole) -> None:
         self._role = role
@@ -252,7 +252,7 @@ class _ServiceDecorator(Generic[Req, Res]):
 
 
 class _HandlerDecorator:
-    """What `@subscription(topic)` returns; above another one it adds a second, separate role."""
+    """The decorator that `@subscription(topic)` returns; above another one it adds a second, separate role."""
 
     def __init__(self, role: Role) -> None:
         self._role = role
@@ -286,7 +286,7 @@ def declarations_of(node_class: type) -> dict[str, Declaration]:
 def inherit(node_class: type, frame: FrameType) -> None:
     """Settle a new class's declarations: a method that overrides a handler without a decorator stays one."""
     for name in {name for base in node_class.__mro__ for name in vars(base)}:
-        # The one who overrides may also be a mixin that knows nothing of nodes.
+        # The overriding class may also be a mixin without nodes among its bases.
         value, above, *_ = [vars(base)[name] for base in node_class.__mro__ if name in vars(base)] + [None]
         renewed = _renewed(above, value) if isinstance(value, FunctionType) else None
         if renewed is not None:

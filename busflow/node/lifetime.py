@@ -16,12 +16,12 @@ from busflow.interfaces.message import Message
 
 
 class NodeLifetime:
-    """What those who call a node's code need to know of it, and to ask of it."""
+    """State of a node between start and end, for the code that calls its handlers."""
 
     log: FilteringBoundLogger
     """The run's log, bound to the node; there from its declaration on."""
     dispatcher: Dispatcher
-    """By which its code is called back, and what it publishes is delivered at once; there once it is connected."""
+    """The dispatcher that calls its handlers and delivers its messages at once; set once it is connected."""
 
     def __init__(self, kind: str, name: str, close: Callable[[], None]) -> None:
         """The life of a node of this class and name; `close` keeps all that comes from one that has failed."""
@@ -29,15 +29,15 @@ class NodeLifetime:
         self.name = name
         """Its full name, from its declaration on."""
         self.starting = Activity(f"start() of {name}")
-        """Its `start`, which holds up who calls its services before it has returned."""
+        """The activity of its `start`: callers of its services wait until it has returned."""
         self.is_open = False
-        """Whether messages are handed over and timers tick."""
+        """True if messages are handed over and timers tick."""
         self.has_spawned = False
-        """Whether there may be tasks to cancel at the end."""
+        """True if there may be tasks to cancel at the end."""
         self.on_failure: Callable[[Failure], None] | None = None
         self.on_task_end: Callable[[], None] | None = None
         self.on_end: Callable[[], None] | None = None
-        """Who looks once more, after its `stop`, at what it has left behind."""
+        """A callback after its `stop` that looks for tasks left behind."""
         self._close = close
         self._running = 0
         self._tasks: anyio.abc.TaskGroup | None = None
@@ -54,7 +54,7 @@ class NodeLifetime:
 
     @property
     def tasks(self) -> int:
-        """How many of those that were spawned still run."""
+        """The number of spawned tasks that still run."""
         return self._running
 
     def spawn(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
@@ -80,7 +80,7 @@ class NodeLifetime:
                 self.on_task_end()
 
     def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
-        """Tell whoever supervises the node that it raised; it is handed nothing more."""
+        """Report the node's failure to its supervisor, and deliver nothing more to it."""
         self._close()
         if self.on_failure is not None:
             self.on_failure(Failure(self.name, origin, error, message))

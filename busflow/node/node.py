@@ -282,7 +282,7 @@ def parameters_class(node_class: type[Node]) -> type[Parameters]:
 
 
 def runtime_of(node: Node) -> NodeRuntime:
-    """What is behind a node's private name, for those who carry nodes through a run.
+    """The runtime behind a node's private name, for the code that runs nodes.
 
     Raises:
         InvalidDeclaration: the node's class has an `__init__` that leaves Node's own out.

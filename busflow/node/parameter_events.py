@@ -1,4 +1,4 @@
-"""ParameterEvents: tells of a node's parameters on `/parameter_events`, as ROS 2's nodes do, if somebody listens."""
+"""ParameterEvents: publishes a node's parameters on `/parameter_events`, as ROS 2 does, if it has subscriptions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ParameterEvents:
-    """One node's end of the topic. It costs nothing until a parameter is set, and next to nothing if nobody listens."""
+    """One node's end of the topic. It costs nothing until a parameter is set, and little without a subscription."""
 
     __slots__ = ("_clock", "_create", "_log", "_parameters", "_publisher")
 
@@ -47,14 +47,14 @@ class ParameterEvents:
         if former._publisher is not None:
             self.declare()
 
-    def tell_all(self) -> None:
-        """Tell of every parameter as a new one, to those who have listened from the start."""
+    def publish_all(self) -> None:
+        """Publish every parameter as a new one, for subscriptions that are there from the start."""
         if self._publisher is not None:
             rows = self._parameters.describe()
             self._publish(self._publisher, [ParameterChange(row.name, None, row.value) for row in rows])
 
-    def tell(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
-        """Tell of a change. Who listens with a QoS that does not fit hears nothing, and the log says so."""
+    def publish(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
+        """Publish a change. A subscription whose QoS does not fit receives nothing, and the log says so."""
         topic = bus.topics.get(PARAMETER_EVENTS)
         if self._publisher is None and (topic is None or not topic.pushes):
             return
@@ -72,5 +72,5 @@ class ParameterEvents:
     def _publish(self, publisher: Publisher[ParameterEvent], changes: Iterable[ParameterChange]) -> None:
         from busflow.node.parameter_messages import event_message
 
-        told = self._parameters
-        publisher.publish(event_message(self._clock.now(), told.node, changes, told.infos))
+        store = self._parameters
+        publisher.publish(event_message(self._clock.now(), store.node, changes, store.infos))

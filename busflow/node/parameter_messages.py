@@ -49,7 +49,7 @@ _TYPES = {
 
 
 def type_of(value: object, info: ParameterInfo | None = None) -> int:
-    """The constant of `ParameterType` for a plain value; `info` tells of what an empty list is.
+    """The constant of `ParameterType` for a plain value; `info` decides the type of an empty list.
 
     What ROS 2 has no type for, a mapping or a list of unlike things, is a string that holds JSON.
     """
@@ -96,7 +96,7 @@ def value_message(value: object, info: ParameterInfo | None = None) -> Parameter
 
 
 def plain_value(message: ParameterValue) -> object:
-    """What a value of ROS 2's is as plain data; of an unknown type it is None, as one that is not set."""
+    """The plain value of a ROS 2 parameter value; None for an unknown type, as for one that is not set."""
     field = _FIELDS.get(message.type)
     if field is None:
         return None
@@ -107,7 +107,7 @@ def plain_value(message: ParameterValue) -> object:
 
 
 def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDescriptor:
-    """What is declared of a parameter, as ROS 2 sends it; ranges without an end have the type's own limit there."""
+    """The descriptor of a parameter as ROS 2 sends it; a range without an end has the type's own limit there."""
     kind = _TYPES.get(info.type.removesuffix(" or null")) or type_of(info.default if value is None else value, info)
     low, high, step = info.bounds.minimum, info.bounds.maximum, info.bounds.step
     bounded = (low, high, step) != (None, None, None)

@@ -18,7 +18,7 @@ from busflow.validation.faults import same, shown
 
 @dataclass(frozen=True, slots=True)
 class ValueSource:
-    """Where a value came from: in words, and the place where a file states it."""
+    """The source of a value: in words, and the place in a file."""
 
     text: str
     place: Place | None = None
@@ -38,7 +38,7 @@ class LiveParameter:
     """One parameter of a node as it stands now; a nested one has a dotted name."""
 
     info: ParameterInfo
-    """What is declared: type, default, range, choices, description, whether it is read-only."""
+    """The declaration of a parameter: type, default, range, choices, description, read-only or not."""
     value: object
     """Plain data, as a file would hold it."""
     source: ValueSource
@@ -60,16 +60,16 @@ class ParameterChange:
 
 @dataclass(frozen=True, slots=True)
 class SetResult:
-    """What came of setting parameters: what changed, or why nothing did."""
+    """The result of setting parameters: the changes, or why there are none."""
 
     changed: tuple[ParameterChange, ...] = ()
     """Empty also where every value was the old one."""
     faults: tuple[Fault, ...] = ()
-    """Why the whole was refused; empty where it was accepted."""
+    """The reasons for a refusal; empty if the set was accepted."""
 
     @property
     def reason(self) -> str | None:
-        """Why the whole was refused, in one line; None where it was accepted."""
+        """The reason for a refusal in one line; None if the set was accepted."""
         return str(InvalidParameter(self.faults)) if self.faults else None
 
 
@@ -83,15 +83,15 @@ class _Pace:
 
 
 class Holder(Protocol):
-    """Who has parameters: a node."""
+    """The owner of parameters: a node."""
 
     parameters: Any
 
 
 class ParameterStore:
-    """What `node.parameters` holds, parameter by parameter, and the one who may replace it.
+    """ParameterStore: the parameters of `node.parameters` one by one, and the only code that replaces it.
 
-    The node's own attribute is the truth; whoever builds the node anew builds it from that. Everything here belongs
+    The node's own attribute is the truth; a restart builds the node from it. Everything here belongs
     to the thread of the graph's event loop.
     """
 
@@ -101,11 +101,11 @@ class ParameterStore:
         self._holder = holder
         self._first: Parameters = holder.parameters  # a set states every field, this one only what was given
         self.stated: Callable[[str], ValueSource | None] = lambda _name: None
-        """Who stated a parameter for the run, by its dotted name; the node's surroundings tell."""
+        """The source of each parameter, by dotted name; from the node's surroundings."""
         self.on_change: list[Callable[[Parameters, SetResult], None]] = []
-        """Who hears of a change, just after it, with the parameters before it."""
+        """Listeners to a change, called just after it with the parameters before it."""
         self.times_set = 0
-        """How often something was changed."""
+        """The number of changes."""
         self._paces: list[_Pace] = []
         self._set_at_run_time: set[str] = set()
 
@@ -116,7 +116,7 @@ class ParameterStore:
 
     @cached_property
     def infos(self) -> dict[str, ParameterInfo]:
-        """What is declared, by dotted name, in the order of declaration."""
+        """The declared parameters by dotted name, in the order of declaration."""
         return {info.name: info for info in describe(type(self.current))}
 
     def describe(self) -> tuple[LiveParameter, ...]:
@@ -138,7 +138,7 @@ class ParameterStore:
         """Set parameters, all of them or none, by dotted or nested names.
 
         The whole is validated first. Then `node.parameters` is replaced, timers that a parameter paces begin a new
-        grid, and whoever listens is told, all before this returns. Values that are the old ones change nothing.
+        grid, and listeners are called, all before this returns. Values that are the old ones change nothing.
         """
         old = self.current
         try:
@@ -157,8 +157,8 @@ class ParameterStore:
         for pace in paces:
             pace.timer.period_s = pace.period(new)
         result = SetResult(changed)
-        for hear in self.on_change:
-            hear(old, result)
+        for listener in self.on_change:
+            listener(old, result)
         return result
 
     def pace(self, timer: Timer, parameter: str, period: Callable[[object], Fraction]) -> None:
@@ -210,7 +210,7 @@ def _pace_faults(paces: list[_Pace], parameters: Parameters) -> Iterator[Fault]:
 
 
 def _is_stated(parameters: BaseModel, name: str) -> bool:
-    """Whether whoever constructed the parameters gave this one a value."""
+    """True if the constructor of the parameters gave this one a value."""
     found: Any = parameters
     for step in name.split("."):
         if not isinstance(found, BaseModel) or step not in found.model_fields_set:

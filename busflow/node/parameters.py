@@ -1,4 +1,4 @@
-"""`Parameters`: what a node can be told, declared as a pydantic model, strict about types and ranges."""
+"""`Parameters`: the parameters of a node, declared as a pydantic model, strict about types and ranges."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def describe(cls: type[Parameters]) -> tuple[ParameterInfo, ...]:
 
 
 def value_of(parameters: BaseModel, name: str) -> Any:
-    """What a dotted name stands for, as plain data; None inside an optional group that is not there."""
+    """The plain value of a dotted name; None inside an optional group that is not there."""
     found: Any = parameters
     for step in name.split("."):
         found = getattr(found, step, None)
@@ -163,7 +163,7 @@ def with_changes(parameters: P, changes: Mapping[str, object]) -> P:
         return validate(type(parameters), data)
     except InvalidParameter:
         raise
-    except Exception as error:  # a node's own validator may raise anything; it is told, not swallowed
+    except Exception as error:  # a node's own validator may raise anything; it is reported, not swallowed
         text = f"a validator raised {type(error).__name__}: {printable(str(error), limit=200)}"
         raise InvalidParameter([Fault((), text)]) from error
 
@@ -202,5 +202,5 @@ def _assign(data: Any, path: KeyPath, value: object) -> Any:
 
 
 def _members(group: BaseModel) -> dict[str, Any]:
-    """What a group holds, as it was validated."""
+    """The validated values of a group."""
     return {name: getattr(group, name) for name in type(group).model_fields}

@@ -1,4 +1,4 @@
-"""Which node classes the files of a plugin define, as far as their text tells; nothing is imported."""
+"""Finds the node classes in a plugin's files from their text alone; nothing is imported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 UNREADABLE = (SyntaxError, ValueError, OSError, RecursionError, MemoryError)
-"""What reading a file that is not Python raises: bad syntax, null bytes, no permission, hostile nesting."""
+"""The errors of reading a file that is not Python: bad syntax, null bytes, no permission, hostile nesting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def sources(path: Path) -> list[Path]:
 
 
 def files_with_nodes(path: Path) -> list[Path]:
-    """The files of a package that define a node, and those of which only importing tells what is wrong."""
+    """The files of a package that define a node, and those whose mistakes only an import shows."""
     outline = Outline()
 
     def worth_importing(file: Path) -> bool:

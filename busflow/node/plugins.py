@@ -24,7 +24,7 @@ from busflow.errors import BusflowError, Place, PluginError, Problem
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.text import did_you_mean, printable
-from busflow.validation import tracebacks as blame
+from busflow.validation import tracebacks
 
 if TYPE_CHECKING:
     from importlib.abc import Loader  # importing it when running costs 10 ms
@@ -42,15 +42,15 @@ _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
 
 @dataclass(frozen=True, slots=True)
 class PluginSummary:
-    """What is known of a plugin without importing it."""
+    """Facts about a plugin that need no import of it."""
 
     name: str
-    """What a launch file writes after `plugin:`."""
+    """The name after `plugin:` in a launch file."""
     summary: str
     file: str | None
     line: int = 1
     fault: str | None = None
-    """Why the file cannot be read; it then offers nothing."""
+    """The reason why the file cannot be read; it then offers nothing."""
 
 
 def find(folders: Iterable[str | os.PathLike[str]]) -> list[PluginSummary]:
@@ -74,7 +74,7 @@ def built_in() -> list[PluginSummary]:
 
 
 def unreadable(folder: Path) -> Problem | None:
-    """Why a folder that is there cannot be read; None where it can, or is not there."""
+    """The reason why an existing folder cannot be read; None if it can, or is not there."""
     try:
         with os.scandir(folder) as entries:
             next(entries, None)
@@ -104,7 +104,7 @@ def load(reference: str, folders: Iterable[str | os.PathLike[str]]) -> type[Node
     if len(paths) > 1:
         raise _error(
             "ambiguous-plugin",
-            f"plugin {name!r} is in several places: {', '.join(map(blame.shown, paths.values()))}",
+            f"plugin {name!r} is in several places: {', '.join(map(tracebacks.shown, paths.values()))}",
             "rename all but one",
         )
     for path in paths.values():
@@ -129,7 +129,7 @@ def _load_from_folder(name: str, wanted: str, path: Path) -> type[Node]:
         if path.is_dir() and (wanted not in classes if wanted else not classes):
             for file in files_with_nodes(path):
                 classes |= _nodes_defined(importlib.import_module(f"{module.__name__}.{file.stem}"))
-    return _choose(name, wanted, module, classes, blame.shown(path))
+    return _choose(name, wanted, module, classes, tracebacks.shown(path))
 
 
 def _load_installed(entry: EntryPoint, wanted: str) -> type[Node]:
@@ -274,7 +274,7 @@ def _forget(names: Iterable[str], folder: Path | None) -> None:
 
 
 def _raised_by_statement(error: BaseException) -> bool:
-    """Whether a `raise` statement threw it; the KeyboardInterrupt of a real Ctrl-C comes from none."""
+    """True if a `raise` statement threw it; the KeyboardInterrupt of a real Ctrl-C comes from none."""
     place = error.__traceback__
     while place and place.tb_next:
         place = place.tb_next
@@ -287,10 +287,10 @@ def _raised_by_statement(error: BaseException) -> bool:
 
 
 def _import_problem(name: str, folder: Path | None, file: Path | None, error: BaseException) -> Problem:
-    way = blame.places(error, within=folder)
-    place = way.pop() if way else Place(blame.shown(file), 1, 1) if file else None
-    told = str(error) if isinstance(error, BusflowError) else blame.reason(error)
-    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", told)
+    way = tracebacks.places(error, within=folder)
+    place = way.pop() if way else Place(tracebacks.shown(file), 1, 1) if file else None
+    text = str(error) if isinstance(error, BusflowError) else tracebacks.reason(error)
+    reason = re.sub(_PACKAGE + r"\w+(?=\.)", "", text)
     code, message, fix = "plugin-import", f"plugin {name!r} cannot be imported: {reason}", None
     if isinstance(error, SyntaxError):
         code = "plugin-syntax"
@@ -303,7 +303,7 @@ def _import_problem(name: str, folder: Path | None, file: Path | None, error: Ba
 
 
 def _fix_for_missing(missing: str, folder: Path | None) -> str:
-    """What to do about a module that was not found."""
+    """The fix for a module that was not found."""
     stems = [path.stem for path in _plugins_in(folder)] if folder else []
     if missing.startswith(_PACKAGE):
         return did_you_mean(missing.rpartition(".")[2], stems)
@@ -317,7 +317,7 @@ def _fix_for_missing(missing: str, folder: Path | None) -> str:
 
 
 def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
-    looked = [blame.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
+    looked = [tracebacks.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
     fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
     if os.sep in name or name.endswith(".py"):
         fix = f"write {Path(name).stem!r}, and its folder under `plugins:`"
@@ -350,13 +350,13 @@ def _summaries(path: Path) -> list[PluginSummary]:
         found = Outline().of_plugin(path)
     except UNREADABLE as error:
         line = error.lineno or 1 if isinstance(error, SyntaxError) else 1
-        return [PluginSummary(name, "", blame.shown(path), line, blame.reason(error))]
+        return [PluginSummary(name, "", tracebacks.shown(path), line, tracebacks.reason(error))]
     public = [each for each in found if not each.name.startswith("_")]
     return [
         PluginSummary(
             name if len(public) == 1 else f"{name}:{each.name}",
             each.summary,
-            blame.shown(each.file),
+            tracebacks.shown(each.file),
             each.line,
         )
         for each in public

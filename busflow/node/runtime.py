@@ -46,7 +46,7 @@ M = TypeVar("M", bound=Message)
 
 
 class Declarer(Holder, Protocol):
-    """What a runtime needs of its node."""
+    """The members of a node that its runtime uses."""
 
     def declare(self) -> None:
         """Create what only the parameters decide."""
@@ -60,7 +60,7 @@ class NodeRuntime:
         self.node: Any = node
         self.name = name
         self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
-        """With its namespace, from `declare` on."""
+        """The name with its namespace, from `declare` on."""
         self.life = NodeLifetime(type(node).__name__, self.full_name, self.close)
         self.ends = Ends(self.life)
         self.parameters = ParameterStore(node, self.full_name)
@@ -74,7 +74,7 @@ class NodeRuntime:
 
     @property
     def surroundings(self) -> Surroundings:
-        """What the node was given, once it is part of a graph."""
+        """The node's surroundings, once it is part of a graph."""
         if self._surroundings is None:
             raise NotRunning(
                 f"{self.name} is not part of a graph yet: what __init__ would do belongs in declare() or start(); "
@@ -239,7 +239,7 @@ class NodeRuntime:
         self._bus, self.life.dispatcher = bus, bus.dispatcher
         bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
-        self.ends.connect(bus, before.ends.bequeath() if before else None)
+        self.ends.connect(bus, before.ends.hand_over() if before else None)
 
     @property
     def bus(self) -> Bus:
@@ -250,11 +250,11 @@ class NodeRuntime:
 
     @property
     def is_busy(self) -> bool:
-        """Whether the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
+        """True if the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
         return self.life.tasks > 0 or self.ends.keep_busy
 
     def statistics(self) -> NodeStatistics:
-        """What the node has on the bus and runs, as it stands now."""
+        """The node's endpoints and tasks at this moment."""
         ends = self.ends
         return NodeStatistics(
             node=self.full_name,
@@ -270,7 +270,7 @@ class NodeRuntime:
     def open(self) -> None:
         """Begin to hand over messages, and to tick."""
         self.ends.open()
-        self.parameter_events.tell_all()
+        self.parameter_events.publish_all()
         for handler in self._parameter_handlers:
             handler.catch_up()
 
@@ -289,6 +289,6 @@ class NodeRuntime:
 
     def _on_parameters(self, old: Parameters, result: SetResult) -> None:
         if self._bus is not None and not self._ended:
-            self.parameter_events.tell(result.changed, self._bus)
+            self.parameter_events.publish(result.changed, self._bus)
         for handler in self._parameter_handlers:
-            handler.tell(old)
+            handler.on_change(old)

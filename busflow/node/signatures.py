@@ -1,4 +1,4 @@
-"""How an annotation in a node's class is read: as it was written, with what its words mean around the class."""
+"""Reads annotations in a node's class as they are written, with the names in scope around the class."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def message_annotation(function: Callable[..., Any]) -> Any:
 
 
 def takes_one(function: Callable[..., Any]) -> bool:
-    """Whether a method can be called with itself and one more thing, as far as can be told."""
+    """True if a method can be called with itself and one more thing, as far as its signature shows."""
     code = getattr(function, "__code__", None)
     if code is None:
         return True
@@ -31,7 +31,7 @@ def takes_one(function: Callable[..., Any]) -> bool:
 
 
 def takes_none(function: Callable[..., Any]) -> bool:
-    """Whether a method can be called with nothing but itself, as far as can be told."""
+    """True if a method can be called with nothing but itself, as far as its signature shows."""
     code = getattr(function, "__code__", None)
     if code is None:
         return True
@@ -54,7 +54,7 @@ def calling_line() -> tuple[str, int] | None:
 
 
 def names_used(annotation: str, frame: FrameType) -> dict[str, Any]:
-    """What an annotation's words mean in the function around a class, where there is one."""
+    """The names in scope in the function around a class, if there is one."""
     words = set(re.findall(r"[A-Za-z_]\w*", annotation))
     return {word: frame.f_locals[word] for word in words if word in frame.f_locals}
 

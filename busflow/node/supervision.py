@@ -23,7 +23,7 @@ def _word(kind: type[W], what: str, given: str) -> W:
 
 
 class Restart(StrEnum):
-    """Whether a node is started anew."""
+    """True if a node is started anew."""
 
     NEVER = "never"
     ON_FAILURE = "on-failure"
@@ -31,7 +31,7 @@ class Restart(StrEnum):
 
 
 class Condition(StrEnum):
-    """What a node waits for in another one."""
+    """The condition of another node for which a node waits."""
 
     STARTED = "started"
     """Its `start` has begun."""
@@ -42,7 +42,7 @@ class Condition(StrEnum):
 
 
 class OnExit(StrEnum):
-    """What the end of a node means for the others. A failure that is not mended by a restart ends the run anyway."""
+    """The effect of a node's end on the others. A failure without a restart ends the run anyway."""
 
     IGNORE = "ignore"
     SHUTDOWN = "shutdown"
@@ -50,7 +50,7 @@ class OnExit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RestartPolicy:
-    """Whether a node is started anew, how soon, and how often before it is given up.
+    """True if a node is started anew, how soon, and how often before it is given up.
 
     Raises:
         InvalidDeclaration: a number is out of range, or `when` none of the words.
@@ -58,12 +58,12 @@ class RestartPolicy:
 
     when: Restart | str = Restart.NEVER
     most: int = 10
-    """How many restarts within the window; one more failure is final."""
+    """The number of restarts within the window; one more failure is final."""
     first_s: float = 0.1
     """The pause before the first restart; each one after it is twice as long."""
     longest_s: float = 5.0
     window_s: float = 60.0
-    """What the limit counts in; a node that has run for so long begins with the first pause again."""
+    """The time in which the limit counts; a node that has run for so long begins with the first pause again."""
 
     def __post_init__(self) -> None:
         """Take the word for what it means, and refuse what cannot be meant."""
@@ -76,11 +76,11 @@ class RestartPolicy:
 
 @dataclass(frozen=True, slots=True)
 class Supervision:
-    """What is asked for one node."""
+    """The supervision of one node."""
 
     restart: RestartPolicy = RestartPolicy()
     depends_on: Mapping[str, Condition] = field(default_factory=dict[str, Condition])
-    """By the full name of another node, what to wait for before the start."""
+    """The conditions to wait for before the start, by the full name of another node."""
     on_exit: OnExit = OnExit.IGNORE
 
 
@@ -121,7 +121,7 @@ def supervised(
 
 
 class Backoff:
-    """When a node that ended is started anew, and when it is given up.
+    """Backoff: decides when an ended node is restarted, and when it is given up.
 
     Pure: the time comes from outside, in seconds of the run's clock.
 
@@ -134,7 +134,7 @@ class Backoff:
 
     def __init__(self, policy: RestartPolicy) -> None:
         self.restarts = 0
-        """How often the node was started anew, or is about to be."""
+        """The number of restarts, the next one included."""
         self._policy = policy
         self._recent: list[float] = []
         self._row = 0
@@ -160,7 +160,7 @@ class Backoff:
 
 
 def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
-    """The names along a circle of those who wait for each other, the first one again at its end; empty without one.
+    """The names along a circle of nodes that wait for each other, the first again at the end; empty without a circle.
 
     >>> cycle({"/a": ["/b"], "/b": ["/c"], "/c": ["/b"]})
     ['/b', '/c', '/b']
@@ -185,7 +185,7 @@ def cycle(needs: Mapping[str, Collection[str]]) -> list[str]:
 
 
 def stop_order(names: Sequence[str], needs: Mapping[str, Collection[str]]) -> list[str]:
-    """The order to stop in: the last one first, but nobody before those who need him.
+    """The order to stop in: the last node first, but no node before those that depend on it.
 
     >>> stop_order(["/sensors", "/balance", "/motors"], {"/sensors": ["/motors"]})
     ['/balance', '/sensors', '/motors']

@@ -69,7 +69,7 @@ def builtin_types() -> BuiltinTypes:
 
 
 def read(file: Path, sources: Path) -> Mapping[str, Any]:
-    """What the build hook has written of these sources.
+    """The description that the build hook has written of these sources.
 
     Raises:
         UnknownType: It has not, or the sources have been changed since.

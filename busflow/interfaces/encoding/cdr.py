@@ -46,7 +46,7 @@ class Codec:
 
     @cached_property
     def encode_in_parts(self) -> Callable[[Message], list[Any]]:
-        """What `encode` gives as long as it is not joined; of a large array the array itself, which is not copied."""
+        """The parts that `encode` joins; a large array is a part itself and is not copied."""
         return parts_encoder(self._cls, self._explain_value)
 
     def _decode_other(self, data: bytes | bytearray | memoryview) -> Message:

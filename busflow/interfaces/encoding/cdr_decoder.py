@@ -34,7 +34,7 @@ from busflow.interfaces.message import Message, fields_of
 
 _ORDERS = {"little": "<", "big": ">"}
 _HEADERS = {"little": 0x0100, "big": 0}
-"""What a header of each order is as a number in that order."""
+"""The header of each byte order, as a number in that order."""
 _TRUTH = (False, True)
 
 
@@ -67,7 +67,7 @@ class _Decoder:
         self._at: int | None = 0
         """The offset where it is known; elsewhere the function counts it in `offset`."""
         self._run, self._names = [Item("H2x", 1, HEADER_SIZE)], ["header"]
-        """What the next format will unpack, and into which names."""
+        """The values that the next format will unpack, and their names."""
         self._blanks: dict[type[Message], type[BaseModel]] = {}
 
     def function(
@@ -163,7 +163,7 @@ class _Decoder:
         return name
 
     def _start(self) -> str:
-        """What to call the present offset when it is about to change."""
+        """The name for the present offset when it is about to change."""
         if self._at is not None:
             return str(self._at)
         self._source.add("start = offset")
@@ -281,7 +281,7 @@ def _least(field: FieldType) -> int:
 def _texts_decoder(
     unpack: Callable[[bytes, int], tuple[int]],
 ) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
-    """What decodes so many texts of a field, and says where they end.
+    """A function that decodes so many texts of a field and returns where they end.
 
     It knows those of the message before, for the names of joints stay the same: equal bytes are equal texts.
     """

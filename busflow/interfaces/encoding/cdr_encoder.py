@@ -26,10 +26,10 @@ SMALL = 1024
 
 _SIZE = Struct("<I")
 _ENDS = (bytes(1), bytes(4), bytes(3), bytes(2))
-"""What follows a text before another one, by the size of the text: its NUL and the gap."""
+"""The bytes between a text and the next one, by the size of the text: its NUL and the gap."""
 
 FAULTS = (StructError, ArithmeticError, AssertionError, LookupError, TypeError, ValueError, AttributeError)
-"""What a value that does not fit raises."""
+"""The errors that a value that does not fit raises."""
 
 
 def encoder(cls: type[Message], explain: Callable[[Any, Exception], Exception]) -> Callable[[Message], bytes]:
@@ -40,7 +40,7 @@ def encoder(cls: type[Message], explain: Callable[[Any, Exception], Exception]) 
 def parts_encoder(
     cls: type[Message], explain: Callable[[Any, Exception], Exception]
 ) -> Callable[[Message], list[bytes | np.ndarray[Any, Any]]]:
-    """As `encoder`, of a function that gives the parts: of a large array, the array itself, which nobody can change."""
+    """Like `encoder`, but of a function that returns the parts; a large array is a part itself, since it is frozen."""
     return _Encoder(cls).function(explain, list)
 
 
@@ -56,9 +56,9 @@ class _Encoder:
         self._known, self._added = HEADER_SIZE, list[str]()
         """The offset: a number, and the names of what comes on top when the function runs."""
         self._run, self._values = list[Item](), list[str]()
-        """What the next format will pack."""
+        """The values that the next format will pack."""
         self._parts: list[str] = []
-        """What the next statement will append."""
+        """The parts that the next statement will append."""
         self._appends = False
 
     def function(
@@ -230,7 +230,7 @@ class _Encoder:
 
 
 def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
-    """What encodes the texts of a field, and knows those of the message before: the names of joints stay the same."""
+    """A function that encodes the texts of a field and remembers the last message's: names of joints stay the same."""
     known: tuple[Sequence[str], bytes] = ((), b"")  # in one, for other threads encode too
 
     def encode(texts: Sequence[str]) -> bytes:

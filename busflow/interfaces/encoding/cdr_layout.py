@@ -12,15 +12,15 @@ from struct import Struct
 from typing import NamedTuple
 
 HEADER = b"\0\1\0\0"
-"""What busflow's messages begin with: plain CDR, little endian."""
+"""The header of busflow's messages: plain CDR, little endian."""
 
 BIG_ENDIAN = b"\0\0"
-"""How a big-endian message begins."""
+"""The header of a big-endian message."""
 
 HEADER_SIZE = 4
 
 SPARE = 3
-"""How many bytes may follow a message: the transport of ROS 2 fills up to a multiple of 4."""
+"""Bytes that may follow a message: ROS 2's transport fills up to a multiple of 4."""
 
 
 class Item(NamedTuple):
@@ -32,7 +32,7 @@ class Item(NamedTuple):
 
 
 def padding(offset: int, alignment: int) -> int:
-    """How many bytes lie between an offset and the next one that a value of this alignment may have.
+    """Padding bytes between an offset and the next one that is aligned.
 
     >>> padding(4, 8), padding(5, 4), padding(8, 8)
     (0, 3, 4)
@@ -41,7 +41,7 @@ def padding(offset: int, alignment: int) -> int:
 
 
 def packed(items: Sequence[Item], offset: int, order: str) -> Struct:
-    """How the run is packed when it begins at this offset, in the byte order `<` or `>`.
+    """The `struct` format of the run when it begins at this offset, in the byte order `<` or `>`.
 
     >>> run = [Item("B", 1, 1), Item("d", 8, 8)]
     >>> packed(run, 4, "<").format, packed(run, 7, "<").format

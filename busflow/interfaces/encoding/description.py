@@ -1,7 +1,7 @@
 """Type descriptions: a message type as plain data in ROS 2's own form, and the RIHS01 hash that names it.
 
 A description has the shape of `type_description_interfaces/msg/TypeDescription`: the type and every type inside it, so
-that who holds one can read messages without any class. It is dictionaries, lists, text and numbers, ready to be JSON;
+that its holder can read messages without any class. It is dictionaries, lists, text and numbers, ready to be JSON;
 besides what ROS 2 says it may hold `constants`. Nothing heavy is imported here: the command line reads descriptions.
 """
 
@@ -25,11 +25,11 @@ SERVICE_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 """The type that the event of every service holds."""
 
 DEPTH = 16
-"""How many types may lie within each other; ROS 2's deepest have seven."""
+"""The greatest depth of nested types; ROS 2's deepest have seven."""
 
 
 class PrimitiveEncoding(NamedTuple):
-    """How a value that is no message is numbered by ROS 2, packed by `struct`, and how many bytes it takes."""
+    """ROS 2's number of a value's type, its `struct` code, and its size in bytes."""
 
     type_id: int
     code: str = ""
@@ -109,7 +109,7 @@ class TypeDescription(TypedDict):
 
 
 class Count(IntEnum):
-    """How many values a field holds, as what ROS 2 adds to the number of its type."""
+    """The number of values of a field, as the amount that ROS 2 adds to the number of its type."""
 
     ONE = 0
     FIXED = 48
@@ -129,7 +129,7 @@ class Field:
     size: int = 0
     """The length of a fixed array, the most of a bounded one."""
     string_bound: int = 0
-    """How many bytes of UTF-8, or units of UTF-16, text may have; 0 is no bound."""
+    """The bound of a text, in bytes of UTF-8 or units of UTF-16; 0 is no bound."""
     default: str = ""
 
     def describe(self) -> FieldDescription:
@@ -156,7 +156,7 @@ def fields_of(individual: IndividualDescription) -> tuple[Field, ...]:
 
 
 def is_empty(individual: IndividualDescription) -> bool:
-    """Whether the type has no field but the dummy."""
+    """True if the type has no field but the dummy."""
     return [field["name"] for field in individual["fields"]] == [DUMMY]
 
 
@@ -186,9 +186,9 @@ def assemble(name: str, types: Mapping[str, IndividualDescription]) -> TypeDescr
 
 
 def service_types(name: str) -> list[IndividualDescription]:
-    """What a service is besides its request and its response: itself, and what is told about a call of it."""
+    """The types of a service besides its request and response: the service itself and its event."""
     request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
-    told = [
+    fields = [
         Field("info", SERVICE_EVENT_INFO, nested=True),
         Field("request", request, nested=True, count=Count.BOUNDED, size=1),
         Field("response", response, nested=True, count=Count.BOUNDED, size=1),
@@ -199,7 +199,7 @@ def service_types(name: str) -> list[IndividualDescription]:
         Field("event_message", event, nested=True),
     ]
     return [
-        individual(event, [field.describe() for field in told]),
+        individual(event, [field.describe() for field in fields]),
         individual(name, [field.describe() for field in parts]),
     ]
 
@@ -220,12 +220,12 @@ def rihs01(description: TypeDescription) -> str:
 
 
 def is_rihs01(text: str) -> bool:
-    """Whether `text` is written as a RIHS01 hash is."""
+    """True if `text` is written as a RIHS01 hash is."""
     return _HASH.fullmatch(text) is not None
 
 
 def check(value: object) -> TypeDescription:
-    """The value as a description that can be relied on: parsed JSON that somebody else sent.
+    """Check parsed JSON from another process and return it as a description.
 
     Raises:
         MalformedMessage: It is none.
@@ -249,7 +249,7 @@ def brief(value: object) -> str:
 
 
 def _hashed(individual: IndividualDescription) -> dict[str, object]:
-    """What of a type counts, in the order in which it counts."""
+    """The parts of a type that its hash covers, in order."""
     fields = [{"name": each["name"], "type": each["type"]} for each in individual["fields"]]
     return {"type_name": individual["type_name"], "fields": fields}
 
@@ -268,7 +268,7 @@ def _field(field: FieldDescription) -> Field:
 def _height(
     name: str, types: Mapping[str, IndividualDescription], heights: dict[str, int], around: tuple[str, ...]
 ) -> int:
-    """How many types lie within each other from this one on."""
+    """The depth of nested types from this one on."""
     if name in around:
         raise _refused(f"{name} holds itself", ())
     if name not in types:

@@ -1,4 +1,4 @@
-"""`ForeignType`: a type known by what a peer says of it, for whoever has not its class."""
+"""`ForeignType`: a type known by a peer's description, for processes without its class."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class ForeignType:
         self.name, self.type_hash = name, type_hash
         self.is_ros = not type_hash.startswith(json_form.PREFIX)
         self.encoding = "cdr" if self.is_ros else "json"
-        """How the bytes are encoded, in MCAP's word."""
+        """The encoding of the bytes, in MCAP's word."""
         self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
-        """How `definition` is to be read, in MCAP's word."""
+        """The format of `definition`, in MCAP's word."""
         try:
             self.description: Any = check(description) if self.is_ros else description
             found = rihs01(self.description) if self.is_ros else json_form.type_hash(self.description)
@@ -57,7 +57,7 @@ class ForeignType:
     def encode(self) -> Callable[[Mapping[str, Any]], bytes]:
         """The bytes of a message, given as a mapping. Raises MalformedMessage where a value does not fit.
 
-        Whether what becomes JSON fits its schema is left to who receives it.
+        The receiver checks whether JSON fits its schema.
         """
         if self.is_ros:
             return encoder_from_description(self.description)

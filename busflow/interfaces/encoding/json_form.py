@@ -35,11 +35,11 @@ def finite(data: Any) -> Any:
 
 
 PREFIX = "JSON01_"
-"""What a hash of this form begins with."""
+"""The prefix of a hash of this form."""
 
 _FOR_PEOPLE = {"title", "description", "examples", "default", "deprecated", "$comment"}
 _NAMED = {"properties", "$defs", "patternProperties", "dependentSchemas"}
-"""The words under which a schema has names of somebody's choice, and a schema for each."""
+"""The keys whose values map free names to schemas."""
 
 
 def schema_of(cls: type[Message]) -> dict[str, Any]:
@@ -70,7 +70,7 @@ def type_hash(schema: Mapping[str, Any]) -> str:
 
 
 def codec(cls: type[Message], name: str) -> tuple[Callable[[Message], bytes], Callable[[Any], Message]]:
-    """What encodes and what decodes messages of a class; both raise MalformedMessage for what cannot be."""
+    """An encoder and a decoder for messages of a class; both raise MalformedMessage for values that do not fit."""
 
     def encode(message: Message) -> bytes:
         try:

@@ -24,7 +24,7 @@ from busflow.interfaces.encoding.description import (
 )
 
 ENCODING = "ros2msg"
-"""What MCAP calls this form."""
+"""MCAP's name of this form."""
 
 _RULE = "=" * 80
 _TYPE = re.compile(r"(?P<base>\w+(/\w+)*)(<=(?P<bound>\d+))?(\[(?P<limit><=)?(?P<size>\d*)\])?", re.ASCII)

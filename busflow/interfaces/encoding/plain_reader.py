@@ -46,7 +46,7 @@ class _Unreadable(Exception):
 
 
 class _Cursor:
-    """How far the message is read."""
+    """The offset up to which the message is read."""
 
     __slots__ = ("data", "little", "offset")
 
@@ -54,7 +54,7 @@ class _Cursor:
         self.data, self.little, self.offset = data, little, HEADER_SIZE
 
     def claim(self, count: int, size: int) -> int:
-        """Where so many values of this size begin; the cursor is then behind them."""
+        """Move the cursor over so many values of this size, and return where they begin."""
         start = self.offset
         if count:
             start += padding(start, size)
@@ -119,7 +119,7 @@ def _whole(data: bytes, read: Reader) -> Any:
 
 
 class _Readers:
-    """What reads each type, and the fewest bytes that a value of it takes."""
+    """The reader of each type, and the fewest bytes that a value of it takes."""
 
     def __init__(self, types: dict[str, IndividualDescription]) -> None:
         self._types = types
@@ -127,7 +127,7 @@ class _Readers:
         self._least: dict[str, int] = {}
 
     def of(self, name: str) -> Reader:
-        """What reads a message of this type."""
+        """The reader of messages of this type."""
         if name not in self._readers:
             fields = fields_of(self._types[name])
             readers = [(field.name, self._field(field)) for field in fields]

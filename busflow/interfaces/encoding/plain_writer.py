@@ -1,4 +1,4 @@
-"""Writes messages by their type's description alone, from plain values: what somebody typed on a command line.
+"""Writes messages from plain values, such as those of a command line, by their type's description alone.
 
 A field that is not given has its default; a field that there is not, or a value that does not fit, is an error that
 names it. Neither pydantic nor numpy is needed.
@@ -64,14 +64,14 @@ def encoder_from_description(description: TypeDescription) -> Callable[[Mapping[
 
 
 class _Writers:
-    """What writes each type, and what a field holds that is not given."""
+    """The writer of each type, and its default value."""
 
     def __init__(self, types: dict[str, IndividualDescription]) -> None:
         self._types = types
         self._writers: dict[str, Writer] = {}
 
     def of(self, name: str) -> Writer:
-        """What writes a message of this type."""
+        """The writer of messages of this type."""
         if name not in self._writers:
             described = self._types[name]
             fields = fields_of(described)
@@ -205,7 +205,7 @@ def _put(data: bytearray, size: int, value: bytes) -> None:
 
 
 def _default(field: Field, around: str) -> Any:
-    """What a field holds that is not given."""
+    """The value of a field that is not given."""
     zero: Any = {} if field.nested else "" if not PRIMITIVES[field.base].size else _zero(field.base)
     if field.default and not field.nested:
         try:
@@ -224,7 +224,7 @@ def _zero(base: str) -> bool | float:
 
 
 class _Repeated(Sequence[Any]):
-    """One value many times, without the memory: the length was stated by somebody else."""
+    """One value repeated, without memory for each: a peer stated the length."""
 
     def __init__(self, value: Any, length: int) -> None:
         self._value, self._length = value, length

@@ -68,7 +68,7 @@ _COUNTS = {
 
 
 class TypeSupport:
-    r"""How messages of one class, or calls of one service, travel: as CDR, or as JSON where ROS has no words for them.
+    r"""The encoding of one message class or service: CDR, or JSON if ROS cannot describe it.
 
     What is asked for is made then, and kept. A service has no codec: its `Request` and `Response` have theirs.
 
@@ -87,13 +87,13 @@ class TypeSupport:
         parts = (cls.Request, cls.Response) if issubclass(cls, ServiceType) else (cls,)
         self.is_ros = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
         self.encoding = "cdr" if self.is_ros else "json"
-        """How the bytes are encoded, in MCAP's word."""
+        """The encoding of the bytes, in MCAP's word."""
         self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"
-        """How `definition` is to be read, in MCAP's word."""
+        """The format of `definition`, in MCAP's word."""
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """What a peer needs to read the messages, ready to be JSON: a `TypeDescription`, or a JSON Schema."""
+        """The definition with which a peer reads the messages, ready to be JSON: `TypeDescription` or JSON Schema."""
         if self._foreign:
             return self._foreign.description
         if self.is_ros:
@@ -105,7 +105,7 @@ class TypeSupport:
 
     @cached_property
     def type_hash(self) -> str:
-        """What names the type besides its name: `RIHS01_…` as ROS 2 computes it, or `JSON01_…`."""
+        """The hash of the type: `RIHS01_…` as ROS 2 computes it, or `JSON01_…`."""
         if self.is_ros:
             return rihs01(cast("TypeDescription", self.description))
         return json_form.type_hash(self.description)
@@ -129,19 +129,19 @@ class TypeSupport:
 
     @property
     def is_heavy(self) -> bool:
-        """Whether a message may hold an array that is worth not being copied."""
+        """True if a message may hold an array that is worth not being copied."""
         plain = self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
         return plain and _holds_arrays(cast("type[Message]", self.cls))
 
     @cached_property
     def is_bulky(self) -> bool:
-        """Whether a message is mostly bytes, and any number of them: an image, a cloud, a map."""
+        """True if a message is mostly bytes, and any number of them: an image, a cloud, a map."""
         fields = fields_of(self.cls) if self.is_ros and issubclass(self.cls, Message) else ()
         return any(field.array is ArrayKind.UNBOUNDED and field.base in _BYTE_KINDS for field in fields)
 
     @property
     def encode_in_parts(self) -> Callable[[Message], list[Any]]:
-        """As `encode` of what is heavy, before the parts are joined: of a large array the array itself."""
+        """Encode a heavy message into parts that are not joined; a large array is a part itself."""
         return cast("Codec", self._codec).encode_in_parts
 
     @cached_property
@@ -190,7 +190,7 @@ def describe(cls: type[Message | ServiceType]) -> TypeDescription:
 
 
 def _holds_arrays(cls: type[Message]) -> bool:
-    """Whether a field of the class, or of one inside it, is an array of numbers of any length."""
+    """True if a field of the class, or of one inside it, is an array of numbers of any length."""
     return any(
         (field.array is ArrayKind.UNBOUNDED and field.base not in {"string", "wstring"})
         if isinstance(field.base, str)
