@@ -233,7 +233,7 @@ def test_a_dict_makes_a_message_of_the_field_s_own_class():
         ),
     ],
 )
-def test_a_mistake_is_told_in_busflow_s_words(make, words):
+def test_mistake_is_worded_by_busflow(make, words):
     with pytest.raises(BusflowError) as caught:
         make()
     assert isinstance(caught.value, ValueError)
@@ -242,7 +242,7 @@ def test_a_mistake_is_told_in_busflow_s_words(make, words):
     assert caught.value.__suppress_context__
 
 
-def test_a_constraint_of_the_field_is_told_with_its_limit():
+def test_broken_constraint_is_reported_with_its_limit():
     assert Share(value=1).value == 1.0
     with pytest.raises(InvalidMessage, match=r"Share: value must be less than or equal to 1, got 1\.5"):
         Share(value=1.5)
@@ -254,7 +254,7 @@ def test_a_value_of_any_length_makes_a_short_error():
     assert len(str(caught.value)) < 200
 
 
-def test_a_message_that_is_to_change_is_told_how_to_make_another():
+def test_assignment_is_refused_with_advice():
     message = Vector3()
     for change in (lambda: setattr(message, "x", 1.0), lambda: delattr(message, "x")):
         with pytest.raises(InvalidMessage, match=r"Vector3: x cannot change, a message is frozen \(make a new one: "):

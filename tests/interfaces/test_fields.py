@@ -369,7 +369,7 @@ def test_ros_types_keep_their_rules_inside_what_ros_cannot_describe():
         field(uint8 | None)(value=256)
 
 
-def test_the_json_schema_tells_the_limits():
+def test_json_schema_has_the_limits():
     def schema(annotation):
         found = field(annotation).model_json_schema()["properties"]["value"]
         return {key: each for key, each in found.items() if key != "title"}

@@ -212,7 +212,7 @@ def test_a_dump_keeps_arrays_as_arrays():
 
 
 @pytest.mark.parametrize("message", [Vector3(x=1.0), Vector3.model_validate({"x": 1.0, "y": 0.0, "z": 0.0})])
-def test_pydantic_is_told_what_it_asks_of_a_message(message):
+def test_pydantic_reads_the_schema_of_a_message(message):
     assert message.model_fields_set == {"x", "y", "z"}
     assert message.model_extra is None
     assert message.model_dump(exclude_unset=True) == dict(message) == {"x": 1.0, "y": 0.0, "z": 0.0}
@@ -390,7 +390,7 @@ def test_a_script_s_types_belong_to_the_script(tmp_path, path, arguments, packag
     assert run_file(tmp_path, path, PRINTS_ITS_TYPE, *arguments) == f"{package}/msg/Sample"
 
 
-def test_a_script_whose_name_cannot_be_a_package_says_what_to_write(tmp_path):
+def test_script_name_without_package_is_refused_with_advice(tmp_path):
     assert 'package="my_robot"' in run_file(tmp_path, "2024.py", PRINTS_ITS_TYPE)
 
 
@@ -535,7 +535,7 @@ def test_an_unknown_type_is_an_error_with_the_nearest_one(name, advice):
         (Field(default=1.0), "write x: … = …, or"),
     ],
 )
-def test_a_value_without_an_annotation_is_told_how_it_is_written(value, written):
+def test_value_without_annotation_is_refused_with_advice(value, written):
     with pytest.raises(InvalidDeclaration) as told:
         type("Sample", (Message,), {"x": value, "__module__": __name__}, package="tests")
     assert str(told.value).startswith(f"Sample.x has no annotation: {written}")

@@ -26,7 +26,7 @@ class Controller(Node):
 
 
 @virtual_time
-async def test_it_hears_of_a_change_and_what_it_publishes_is_there_when_the_set_returns():
+async def test_handler_of_a_change_runs_before_set_returns():
     async with harness(Controller) as lab:
         lab.set_parameters(Controller, gain=3)
         assert [each.data for each in lab.received("output")] == [2.0]
@@ -92,7 +92,7 @@ class Slow(Node):
 
 
 @virtual_time
-async def test_changes_while_it_awaits_are_told_in_one_more_call():
+async def test_changes_while_it_awaits_make_one_more_call():
     async with harness(Slow) as lab:
         for gain in (2, 3, 4):
             lab.set_parameters(Slow, gain=gain)
@@ -120,7 +120,7 @@ async def test_an_async_handler_sees_the_swap_only_where_it_awaits():
 
 
 @virtual_time
-async def test_a_change_while_the_node_starts_is_told_once_it_is_open():
+async def test_change_during_start_is_handled_once_open():
     class Late(Node):
         parameters: Gains
 

@@ -231,7 +231,7 @@ def test_a_name_that_only_type_checkers_know_is_named_with_the_remedy():
         assert word in str(caught.value)
 
 
-def test_a_handler_without_an_annotation_is_told_what_to_write():
+def test_handler_without_annotation_is_refused_with_advice():
     class Silent(Node):
         @subscription("numbers")
         def on_number(self, number): ...

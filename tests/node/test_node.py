@@ -54,7 +54,7 @@ def test_a_node_takes_its_parameters_by_value_or_as_one():
     assert Rated(Rates(), name="left").name == "left"
 
 
-def test_every_fault_of_the_parameters_is_told_at_once():
+def test_all_faults_of_parameters_come_at_once():
     with pytest.raises(InvalidParameter) as caught:
         Rated(rate_hz="50", lable="x")
     assert {fault.path for fault in caught.value.faults} == {("rate_hz",), ("lable",)}
@@ -178,7 +178,7 @@ def test_declare_must_not_be_async():
 
 
 @virtual_time
-async def test_a_node_whose_init_leaves_out_node_s_is_told_what_to_write():
+async def test_init_without_super_is_refused_with_advice():
     class Forgetful(Node):
         def __init__(self):
             self.state = 1
@@ -188,7 +188,7 @@ async def test_a_node_whose_init_leaves_out_node_s_is_told_what_to_write():
 
 
 @virtual_time
-async def test_a_declare_that_raises_or_exits_is_a_problem_told_before_the_start():
+async def test_raising_declare_is_a_problem_before_the_start():
     class Raising(Node):
         def declare(self):
             raise ZeroDivisionError("by nothing")

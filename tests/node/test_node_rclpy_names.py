@@ -26,7 +26,7 @@ def test_what_robots_ask_first_is_among_them():
     assert {"get_logger", "declare_parameter", "get_parameter", "get_clock", "create_rate"} <= set(NAMES)
 
 
-def test_a_node_may_have_such_a_name_itself_and_other_names_are_told_as_python_does():
+def test_node_may_have_such_a_name_itself():
     class Named(Node):
         def get_name(self) -> str:
             return "mine"

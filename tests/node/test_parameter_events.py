@@ -40,7 +40,7 @@ def values(parameters):
 
 
 @virtual_time
-async def test_a_change_is_told_with_its_node_and_its_time():
+async def test_change_is_published_with_node_and_time():
     async with harness(Tuned) as lab:
         events = lab.subscribe(ParameterEvent, "parameter_events")
         await lab.advance(1.5)
@@ -74,7 +74,7 @@ async def test_without_a_listener_there_is_no_topic():
 
 
 @virtual_time
-async def test_a_node_that_listens_hears_of_all_parameters_first_and_then_of_changes():
+async def test_subscription_receives_all_parameters_first_then_changes():
     async with harness(Watcher, Tuned) as lab:
         lab.set_parameters(Tuned, gain=2)
         await lab.settle()
@@ -96,7 +96,7 @@ async def test_a_listener_whose_qos_does_not_fit_is_an_error_before_the_start():
 
 
 @virtual_time
-async def test_a_topic_of_that_name_and_another_type_is_told_in_the_log_and_the_change_happens():
+async def test_topic_of_another_type_is_logged():
     class Squatter(Node):
         numbers = publisher(Float64, "/parameter_events")
 

@@ -151,7 +151,7 @@ async def test_one_wrong_value_refuses_the_whole():
 
 
 @virtual_time
-async def test_a_read_only_parameter_keeps_its_value_and_may_be_told_it_again():
+async def test_read_only_parameter_accepts_its_own_value():
     async with harness(Recorder) as lab:
         said = "frame is read-only: it stays text 'imu_link' while the node runs"
         with pytest.raises(InvalidParameter, match=said):
@@ -161,7 +161,7 @@ async def test_a_read_only_parameter_keeps_its_value_and_may_be_told_it_again():
 
 
 @virtual_time
-async def test_the_values_there_already_change_nothing_and_nobody_is_told():
+async def test_same_values_change_nothing_and_notify_no_listener():
     async with harness(Recorder) as lab:
         node, events = lab.node(Recorder), lab.subscribe(ParameterEvent, "parameter_events")
         before = node.parameters
@@ -199,7 +199,7 @@ def test_a_new_instance_of_the_node_goes_on_with_the_sources_and_the_count():
     assert store_of(following).times_set == 1
 
 
-def test_a_refusal_is_a_result_for_those_who_answer_somebody_else():
+def test_refusal_is_a_result_for_remote_callers():
     result = store_of(Recorder()).set({"rate_hz": -1})
     assert result.changed == ()
     assert result.reason == "rate_hz must be at least 0, got -1 (allowed: at least 0, at most 1000)"

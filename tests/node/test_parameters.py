@@ -156,7 +156,7 @@ def test_a_fault_says_what_why_and_what_to_do(data: dict[str, object], message: 
     assert (found.message, found.fix) == (message, fix)
 
 
-def test_all_faults_are_told_at_once_each_with_its_path():
+def test_all_faults_come_at_once_with_their_paths():
     with pytest.raises(InvalidParameter) as caught:
         validate(RobotParameters, {"rate_hz": -1, "noise": {"imu": "x"}, "joints": [{"name": "a"}, {"nam": "b"}]})
     assert {(each.path, each.code) for each in caught.value.faults} == {
@@ -273,7 +273,7 @@ def test_ranges_agree_with_rclpy(case: dict[str, dict[str, object]]):
             validate(model, {"value": given["value"]})
 
 
-def test_a_parameter_without_an_annotation_is_told_how_it_is_written():
+def test_parameter_without_annotation_is_refused_with_advice():
     with pytest.raises(InvalidDeclaration, match=r"^Bare.rate_hz has no annotation: write rate_hz: int = 10, or"):
 
         class Bare(Parameters):

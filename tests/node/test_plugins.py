@@ -210,7 +210,7 @@ class TestFinding:
 
 
 class TestNotFound:
-    def test_the_nearest_name_and_the_places_are_told(self, write: Write, folder: Path):
+    def test_error_has_the_nearest_name_and_places(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera"))
         error = failure("camra", folder, folder / "other")
         assert "no plugin 'camra'" in str(error)
@@ -287,7 +287,7 @@ class TestFailingImport:
         path = write("arm/driver.py", "class Arm(\n")
         assert str(failure("arm", folder)).startswith(f"{path}:1:")
 
-    def test_a_mistake_in_a_declaration_is_told_at_the_users_class(self, write: Write, folder: Path):
+    def test_declaration_mistake_names_the_line_of_the_class(self, write: Write, folder: Path):
         path = write("camera.py", "from busflow import Node\n\nclass Camera(Node):\n    def clock(self): ...\n")
         text = str(failure("camera", folder))
         assert text.startswith(f"{path}:3:1: error: plugin 'camera' cannot be imported: Camera.clock")
@@ -431,7 +431,7 @@ class TestInstalled:
         assert plugins.load("lidar", [folder]).__name__ == "Mine"
         assert [each.line for each in plugins.find([folder]) if each.name == "lidar"] == [4]
 
-    def test_a_failing_import_is_told_with_its_line(self, site: Path):
+    def test_failing_import_is_reported_with_its_line(self, site: Path):
         assert str(failure("broken")).startswith(f"{site}/lab_nodes/broken.py:1:1: error: plugin 'broken'")
         assert "No module named 'lab_nodes.gone'" in str(failure("gone"))
 

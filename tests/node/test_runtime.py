@@ -178,7 +178,7 @@ class Watcher(Node):
 
 
 @virtual_time
-async def test_a_node_hears_of_the_events_that_its_annotations_ask_for():
+async def test_annotations_select_the_events_of_a_handler():
     graph = graph_of(Source, Watcher)
     async with graph:
         source, watcher = graph.node(Source), graph.node(Watcher)
@@ -223,7 +223,7 @@ async def test_what_an_event_s_handler_publishes_is_delivered_before_the_loop_tu
 
 
 @virtual_time
-async def test_a_node_that_has_failed_on_an_event_is_told_of_no_other():
+async def test_failed_node_gets_no_further_event():
     class Fragile(Watcher):
         @on_event("numbers")
         def on_any(self, event: DeadlineMissed) -> None:
@@ -272,7 +272,7 @@ async def test_an_event_s_handler_that_raises_or_forgets_to_await_is_the_node_s_
 
 
 @virtual_time
-async def test_nobody_hears_of_events_after_the_node_has_stopped():
+async def test_stopped_node_gets_no_event():
     class Slow(Watcher):
         async def stop(self) -> None:
             await asyncio.sleep(3)
@@ -298,7 +298,7 @@ async def test_events_of_a_topic_that_is_not_the_node_s_are_a_mistake_with_the_n
 
 
 @virtual_time
-async def test_a_handler_s_mistake_is_told_before_the_start():
+async def test_handler_mistake_is_reported_before_the_start():
     class Mistaken(Node):
         @subscription("numbers")
         def hear(self, number) -> None: ...
@@ -354,7 +354,7 @@ async def test_a_failure_says_which_of_a_node_s_parts_raised_and_on_what():
 
 
 @virtual_time
-async def test_a_node_hears_who_is_on_the_other_end_also_of_those_that_were_there_first():
+async def test_node_learns_of_all_matched_endpoints():
     heard = []
 
     class Both(Node):
@@ -385,7 +385,7 @@ async def test_a_node_hears_who_is_on_the_other_end_also_of_those_that_were_ther
 
 
 @virtual_time
-async def test_a_node_hears_once_a_moment_how_many_messages_it_lost():
+async def test_losses_of_one_moment_are_one_event():
     heard = []
 
     class Slow(Node):

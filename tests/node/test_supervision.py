@@ -232,7 +232,7 @@ async def test_what_it_keeps_for_newcomers_is_there_while_it_restarts_and_after_
 
 
 @virtual_time
-async def test_others_do_not_notice_a_restart_but_the_new_instance_is_told_who_is_there():
+async def test_restart_is_unnoticed_new_instance_gets_matched_events():
     heard = []
 
     class Watching(Node):
@@ -513,7 +513,7 @@ async def test_a_node_that_waits_in_vain_fails():
     ],
 )
 @virtual_time
-async def test_what_cannot_come_about_is_told_before_the_start(needs, said):
+async def test_impossible_condition_is_reported_before_the_start(needs, said):
     nodes = [supervised(Second(name=name), depends_on=needs.get(name)) for name in ("a", "b")]
     with pytest.raises(LaunchError) as caught:
         await graph_of(*nodes).start()
@@ -521,7 +521,7 @@ async def test_what_cannot_come_about_is_told_before_the_start(needs, said):
 
 
 @virtual_time
-async def test_a_class_that_a_restart_cannot_build_is_told_before_the_start():
+async def test_unrestartable_class_is_reported_before_the_start():
     class Particular(Node):
         def __init__(self, port):
             super().__init__()
@@ -539,7 +539,7 @@ async def test_a_class_that_a_restart_cannot_build_is_told_before_the_start():
         ({"depends_on": {"a": "redy"}}, "depends_on a is one of started, ready, first_message, got 'redy'"),
     ],
 )
-def test_words_that_are_none_are_told(how, said):
+def test_unknown_words_are_refused(how, said):
     with pytest.raises(InvalidDeclaration, match=said):
         supervised(Second, **how)
 

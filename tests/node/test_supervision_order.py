@@ -34,7 +34,7 @@ def test_a_circle_is_found_if_there_is_one_and_is_one(needs):
 
 
 @given(NEEDS)
-def test_everybody_stops_once_and_nobody_before_those_who_need_him(needs):
+def test_each_node_stops_once_after_its_dependants(needs):
     order = stop_order(NAMES, needs)
     assert sorted(order) == NAMES
     if not cycle(needs):

@@ -39,7 +39,7 @@ class Bag:
         self.path = Path(path)
         self.files: Sequence[BagFile] = ()
         self.unfinished: BagError | None = None
-        """Why the bag itself, not one of its files, is known not to have been finished."""
+        """The reason why the bag itself, not one of its files, is known to be unfinished."""
         self.report: Mapping[str, object] = {}
         """The account of a run of several processes, of whom each file has only one's own."""
         self._kept_open = ExitStack()
@@ -59,13 +59,13 @@ class Bag:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Its topics, sorted by name; where no summary tells them, all of it is read for this."""
+        """The topics, sorted by name; without a summary, the whole bag is read for this."""
         counts = self._overview().counts
         return tuple(replace(each, count=counts[each]) for each in sorted(counts, key=lambda each: each.topic))
 
     @property
     def damages(self) -> tuple[Damage, ...]:
-        """Where and why it could not be read any further; known after it was read as far as that."""
+        """The place and reason where reading stopped; known after the bag was read that far."""
         return tuple(each.damage for each in self.series if each.damage is not None)
 
     @property
@@ -75,12 +75,12 @@ class Bag:
 
     @property
     def facts(self) -> Facts | None:
-        """How the run was set up; None where somebody else has recorded it."""
+        """The set-up of the run; None for a recording of another program."""
         return next((each.facts for each in self.series if each.facts is not None), None)
 
     @property
     def ledger(self) -> RunOutcome | None:
-        """How the run ended; None where busflow has not recorded it, or not to its end."""
+        """The run's account at its end; None without a busflow recording of the end."""
         if len(self.series) == 1:
             return self.series[0].ledger
         return summed([each.ledger for each in self.series], self.report)
@@ -97,11 +97,11 @@ class Bag:
 
     @property
     def messages(self) -> int:
-        """How many there are."""
+        """The number of messages."""
         return self._overview().messages
 
     def spans(self) -> Mapping[Channel, tuple[int, int]]:
-        """When each channel's first and last message was recorded; nothing where all has to be read for that."""
+        """The times of each channel's first and last message; empty where the whole bag would have to be read."""
         found: dict[Channel, tuple[int, int]] = {}
         for each in self.files:
             told = each.spans()
@@ -137,7 +137,7 @@ class Bag:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Iterator[Numbered]:
-        """As `entries`, each with the place in `series` of those with which it was numbered."""
+        """Like `entries`, each with the index in `series` of the files that number it together."""
         wanted, bounds = _chosen(topics), _bounds(start_ns, end_ns)
         return merged([each.entries(wanted, *bounds) for each in self.series])
 
@@ -147,7 +147,7 @@ class Bag:
 
     @property
     def incomplete(self) -> tuple[str, ...]:
-        """Why it is not the whole of what happened; empty where nothing is missing, as far as has been read so far."""
+        """The reasons why the recording is incomplete; empty if nothing is missing, as far as it has been read."""
         reasons = [] if self.unfinished is None else [self.unfinished.reason]
         for each in self.series:
             file = "" if len(self.series) == 1 else f"{each.files[0].path.name}: "
@@ -156,7 +156,7 @@ class Bag:
 
     @property
     def complete(self) -> bool:
-        """Whether it is the whole of what happened, as far as has been read so far."""
+        """True if nothing is missing, as far as the recording has been read."""
         return not self.incomplete
 
     def digest(self) -> str:

@@ -17,7 +17,7 @@ SINCE, UNTIL = 0, (1 << 64) - 1
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What is in a bag, or in some of its files: as they tell without being read, or as reading them has shown."""
+    """The contents of a bag, or of some of its files: as a summary states them, or as reading has shown."""
 
     counts: Mapping[Channel, int]
     start_ns: int | None
@@ -28,12 +28,12 @@ class Survey:
 
     @property
     def messages(self) -> int:
-        """How many there are."""
+        """The number of messages."""
         return sum(self.counts.values())
 
     @classmethod
     def of(cls, parts: Sequence[Self]) -> Self:
-        """What several have together."""
+        """The contents of several files together."""
         counts: Counter[Channel] = Counter()
         for each in parts:
             counts.update(each.counts)
@@ -48,9 +48,9 @@ class BagFile(Protocol):
     path: Path
     size: int
     unfinished: BagError | None
-    """Why it is known to have no end."""
+    """The reason why the file is known to have no end."""
     metadata: dict[str, dict[str, str]]
-    """What busflow has written beside the messages, as far as it was met."""
+    """The facts and ledger beside the messages, as far as they were read."""
     launch_file: str | None
 
     @property
@@ -60,15 +60,15 @@ class BagFile(Protocol):
 
     @property
     def channels(self) -> Collection[Channel]:
-        """Those that were met so far."""
+        """The channels read so far."""
         ...
 
     def overview(self) -> Survey | None:
-        """What the file tells of itself; None where all of it has to be read for that."""
+        """The contents as the file's summary states them; None where the whole file would have to be read."""
         ...
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """When each channel's first and last message was recorded; None where all has to be read for that."""
+        """The times of each channel's first and last message; None where the whole file would have to be read."""
         ...
 
     def walk(self, wanted: Callable[[Channel], bool], since_ns: int = SINCE, until_ns: int = UNTIL) -> Iterator[object]:

@@ -26,17 +26,17 @@ class Channel:
     type_name: str
     """`sensor_msgs/msg/Imu`."""
     encoding: str
-    """Of the messages, in MCAP's word: `cdr`, `json`, or what busflow does not read."""
+    """The encoding of the messages, in MCAP's word: `cdr`, `json`, or one that busflow does not read."""
     definition: str
     """The type as text; empty where the bag has none."""
     definition_encoding: str
-    """How the definition is to be read: `ros2msg`, `jsonschema`, or what busflow does not read."""
+    """The format of the definition: `ros2msg`, `jsonschema`, or one that busflow does not read."""
     type_hash: str | None = None
     """`RIHS01_…`, where the recorder has written it."""
     qos: str | None = None
-    """What the publishers offered, as ROS 2 writes it in a bag."""
+    """The QoS that the publishers offered, as ROS 2 writes it in a bag."""
     count: int | None = field(default=None, compare=False)
-    """How many messages there are; None where that is not known."""
+    """The number of messages; None if it is not known."""
 
     @cached_property
     def type(self) -> ForeignType:

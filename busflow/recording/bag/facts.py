@@ -1,4 +1,4 @@
-"""What busflow writes beside the messages of a recording: how the run was set up, and how it ended."""
+"""Facts and ledger: what busflow writes beside the messages, about the run's set-up and its end."""
 
 from __future__ import annotations
 
@@ -21,43 +21,43 @@ _VERSIONS = ("busflow", "python")
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """How a recorded run was set up."""
+    """The set-up of a recorded run."""
 
     run: str = ""
     seed: int | None = None
     clock: str = ""
     """`system` or `sim`."""
     started_ns: int | None = None
-    """When the recording began, on the run's clock."""
+    """The start of the recording, on the run's clock."""
     versions: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Of busflow, Python and whatever else the recorder named."""
+    """The versions of busflow, Python and the libraries that the recorder named."""
     format: str = ""
     heard: str = ""
     """`from outside` where the recorder joined the run and was no part of it."""
     launch_file: str | None = None
     """The launch file, as it was resolved."""
     process: str = ""
-    """Which one of the run has recorded itself, where each does; empty where all is in one recording."""
+    """The process that made this file, if each records itself; empty if one recording has all."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunOutcome:
-    """How a recorded run ended."""
+    """The end of a recorded run."""
 
     report: Mapping[str, Any]
     """The run's account of itself, as `busflow run --report` writes it."""
     recorded: int | None
     """The messages that were recorded."""
     missed: int
-    """Those that the recorder could not keep up with."""
+    """The messages that the recorder could not write."""
     complete: bool
-    """Whether the recorder says that nothing is missing."""
+    """True if the recorder states that nothing is missing."""
     recovered: str | None = None
-    """What `busflow bag recover` says of the file that it was made of."""
+    """The statement of `busflow bag recover` about the damaged file."""
 
     @property
     def topics(self) -> Iterator[Mapping[str, Any]]:
-        """What the report says of each topic."""
+        """The report's statistics of each topic."""
         return mappings(self.report.get("topics"))
 
 
@@ -90,7 +90,7 @@ def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
 
 
 def summed(ledgers: Sequence[RunOutcome | None], report: Mapping[str, Any]) -> RunOutcome | None:
-    """The ledger of a run of several processes, by those of their files; what one does not tell is not known."""
+    """Join the ledgers of a run's processes; a count that one file lacks is unknown."""
     found = [each for each in ledgers if each is not None]
     if not found:
         return None

@@ -61,7 +61,7 @@ class McapFile:
                 self._read_beginning(file)
 
     def overview(self) -> Survey | None:
-        """What the summary tells; None where it does not tell all."""
+        """The contents by the summary; None if it is incomplete."""
         summary = self.summary
         if summary is None or summary.statistics is None or not summary.whole:
             return None
@@ -75,7 +75,7 @@ class McapFile:
         return Survey(counts, counted.message_start_time, counted.message_end_time)
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
-        """When each channel's first and last message was recorded, by the indices of its chunks; None without them."""
+        """The times of each channel's first and last message, by the indices of its chunks; None without them."""
         overview, summary = self.overview(), self.summary
         if overview is None or summary is None:
             return None
@@ -127,7 +127,7 @@ class McapFile:
 
     @property
     def channels(self) -> Collection[Channel]:
-        """Those that were met so far."""
+        """The channels read so far."""
         return self._channels.values()
 
     def channel(self, channel: records.Channel, schema: records.Schema | None) -> Channel:
@@ -204,7 +204,7 @@ class _Walk:
         """The kind of the record before the one that is read."""
         summary = source.summary
         self._chunks = sorted(summary.chunks, reverse=True) if summary else []
-        """Where the chunks are that are still to come, and where the indices of each end; the next one last."""
+        """The offsets of the chunks still to be read, each with the end of its indices; the next one last."""
         self._indices_end = 0
         self._indexed = bool(self._chunks)
         self._may_pass = summary is not None and summary.whole and (since_ns, until_ns) != (SINCE, UNTIL)
@@ -215,7 +215,7 @@ class _Walk:
                 self._declare(channel, summary.start)
 
     def items(self) -> Iterator[Entry | McapRecord]:
-        """What `McapFile.walk` yields."""
+        """The items that `McapFile.walk` yields."""
         file = self._file
         while True:
             crc = file.crc

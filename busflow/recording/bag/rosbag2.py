@@ -14,10 +14,10 @@ from busflow.recording.mcap.bounds import MOST_FILES
 
 METADATA = "metadata.yaml"
 STORAGES = {"mcap": ".mcap", "sqlite3": ".db3"}
-"""How messages are stored, in rosbag2's words, and what such a file is called."""
+"""The storage plugins of rosbag2, each with the suffix of its files."""
 
 REPORT, LACKING = "busflow.report", "busflow.lacking"
-"""What busflow writes into the metadata's `custom_data`, as text: a run's account, and what of it no file has."""
+"""The key of busflow's own JSON in the metadata's `custom_data`: the run's account, and what no file has."""
 
 INFORMATION = "rosbag2_bagfile_information"
 _LARGEST = 1 << 20
@@ -31,15 +31,15 @@ class Directory:
     files: tuple[Path, ...]
     storage: str
     compressed: bool = False
-    """Whether its files, or the messages in them, are."""
+    """True if its files, or the messages in them, are compressed."""
     unfinished: BagError | None = None
-    """Why it is known not to have been finished."""
+    """The reason why the directory is known to be unfinished."""
     report: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """The account of a run whose processes have recorded themselves."""
 
 
 def directory(path: Path) -> Directory:
-    """What a directory holds.
+    """The contents of a directory.
 
     Raises:
         BagError: It is no bag, or one that busflow does not read, or names files that lie elsewhere.
@@ -85,7 +85,7 @@ def _information(raw: bytes, path: Path) -> Mapping[str, Any]:
 
 
 def _of_busflow(told: Mapping[str, Any], path: Path) -> tuple[BagError | None, Mapping[str, Any]]:
-    """What a run of several processes has noted: what no file can tell of itself, and its account."""
+    """The notes of a run of several processes: its account, and facts that no file can state of itself."""
     stated = told.get("custom_data")
     custom = cast("dict[str, object]", stated) if isinstance(stated, dict) else {}
     lacking = custom.get(LACKING)
@@ -143,5 +143,5 @@ def _without_metadata(path: Path) -> Directory:
 
 
 def _numbered(path: Path) -> list[str | int]:
-    """What sorts run_2.mcap before run_10.mcap."""
+    """A sort key that puts run_2.mcap before run_10.mcap."""
     return [int(part) if part.isdecimal() else part for part in _DIGITS.split(path.name)]

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel
 
 _VERSION = 9
-"""Of the metadata, that of ROS 2 Jazzy."""
+"""The version of the metadata, that of ROS 2 Jazzy."""
 _SERVICE, _EVENT = "/srv/", "_Event"
 _LAST_NS = (1 << 63) - 1
 
 
 @dataclass(frozen=True, slots=True)
 class FileCounts:
-    """What one file of a directory holds."""
+    """The contents of one file of a directory."""
 
     name: str
     found: Survey
@@ -67,7 +67,7 @@ def write_metadata(
 
 
 def _span(found: Survey) -> dict[str, Any]:
-    """When there are messages, and how many."""
+    """The time span of the messages, and their number."""
     first = _LAST_NS if found.start_ns is None else found.start_ns
     return {
         "duration": {"nanoseconds": 0 if found.end_ns is None else max(0, found.end_ns - first)},

@@ -26,7 +26,7 @@ _ENCODINGS = {"MSG": "ros2msg", "IDL": "ros2idl"}
 
 
 class RosbagsFile:
-    """What rosbags reads as one: a file, or all files of a directory."""
+    """The part of a bag that rosbags reads as one: a file, or all files of a directory."""
 
     launch_file: str | None = None
     recorder = "rosbag2, read with rosbags"
@@ -55,7 +55,7 @@ class RosbagsFile:
         return self._topics.values()
 
     def overview(self) -> Survey | None:
-        """What the database, or the directory's `metadata.yaml`, counts."""
+        """The counts of the database, or of the directory's `metadata.yaml`."""
         return self._overview
 
     def spans(self) -> Mapping[Channel, tuple[int, int]] | None:

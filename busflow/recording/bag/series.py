@@ -47,7 +47,7 @@ def _numbered(number: int, entries: Iterable[Entry]) -> Iterator[Numbered]:
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """Where and why a recording could not be read any further."""
+    """The place and reason where reading a recording stopped."""
 
     file: str
     offset: int | None
@@ -68,14 +68,14 @@ class Series:
         """A series of files; `place` is what damage names that is of none of them."""
         self.files = tuple(files)
         self.damage: Damage | None = None
-        """Why it could not be read to its end; known after it was read as far as that."""
+        """The reason why it could not be read to its end; known after it was read that far."""
         self._place = place
         self._survey: Survey | None = None
         self._told: Survey | None = None
 
     @property
     def facts(self) -> Facts | None:
-        """How the run was set up; None where somebody else has recorded it."""
+        """The set-up of the run; None for a recording of another program."""
         for file in self.files:
             if FACTS in file.metadata:
                 return facts_of(file.metadata[FACTS], file.launch_file)
@@ -83,7 +83,7 @@ class Series:
 
     @property
     def ledger(self) -> RunOutcome | None:
-        """How the run ended; None where busflow has not recorded it, or not to its end."""
+        """The run's account at its end; None without a busflow recording of the end."""
         for file in reversed(self.files):
             if LEDGER in file.metadata:
                 return ledger_of(file.metadata[LEDGER])
@@ -111,7 +111,7 @@ class Series:
         return self._survey
 
     def overview(self) -> Survey:
-        """What the files tell of themselves, or, where one of them does not, what reading them shows."""
+        """The contents as the files' summaries state them, or, where one lacks it, as reading shows."""
         if self._survey is None and self._told is None:
             found = [each.overview() for each in self.files]
             told = [each for each in found if each is not None]
@@ -119,14 +119,14 @@ class Series:
         return self._survey or self._told or self.survey()
 
     def counts_by_topic(self) -> Mapping[str, int]:
-        """How many messages there are of each topic, whatever its publishers have offered."""
+        """The number of messages of each topic, over all offered QoS."""
         counts: Counter[str] = Counter()
         for channel, count in self.overview().counts.items():
             counts[channel.topic] += count
         return counts
 
     def incomplete(self) -> Iterator[str]:
-        """Why it is not the whole of what happened, as far as has been read so far."""
+        """The reasons why the recording is incomplete, as far as it has been read."""
         if self.damage is not None:  # which says the same of a file without an end, and where
             yield self.damage.what
         else:

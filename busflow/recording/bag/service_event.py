@@ -25,7 +25,7 @@ _TYPES_INSIDE = re.compile(r"^={3,}[ \t]*$", re.MULTILINE)
 
 
 def is_service_event_type(name: str, text: str) -> bool:
-    """Whether the definition of this type is that of the service whose events these are."""
+    """True if this definition is the event type of the service whose events these are."""
     return name.endswith(_EVENT) and _BETWEEN.search(text) is not None
 
 

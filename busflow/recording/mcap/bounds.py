@@ -1,4 +1,4 @@
-"""What a recording may ask of its reader: each bound is looked at before anything is allocated.
+"""Limits on a recording: each is checked before anything is allocated.
 
 A recording comes from anywhere, and a few bytes of it can claim gigabytes. What a bound refuses, no robot records.
 """
@@ -19,7 +19,7 @@ UNSUSPICIOUS_CHUNK = 64 << 20
 """Up to here a chunk may be packed however small: a few black pictures are nearly nothing."""
 
 MOST_PACKED = 1000
-"""How many times larger than packed a chunk beyond that may be."""
+"""The greatest ratio of a larger chunk's unpacked to its packed size."""
 
 MOST_SUMMARY = 256 << 20
 """Bytes of the summary at the end of a file; that of a terabyte in small chunks has fewer."""

@@ -15,7 +15,7 @@ from busflow.errors import BagError
 from busflow.recording.mcap.bounds import LARGEST_CHUNK, MOST_PACKED, UNSUSPICIOUS_CHUNK
 
 TIMES = Struct("<QQ")
-"""What a chunk begins with: the log times of its first and last message."""
+"""The first fields of a chunk: the log times of its first and last message."""
 _HEAD = Struct("<QQQII")
 _LENGTH = Struct("<Q")
 _LONGEST_NAME = 32

@@ -1,4 +1,4 @@
-"""`Contents`: every record of an MCAP file as it lies there, for who looks at the file itself and not at its messages.
+"""`Contents`: every record of an MCAP file in its place, for tools that check the file itself.
 
 Where a stretch of the file is damaged it can go on behind it, as far as it is known what comes there.
 """
@@ -26,7 +26,7 @@ class Found(NamedTuple):
     """A chunk is followed by what is in it."""
     offset: int
     within: int | None = None
-    """Where it is inside the chunk that begins at `offset`."""
+    """The offset inside the chunk that begins at `offset`."""
 
 
 class Contents:
@@ -42,7 +42,7 @@ class Contents:
         self.name, self.size = self._file.name, self._file.size
         self.summary: Summary | None = None
         self.unfinished: BagError | None = None
-        """Why there is no summary that could be relied on."""
+        """The reason why there is no reliable summary."""
         try:
             self.summary = summary_of(self._file)
         except BagError as error:
@@ -50,7 +50,7 @@ class Contents:
         self._file.restart()
         self._ended = self._data_ended = False
         self.damages: list[BagError] = []
-        """What `beyond_damage` went on behind, or ended at."""
+        """The damages that `beyond_damage` passed over or ended at."""
 
     def __enter__(self) -> Self:
         return self
@@ -69,7 +69,7 @@ class Contents:
             yield from self._in(self._file.next(), crc)
 
     def beyond_damage(self) -> Iterator[Found]:
-        """Every record that can be read, what is damaged left out and told in `damages`."""
+        """Every readable record; damaged ones are left out and listed in `damages`."""
         file = self._file
         while not self._ended:
             start, crc, frame = file.at, file.crc, None

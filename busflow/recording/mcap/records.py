@@ -26,16 +26,16 @@ from busflow.recording.mcap.bounds import LARGEST_DETAIL, LARGEST_INDEX, LARGEST
 
 MAGIC = b"\x89MCAP0\r\n"
 FRAME = Struct("<BQ")
-"""What a record begins with: its opcode and how many bytes follow."""
+"""The frame of a record: its opcode and its length in bytes."""
 MESSAGE = Struct("<HIQQ")
-"""What a message begins with: its channel, sequence, log time and publish time."""
+"""The head of a message: its channel, sequence, log time and publish time."""
 
 _MOST: dict[int, int] = {
     **dict.fromkeys((Opcode.CHUNK, Opcode.MESSAGE, Opcode.ATTACHMENT), LARGEST_RECORD),
     Opcode.MESSAGE_INDEX: LARGEST_INDEX,
 }
 _PRIVATE = 0x80
-"""From here on opcodes are for whoever wants one."""
+"""The first opcode that MCAP leaves to private use."""
 _PARSERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
     Opcode.HEADER: records.Header.read,
     Opcode.FOOTER: records.Footer.read,
@@ -62,7 +62,7 @@ class Frame(NamedTuple):
 
     @property
     def end(self) -> int:
-        """Where the next record begins."""
+        """The offset of the next record."""
         return self.offset + FRAME.size + self.length
 
 
@@ -80,7 +80,7 @@ class RecordFile:
         self.size = os.fstat(self._file.fileno()).st_size
         self.at = 0
         self.crc: int | None = 0
-        """Of all that was read from the beginning; None once something was passed over."""
+        """The CRC of everything read from the beginning; None once something was passed over."""
         start = self._read(min(self.size, len(MAGIC)))
         if start != MAGIC:
             self.close()
@@ -131,11 +131,11 @@ class RecordFile:
         return Frame(opcode, offset, length)
 
     def body(self, frame: Frame) -> bytes:
-        """What is in the record whose frame was just read."""
+        """The contents of the record whose frame was just read."""
         return self._read(frame.length)
 
     def record(self, frame: Frame) -> McapRecord | None:
-        """What the record says whose frame was just read; None where its kind is not known.
+        """The record whose frame was just read; None for an unknown opcode.
 
         Raises:
             BagError: It is damaged.
@@ -170,7 +170,7 @@ class RecordFile:
         return found
 
     def damaged(self, reason: str, offset: int) -> BagError:
-        """What is wrong at this place."""
+        """An error about this place."""
         return BagError(reason, file=self.name, offset=offset)
 
     def _read(self, length: int) -> bytes:
@@ -184,7 +184,7 @@ class RecordFile:
 
 
 def parse(opcode: int, body: bytes | memoryview, file: str, offset: int) -> McapRecord | None:
-    """What a record says; None where its kind is not known, which a reader passes over.
+    """Parse a record; None for an unknown opcode, which readers pass over.
 
     Raises:
         BagError: It is cut off, or its text is none.
@@ -205,7 +205,7 @@ def parse(opcode: int, body: bytes | memoryview, file: str, offset: int) -> Mcap
 
 
 def framed(data: bytes, file: str, offset: int) -> Iterator[tuple[int, int, int]]:
-    """Of each record inside a chunk its opcode, and where its contents begin and end.
+    """The opcode, start and end of each record inside a chunk.
 
     Raises:
         BagError: One is cut off, or can be none.

@@ -18,25 +18,25 @@ _CRC = 4
 
 @dataclass(slots=True)
 class Summary:
-    """What the end of a file says of it."""
+    """The contents of a file's summary section."""
 
     start: int
-    """Where it begins; 0 where the file has a footer and no summary."""
+    """The offset of the summary; 0 if the file has a footer and no summary."""
     schemas: dict[int, records.Schema] = field(default_factory=dict[int, records.Schema])
     channels: dict[int, records.Channel] = field(default_factory=dict[int, records.Channel])
     statistics: records.Statistics | None = None
     chunks: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
-    """Of each chunk where it begins, and where its message indices end."""
+    """The offset of each chunk, and the end of its message indices."""
     indices: dict[int, tuple[tuple[int, int], tuple[int, int]]] = field(
         default_factory=dict[int, tuple[tuple[int, int], tuple[int, int]]]
     )
-    """Of each channel the times of its first and last chunk, and where its messages there are indexed."""
+    """For each channel the times of its first and last chunk, and the offsets of its message indices there."""
     attachments: list[records.AttachmentIndex] = field(default_factory=list[records.AttachmentIndex])
     metadata: list[records.MetadataIndex] = field(default_factory=list[records.MetadataIndex])
 
     @property
     def whole(self) -> bool:
-        """Whether it knows every channel, so that messages can be found without reading those before."""
+        """True if it has every channel, so that messages can be found without reading those before."""
         counted = self.statistics
         if counted is None or counted.channel_count != len(self.channels):
             return False

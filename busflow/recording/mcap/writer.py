@@ -59,7 +59,7 @@ _SEQUENCES = (1 << 32) - 1
 
 
 class Written(Protocol):
-    """What is written to."""
+    """The file that is written."""
 
     def write(self, data: memoryview, /) -> int:
         """Write some of it, and say how many bytes that were."""
@@ -104,7 +104,7 @@ class McapWriter:
 
     @property
     def open_chunk(self) -> bool:
-        """Whether messages wait in a chunk that is not in the file yet."""
+        """True if messages wait in a chunk that is not in the file yet."""
         return self._chunk.count > 0
 
     @property
@@ -335,10 +335,10 @@ def _summary(start: int, groups: Sequence[Sequence[McapRecord]]) -> tuple[bytes,
 
 
 Compressor: TypeAlias = Callable[[Sequence[Part], int], Sequence[Part]]
-"""What makes fewer bytes of the parts of a chunk, whose size in all it is told."""
+"""A function that packs the parts of a chunk; it receives their total size."""
 
 MCAP_WORDS = {Compression.NONE: "", Compression.LZ4: "lz4", Compression.ZSTD: "zstd"}
-"""What MCAP calls each."""
+"""MCAP's name of each compression."""
 
 _ZSTD_LEVEL = 1
 """The readings of sensors get hardly smaller at higher levels, which take twice the time."""

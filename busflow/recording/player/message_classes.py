@@ -23,7 +23,7 @@ class MessageClasses:
             self._loaded[_name(cls)].append(cls)
 
     def find(self, channel: Channel) -> type[Message]:
-        """What the messages of a channel are made into.
+        """A function that makes messages of a channel from bytes.
 
         That is the standard class of the name, else the one that was loaded last, if its type is the recorded one in
         every field; else a class of their own, whose messages leave as the bytes that were recorded.

@@ -1,4 +1,4 @@
-"""Tape: the messages of a bag that are to be played, one after another, from and to where they were asked for."""
+"""OrderedMessages: the messages of a bag that are played, one after another, within a span of time."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Which part of a recording is played, in nanoseconds; offsets count from its first message."""
+    """The part of a recording that is played, in nanoseconds; offsets count from its first message."""
 
     start_ns: int = 0
     until_ns: int | None = None
     """The offset of the last moment that is played."""
     duration_ns: int | None = None
-    """How long is played from `start_ns` on. Where both are given, the later end counts, as in ROS 2."""
+    """The duration played from `start_ns` on. Where both are given, the later end counts, as in ROS 2."""
 
     @classmethod
     def of_seconds(cls, start_s: float, until_s: float | None, duration_s: float | None) -> Span:
@@ -49,9 +49,9 @@ class Span:
 
 
 _AHEAD_BYTES = 256 * 1024
-"""How much is read at a time, and no more than twice as much is held; more where one message is larger."""
+"""The number of bytes read at a time; at most twice as many are held, or one larger message."""
 _EACH_BYTES = 256
-"""What a message costs beside its bytes."""
+"""The size that a message counts for beside its bytes."""
 
 _Read: TypeAlias = "tuple[list[Entry], bool]"
 """Some messages, and whether they are the last."""
@@ -98,7 +98,7 @@ class OrderedMessages:
         return self._ready[0] if self._ready else None
 
     def is_next(self, entry: Entry) -> bool:
-        """Whether this message, which `look` has given, is still the one that comes next."""
+        """True if this message, which `look` has returned, is still the next one."""
         return bool(self._ready) and self._ready[0] is entry
 
     def take(self) -> Entry:

@@ -10,7 +10,7 @@ from typing import Protocol
 
 
 class Ticking(Protocol):
-    """What a playback's time is measured by: any clock of a run."""
+    """The clock that measures a playback's time: any clock of a run."""
 
     def monotonic_ns(self) -> int:
         """Nanoseconds that never go back nor jump."""
@@ -48,7 +48,7 @@ class PlaybackClock:
 
     @property
     def is_paused(self) -> bool:
-        """Whether its time stands still."""
+        """True if the playback's time is paused."""
         return self._paused
 
     def now_ns(self) -> int:

@@ -29,7 +29,7 @@ CLOCK = "/clock"
 
 
 class PlayerParameters(Parameters):
-    """What is played, and how."""
+    """Parameters of a playback."""
 
     file: ReadOnly[Path] = Field(description="The recording: an MCAP file, or a bag of rosbag2.")
     rate: float = Field(default=1.0, gt=0, le=1e6, description="Seconds of the recording in a second of the run.")
@@ -50,14 +50,14 @@ class Player(Node):
 
     parameters: PlayerParameters
     playing: Playing | None = None
-    """What it plays, once it has started; a terminal may ask before anything is declared."""
+    """The playback, once it has started; a terminal may ask before anything is declared."""
 
     def declare(self) -> None:
         """Offer what the recording has: its topics are known from the file alone."""
         asked = self.parameters
         self.damage: Damage | None = None
         self.refused: dict[str, int] = {}
-        """By topic, how many messages could not be read."""
+        """The number of messages that could not be read, by topic."""
         self._bag = Bag(asked.file)
         self._classes = MessageClasses()
         self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
@@ -121,7 +121,7 @@ class Player(Node):
 
     @property
     def incomplete(self) -> tuple[str, ...]:
-        """Why the recording is not the whole of what happened, as far as it has been played."""
+        """The reasons why the recording is incomplete, as far as it has been played."""
         return self._bag.incomplete
 
     @on_parameters

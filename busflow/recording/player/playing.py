@@ -1,4 +1,4 @@
-"""Playing: walks along a tape by a playback's clock, and hands over each message when its moment has come."""
+"""Playing: hands over each message of a bag when a playback's clock reaches its time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Playing:
-    """A tape, the clock it is played by, and who is given the messages."""
+    """The messages of a playback, its clock, and the function that receives each message."""
 
     def __init__(
         self,
@@ -25,7 +25,7 @@ class Playing:
         rate: float = 1.0,
         paused: bool = False,
     ) -> None:
-        """Ready to play from the tape's beginning.
+        """Get ready to play from the first message.
 
         Args:
             tape: What is played.
@@ -90,7 +90,7 @@ class Playing:
         return True
 
     async def again(self) -> bool:
-        """Whether there is something to play from where it stands."""
+        """True if there is something to play from here on."""
         return await self._tape.look() is not None
 
     async def burst(self, count: int) -> int:

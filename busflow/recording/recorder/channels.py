@@ -28,7 +28,7 @@ class Announcer:
         self._channels = 0
 
     def announce(self, spool: Spool, topic: str, type_: TypeSupport | ForeignType, offered: Iterable[QoS]) -> int:
-        """Tell the file of a channel, and of its type where that is new; its number, 0 where nothing can be written."""
+        """Declare a channel, and its type if it is new; return its number, 0 if nothing can be written."""
         number, key = self._channels + 1, (type_.name, type_.type_hash)
         known = self._schemas.get(key)
         schema = known or len(self._schemas) + 1
@@ -48,16 +48,16 @@ class Announcer:
 
 @dataclass(slots=True)
 class Track:
-    """What is recorded under one name."""
+    """A track: everything that is recorded under one name."""
 
     topic: str
     support: TypeSupport
     encode: Callable[[Message], Payload]
     """Gives a large message in parts, of which none is copied."""
     offered: list[QoS] = field(default_factory=list["QoS"])
-    """By its publishers, so far."""
+    """The offered QoS by publisher, so far."""
     number: int = 0
-    """Of its channel; 0 before its first message."""
+    """The number of its channel; 0 before its first message."""
 
 
 class Tracks:
@@ -85,7 +85,7 @@ class Tracks:
         return track
 
     def announce(self, spool: Spool, track: Track) -> bool:
-        """Tell the file of a track before its first message; False where nothing can be written any more."""
+        """Declare a track before its first message; False if nothing can be written any more."""
         track.number = self._announcer.announce(spool, track.topic, track.support, track.offered)
         return track.number > 0
 

@@ -113,7 +113,7 @@ def named(pattern: str, *, run: str) -> Path:
 
 
 def refusal(path: Path, error: OSError) -> RecordingRefused:
-    """Why nothing can be recorded there, and what to do."""
+    """An error about a destination that cannot be recorded to, with what to do."""
     shown = printable(path)
     match error:
         case FileExistsError():

@@ -1,4 +1,4 @@
-"""What a caller may give as `record=`, and the specification that it stands for."""
+"""The values that a caller may give as `record=`, and the specification of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Wanted: TypeAlias = "str | Path | Mapping[str, object] | RecordSpec | bool"
 
 
 def spec_of(wanted: Wanted | None, stated: RecordSpec | None) -> RecordSpec | None:
-    """What is to be recorded; None is nothing.
+    """The specification of a recording; None for no recording.
 
     >>> spec_of({"to": "run.mcap", "topics": ["/imu/*"]}, None).topics
     ('/imu/*',)

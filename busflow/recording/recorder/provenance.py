@@ -1,4 +1,4 @@
-"""What a recording holds beside messages: how the run was set up, its launch file, and what it came to."""
+"""Provenance: the contents of a recording beside messages: set-up of the run, launch file, account."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ FORMAT = "1"
 """Grows when something is written otherwise than readers of before expect it."""
 
 _PACKAGES = ("lz4", "mcap", "numpy", "pydantic", "zstandard")
-"""What the bytes of a recording depend on, beside busflow and Python."""
+"""The libraries on which the bytes of a recording depend, beside busflow and Python."""
 
 Words = tuple[str, Mapping[str, str]]
 """A record of metadata: its name, and words by their keys."""
 
 
 def library() -> str:
-    """What a file says of who wrote it."""
+    """The name of the writing program in a file."""
     return f"busflow {busflow.__version__}; mcap {version('mcap')}"
 
 
 def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str = "") -> Words:
-    """How a run was set up; nothing that tells of the machine or of folders on it.
+    """The set-up of a run, without facts about the machine or its folders.
 
     Of several processes that record themselves, each says which of them it is.
     """
@@ -53,7 +53,7 @@ def facts(run: str, seed: int | None, clock: str, started_ns: int, process: str 
 
 
 def ledger(report: Mapping[str, Any], recorded: int, missed: int) -> Words:
-    """What a run came to by its own report, and how much of it is in the recording."""
+    """The run's report at its end, and how much of it is in the recording."""
     return LEDGER, {
         "report": json.dumps(report),
         "recorded": str(recorded),

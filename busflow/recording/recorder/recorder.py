@@ -162,7 +162,7 @@ class Recorder(Extension):
         return replace(report, recording=self.statistics())
 
     def statistics(self) -> RecordingReport:
-        """What there is of the recording so far, or in the end."""
+        """The state of the recording, so far or at the end."""
         return RecordingReport(
             path=str(self._destination.path if self._destination else self._spec.to),
             recorded=self._sequence - self._missed,
@@ -192,7 +192,7 @@ class Recorder(Extension):
                 track.offered.append(attached.endpoint.qos)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:
-        """Whether what a publisher publishes may be recorded here."""
+        """True if messages of a publisher may be recorded here."""
         end = publisher.endpoint
         return self._share is None or not end.remote or end.node not in self._share.nodes
 
@@ -206,7 +206,7 @@ class Recorder(Extension):
         self._graph.bus.tap(topic, tap)
 
     def _own(self, track: Track, topic: Topic[Any], share: Share) -> Callable[[Any], None]:
-        """Hears what is to be recorded here: what nodes of other processes publish is recorded there."""
+        """Make the tap that records a topic here; messages of nodes of other processes are recorded there."""
         origins = Origins(topic)
         recorder = share.outside.get(topic.name)
 
@@ -308,14 +308,14 @@ class Recorder(Extension):
 
 
 class ParameterTrack:
-    """What is known of each node's parameters, so that nothing is told twice when it is started anew."""
+    """The known parameters of each node, so that a restart records nothing twice."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._known: dict[str, dict[str, object]] = {}
 
     def follow(self, store: ParameterStore, write: Callable[[ParameterEvent], None]) -> None:
-        """Tell of a node's parameters now, as far as they are not known, and of all changes from now on."""
+        """Record a node's parameters as far as they are not known, and all changes from now on."""
         known = self._known.setdefault(store.node, {})
         found = {row.name: row.value for row in store.describe()}
         changes = [ParameterChange(name, known.get(name), found.get(name)) for name in {**known, **found}]
@@ -336,7 +336,7 @@ class ParameterTrack:
 
 
 def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:
-    """Whether a server of another process answers a call; `known` are those calls while they last."""
+    """True if a server of another process answers a call; `known` holds those calls while they last."""
     if call.outcome is None and not isinstance(service.server, Server | None):
         known.add(call.number)
         return True
@@ -347,7 +347,7 @@ def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[i
 
 
 def _reason(failure: Exception | None) -> str:
-    """Why a message was not taken in."""
+    """The reason why a message was not recorded."""
     if failure is None:
         return "messages come faster than they can be written"
     reason = failure.strerror if isinstance(failure, OSError) else f"{type(failure).__name__}: {failure}"

@@ -1,4 +1,4 @@
-"""Service events: a call of a service as the messages by which ROS 2's service introspection tells of it."""
+"""Service events: a call of a service as the messages of ROS 2's service introspection."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from busflow.interfaces.message import Length, Message, ServiceType, type_name
 from busflow.msgs.service_msgs import ServiceEventInfo
 
 SUFFIX = "/_service_event"
-"""What a service's topic of events is called, after the service's own name."""
+"""The suffix that makes the event topic's name of a service's name."""
 
 _GID_BYTES = 16
 
@@ -46,7 +46,7 @@ def event_class(service: type[ServiceType]) -> type[Message]:
 
 
 def event_message(cls: type[Message], call: Call[Any, Any], stamp: Time) -> Message | None:
-    """What there is to tell of a call now: that it came, or what it was answered; None where it was not answered.
+    """The event message of a call now: its request or its answer; None if it was not answered.
 
     Args:
         cls: as `event_class` made it.
@@ -68,5 +68,5 @@ def event_message(cls: type[Message], call: Call[Any, Any], stamp: Time) -> Mess
 
 
 def client_gid(caller: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """What stands for a client: the same for the same node in every run."""
+    """The id of a client: the same for the same node in every run."""
     return np.frombuffer(hashlib.blake2b(caller.encode(), digest_size=_GID_BYTES).digest(), np.uint8)

@@ -12,15 +12,15 @@ from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What one life of a process records, and where."""
+    """The part of a run that one process records from its start to its end, and the file for it."""
 
     process: str
     file: Path
     spec: RecordSpec
     nodes: frozenset[str]
-    """Those of the whole run: what comes from one of another process is recorded there."""
+    """The nodes of the whole run: messages of a node are recorded in its own process."""
     outside: Mapping[str, str]
-    """By topic, the process that records what comes from none of them: a terminal, a node of ROS 2."""
+    """By topic, the process that records messages from outside: of a terminal or a node of ROS 2."""
 
     def as_words(self) -> dict[str, Any]:
         """It as JSON can have it."""

@@ -1,4 +1,4 @@
-"""`Spool`: the way of what is recorded from whoever publishes it to the file, and what becomes of it there.
+"""`Spool`: the bounded queue and the thread between publishers and the file.
 
 With a thread, a put costs an append: the thread compresses and writes, most of it without holding up the interpreter,
 and what it cannot keep up with is refused. Without one, all happens at once, and is the same every time.
@@ -21,18 +21,18 @@ Work: TypeAlias = tuple[int, int, int, Payload] | Callable[[McapWriter], None]
 """A message, as `McapWriter.add_message` takes it, or something rarer to do with the file."""
 
 MOST_BYTES = 64 * 1024 * 1024
-"""How much may wait to be written."""
+"""The number of bytes that may wait to be written."""
 CUT_S = 0.4
-"""How long a message may wait for others to fill its chunk: what a crash can lose, with the time it takes to write."""
+"""The time that a message may wait for others in its chunk: what a crash can lose, plus the time to write."""
 _CUT_NS = 400_000_000
 _PAUSE_S = 0.1
-"""How long the thread lets messages gather, if they are few."""
+"""The time for which the thread lets messages gather, if they are few."""
 _MANY_BYTES = 1024 * 1024
 """It is woken for so many."""
 _EACH_BYTES = 256
-"""What a message costs beside its bytes while it waits."""
+"""The size that a waiting message counts for beside its bytes."""
 LAST_WORDS_S = 5.0
-"""How long the end of a file may take, when its run has ended: `MOST_BYTES` at 16 MB/s, as on an SD card, take four.
+"""The time limit for the end of a file: `MOST_BYTES` at 16 MB/s, as on an SD card, take four seconds.
 
 Whoever waits for a run to end, or ends it by force, lets it have this beyond the nodes' grace.
 """
@@ -60,7 +60,7 @@ class Spool:
             most_bytes: how much may wait.
         """
         self.failure: Exception | None = None
-        """Why nothing more is written."""
+        """The reason why nothing more is written."""
         self._file, self._destination, self._on_failure = file, destination, on_failure
         self._most_bytes = most_bytes
         self._waiting: deque[Work] = deque()
@@ -131,7 +131,7 @@ class Spool:
         self._try(self._destination.secure)
 
     def _pause(self) -> float | None:
-        """How long to wait for more; without end where nothing waits, in which case anything wakes the thread."""
+        """The time to wait for more; unlimited if nothing waits, since any message then wakes the thread."""
         if self._file.open_chunk:
             return max(0.0, min(_PAUSE_S, self._opened + CUT_S - perf_counter()))
         self._wake_at = 0

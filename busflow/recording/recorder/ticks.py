@@ -27,13 +27,13 @@ class Tick:
     timer: str
     period_s: float
     elapsed_ns: int
-    """How long the run had lasted: by when it was recorded, this tells when the run began."""
+    """The run's age in nanoseconds: with the time of the record, it gives the run's start."""
     time_ns: int
-    """When it was recorded."""
+    """The time of the record."""
 
     @classmethod
     def parse(cls, text: str, time_ns: int) -> Tick | None:
-        """What a recording says of a tick; None where it is nothing of the kind.
+        """Parse a recorded tick; None for anything else.
 
         >>> Tick.parse("/processor tell_status 0.5 500000000", 7)
         Tick(node='/processor', timer='tell_status', period_s=0.5, elapsed_ns=500000000, time_ns=7)

@@ -1,4 +1,4 @@
-"""The calls of a replay: recorded requests are made anew, and who asks others is answered as was recorded.
+"""The calls of a replay: requests to its nodes are made again, and their own calls get the recorded answers.
 
 What a node answers, and what it asks others, is compared as what it publishes is.
 """
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
 
 _REPLAYER = "/_replay"
-"""In whose name requests are made anew."""
+"""The caller of requests that are made again."""
 
 
 class Calls(Extension):
@@ -56,7 +56,7 @@ class Calls(Extension):
             check.watch(name, plain_of(service_type.Response))
 
     def role(self, channel: Channel) -> Callable[[Entry], None] | None:
-        """What to do with the events of a service; None where no node has anything to do with it."""
+        """A handler for the events of a service; None if no node has a part in it."""
         name = channel.topic.removesuffix(SUFFIX)
         if name == channel.topic:
             return None
@@ -65,7 +65,7 @@ class Calls(Extension):
         return self._asked[name].hearer(self._gids) if name in self._asked else None
 
     def is_ours(self, gid: bytes) -> bool:
-        """Whether one of the nodes called: then it does so again by itself."""
+        """True if one of the replayed nodes made the call: it then makes it again by itself."""
         return gid in self._gids
 
     def call(self, name: str, request: Message) -> None:
@@ -75,7 +75,7 @@ class Calls(Extension):
         task.add_done_callback(self._tasks.discard)
 
     def answered(self, name: str, time_ns: int, response: Message) -> None:
-        """What a node answered when it was recorded."""
+        """The recorded answer of a node."""
         self._check.recorded(name, Published(time_ns, TypeSupport(type(response)).encode(response)))
 
     async def close(self) -> None:
@@ -154,13 +154,13 @@ class StandIn:
             self._waiting[key] = call
 
     def withdraw(self, call: Call[Any, Any]) -> None:
-        """Nobody waits for the answer any more."""
+        """The caller does not wait for the answer any more."""
 
     def statistics(self) -> None:
         """There is no server, and so no account."""
 
     def hearer(self, gids: Mapping[bytes, str]) -> Callable[[Entry], None]:
-        """What hears of the events of those who are run anew."""
+        """A listener for the service events of replayed nodes."""
 
         def hear(entry: Entry) -> None:
             event: Any = entry.channel.decode(entry.payload, self._event)
@@ -187,6 +187,6 @@ class StandIn:
 
 
 def plain_of(cls: type[Message]) -> Callable[[bytes], Any]:
-    """What shows a message of a class as plain data."""
+    """A function that turns messages of a class into plain data."""
     support = TypeSupport(cls)
     return ForeignType(support.name, support.type_hash, support.description).decode

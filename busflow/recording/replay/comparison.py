@@ -1,4 +1,4 @@
-"""What was published when it was recorded and when it was replayed, held against each other as both come in."""
+"""Compares recorded and replayed messages, as both come in."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NS_PER_MS = 1_000_000
 
 
 class DifferenceKind(StrEnum):
-    """In what a message differs."""
+    """The kind of a difference."""
 
     CONTENT = "content"
     TIME = "time"
@@ -39,9 +39,9 @@ class Difference:
     kind: DifferenceKind
     topic: str
     number: int
-    """Which message of the topic it is, from 1."""
+    """The number of the message on its topic, from 1."""
     time_s: float
-    """When it was published, seconds since the recorded run began."""
+    """The time of publishing, in seconds since the recorded run began."""
     fields: tuple[FieldDifference, ...] = ()
     text: str = ""
 
@@ -67,12 +67,12 @@ class Published(NamedTuple):
 
 @dataclass(slots=True)
 class _Topic:
-    """What has come of one topic."""
+    """The comparison of one topic."""
 
     plain: Callable[[bytes], Any]
     paired: int = 0
     late: int = 0
-    """Of the replay's messages, those from the end of the recorded run on."""
+    """The replayed messages from after the end of the recorded run."""
 
 
 class Check:
@@ -115,7 +115,7 @@ class Check:
             self._compare(topic, recorded, published)
 
     def _counterpart(self, topic: str, side: Side, published: Published) -> Published | None:
-        """What the other side has for a message; None where it is yet to come, or was let go."""
+        """The counterpart of a message; None if it is yet to come, or was discarded."""
         try:
             return self._pairs.take(topic, side, published)
         except LetGo:

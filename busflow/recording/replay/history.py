@@ -1,4 +1,4 @@
-"""What a recording says of its run before the first event is replayed: parameters, timers, lost messages."""
+"""Facts of a recording that a replay needs beforehand: parameters, timers, lost messages."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
 
 
 def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
-    """By node and topic, how many of the recorded messages the node had, from the first on: the others came too late.
+    """By node and topic, the number of recorded messages that reached the node: the later ones came too late.
 
     Whoever publishes may stop after those who receive, or in another process. Left out is what the recording does not
     tell: of a process that was killed, of messages that were lost on their way to another one, of two subscriptions.
@@ -68,34 +68,34 @@ def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
 
 
 def _lost(topic: Mapping[str, Any]) -> int:
-    """How many messages on a topic did not come through from one process to another."""
+    """The number of messages on a topic that were lost between processes."""
     losses = cast("Mapping[Any, Any]", topic.get("losses") if isinstance(topic.get("losses"), dict) else {})
     return sum(count for count in losses.values() if isinstance(count, int))
 
 
 @dataclass(slots=True)
 class Past:
-    """How the recorded run was set up, and which of its timers ticked."""
+    """The set-up of the recorded run, and its ticking timers."""
 
     started_ns: int
-    """When the run's own time was 0, on the recording's clock: as ticks tell, else when the recording began."""
+    """The recording's time at which the run's own time was 0: by its ticks, else the recording's start."""
     simulated: bool
-    """Whether its time was simulated, and so is exactly the same in a replay."""
+    """True if its time was simulated, and so is exactly the same in a replay."""
     seed: int
     ours: bool
-    """Whether busflow has recorded it."""
+    """True for a recording of busflow."""
     parameters: Mapping[str, Mapping[str, object]]
-    """By node, its parameters at the start."""
+    """The parameters at the start, by node."""
     ticks: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
-    """By node and timer, how often it ticked."""
+    """The number of ticks, by node and timer."""
     ticks_in_order: bool = True
-    """Whether no tick has an earlier time than one before it: no clock was set back."""
+    """True if no tick has an earlier time than one before it: no clock was set back."""
     answered: set[str] = field(default_factory=set[str])
     """The services that were answered at all."""
 
 
 def past_of(bag: Bag) -> Past:
-    """What a recording tells beforehand; of one that others recorded, when it began and which parameters there were.
+    """Read the facts of a recording; of another program's, its start and parameters.
 
     Raises:
         BagError: There is nothing in it.
@@ -143,7 +143,7 @@ def tick_of(entry: Entry) -> Tick | None:
 
 
 def _learn(parameters: dict[str, dict[str, object]], event: ParameterEvent, *, first_only: bool) -> None:
-    """In a recording of busflow's the first event of a node has all its parameters; in ROS 2's they come one by one."""
+    """In a busflow recording the first event of a node has all its parameters; in ROS 2's they come one by one."""
     if first_only and event.node in parameters:
         return
     known = parameters.setdefault(event.node, {})

@@ -27,10 +27,10 @@ class Inputs:
         self._graph, self._published, self._shares = graph, published, shares
         self._publishers: dict[str, Publisher[Any]] = {}
         self.refused: dict[str, int] = {}
-        """By topic, how many messages found no room in a queue that blocks."""
+        """By topic, the number of messages that found no room in a blocking queue."""
 
     def feed(self, channel: Channel) -> Callable[[Entry], None] | None:
-        """What publishes the messages of a channel, and raises BagError for one of another type; None without need."""
+        """A publisher for messages of a channel; None if it is not needed. Raises BagError for another type."""
         received = self._received().get(channel.topic)
         if not received:
             return None
@@ -56,11 +56,11 @@ class Inputs:
 
     @property
     def topics(self) -> frozenset[str]:
-        """What the nodes receive and none of them publishes."""
+        """The topics that the nodes receive and none of them publishes."""
         return frozenset(self._received())
 
     def not_in(self, recorded: Collection[str]) -> Iterator[tuple[str, str]]:
-        """What the nodes receive and was not recorded: the topic and a node."""
+        """The topics that the nodes receive and that were not recorded, each with a node."""
         for topic, subscriptions in sorted(self._received().items()):
             if topic not in recorded:
                 yield topic, subscriptions[0].endpoint.node

@@ -1,4 +1,4 @@
-"""The cast of a replay: the nodes that are run anew, with the parameters that they had when they were recorded."""
+"""The nodes of a replay, with the parameters that they had when they were recorded."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from busflow.node.parameters import Parameters
 
 Recorded = Mapping[str, Mapping[str, object]]
-"""By the full name of a node, its parameters when the recording began."""
+"""By a node's full name, its parameters when the recording began."""
 
 _RECORDED = Origin(StatedBy.CALLER)
 TOLD_BY_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
@@ -36,13 +36,13 @@ TOLD_BY_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
 
 @dataclass(slots=True)
 class ReplayPlan:
-    """What is run, and what is known of those who are not."""
+    """The nodes that are replayed, and facts about the others."""
 
     what: list[What] = field(default_factory=list[What])
     others_publish: set[str] = field(default_factory=set[str])
     """Topics on which nodes publish that are not run anew."""
     notes: list[str] = field(default_factory=list[str])
-    """What whoever reads the outcome has to know."""
+    """Notes for the reader of the outcome."""
 
 
 def replay_plan(
@@ -91,7 +91,7 @@ def replay_plan(
 
 
 def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
-    """What a launch file, or an argument, states and a replay does not heed: it was another value that was recorded."""
+    """The values of a launch file or argument that a replay ignores, since others were recorded."""
     for each in members:
         spec, values = each.spec, recorded.get(each.runtime.full_name, {})
         if spec is None or spec.full_name not in names:

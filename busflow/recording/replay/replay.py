@@ -30,15 +30,15 @@ from busflow.runner.sources import What
 from busflow.text import counted
 
 TIME_TOLERANCE_S = 0.1
-"""How far times may be apart, where the recorded run had the system's time."""
+"""The tolerance of times, if the recorded run had the system's time."""
 _SLACK_NS = NS_PER_S
-"""How far a tick that was recorded on the system's time may be from the grid that begins in the replay."""
+"""The greatest distance of a tick recorded on the system's time from the grid that begins in the replay."""
 _SHOWN = 5
 
 
 @dataclass(slots=True)
 class Replay:
-    """What came of a replay."""
+    """The outcome of a replay."""
 
     recording: str
     nodes: tuple[str, ...]
@@ -46,17 +46,17 @@ class Replay:
     """The first ones, in the order in which they were found."""
     difference_count: int = 0
     compared: dict[str, int] = field(default_factory=dict[str, int])
-    """By topic, how many pairs of messages were compared."""
+    """The number of compared pairs of messages, by topic."""
     outputs: dict[str, list[Message]] = field(default_factory=dict[str, list[Message]])
-    """By topic, what the nodes published in the replay."""
+    """The messages that the nodes published in the replay, by topic."""
     log: list[LogRecord] = field(default_factory=list[LogRecord])
     """Every line that they logged."""
     notes: list[str] = field(default_factory=list[str])
-    """What limits the replay: what was not in the recording, or not compared."""
+    """The limits of the replay: what was not in the recording, or not compared."""
 
     @property
     def same(self) -> bool:
-        """Whether every message that was recorded was published anew, and no other."""
+        """True if every recorded message was published again, and no other."""
         return self.difference_count == 0
 
     def assert_same(self) -> None:
@@ -69,7 +69,7 @@ class Replay:
             raise ReplayDiffers(self.render())
 
     def render(self, most: int = _SHOWN) -> str:
-        """What came of it, in lines for people."""
+        """The outcome in lines for people."""
         pairs = ", ".join(f"{count} on {topic}" for topic, count in sorted(self.compared.items())) or "nothing"
         who = ", ".join(self.nodes)
         if self.same:

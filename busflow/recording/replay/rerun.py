@@ -64,7 +64,7 @@ class Rerun:
             keep: How many messages of each topic are kept, the newest; None is all.
         """
         self.outputs: dict[str, deque[Message]] = {}
-        """What the nodes have published, by topic."""
+        """The messages that the nodes have published, by topic."""
         self.notes: list[str] = []
         self._graph, self._bag, self._past, self._check, self._clock = graph, bag, past, check, clock
         self._loop = cast("VirtualLoop", asyncio.get_running_loop())
@@ -139,7 +139,7 @@ class Rerun:
     # Who has which part.
 
     def _role(self, channel: Channel) -> tuple[Role, bool] | None:
-        """What to do with messages of a channel, and whether that is something that happens to the nodes."""
+        """A handler for messages of a channel, and whether these are events of the nodes."""
         if channel not in self._roles:
             self._roles[channel] = self._find_role(channel)
         return self._roles[channel]

@@ -67,7 +67,7 @@ class ReplayClock(SimClock):
             self._virtual.call_soon(handle._run)  # noqa: SLF001 - a handle has no other way to be called
 
     def _is_recorded(self, timer: Timer, deadline_ns: int) -> bool:
-        """Whether a timer ticked when it is due now."""
+        """True if a timer that is due now ticked in the recording."""
         if self._coming is None:
             return False
         due_ns = self.now().nanoseconds + deadline_ns - self.monotonic_ns()
@@ -92,7 +92,7 @@ class ComingTicks:
             in_order: Whether their times never step back: then the time of one tells that all earlier ones were read.
         """
         self.held = 0
-        """How many are known and have yet to come."""
+        """The number of known ticks that are yet to come."""
         self._ticks = _ticks(bag, nodes)
         self._unread = Counter(counts)
         self._in_order = in_order

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class TargetFormat(StrEnum):
-    """What a bag is converted to."""
+    """The formats to which a bag is converted."""
 
     ROS2BAG = "ros2bag"
     CSV = "csv"
@@ -31,19 +31,19 @@ class TargetFormat(StrEnum):
 
     @property
     def is_directory(self) -> bool:
-        """Whether it is a directory of several files."""
+        """True if the format is a directory of several files."""
         return self in (TargetFormat.ROS2BAG, TargetFormat.CSV, TargetFormat.PARQUET)
 
 
 @dataclass(slots=True)
 class Converted:
-    """What has become of the messages."""
+    """The account of a conversion."""
 
     messages: int = 0
     left_out: int = 0
     """Messages that could not be read by their type."""
     faults: dict[Channel, str] = field(default_factory=dict["Channel", str])
-    """Why, of the first one of each channel."""
+    """The reason for the first fault of each channel."""
 
 
 def convert(
@@ -113,7 +113,7 @@ def _sink(
     *,
     partly: bool,
 ) -> Sink:
-    """What takes the messages; only what is used of the other programs' formats is imported."""
+    """A sink for the messages; imports only the libraries of its format."""
     match form:
         case TargetFormat.CSV:
             from busflow.recording.tools.to_csv import CsvFile

@@ -26,9 +26,9 @@ class MessageDifference:
     """Two messages that are not the same."""
 
     number: int
-    """Which of the topic's, counted from 1."""
+    """The number of the message on its topic, from 1."""
     left_ns: int
-    """When it was recorded, since the beginning of the recording."""
+    """The time of recording, since the beginning of the recording."""
     right_ns: int
     fields: tuple[FieldDifference, ...]
 
@@ -50,20 +50,20 @@ class TopicDifference:
 
     @property
     def same(self) -> bool:
-        """Whether nothing of it differs."""
+        """True if nothing of the topic differs."""
         return self.left_type == self.right_type and self.left == self.right and not self.different
 
 
 @dataclass(frozen=True, slots=True)
 class BagDiff:
-    """What was found."""
+    """The result of a comparison."""
 
     topics: tuple[TopicDifference, ...]
     """Sorted by name."""
 
     @property
     def same(self) -> bool:
-        """Whether the recordings do not differ."""
+        """True if the recordings do not differ."""
         return all(each.same for each in self.topics)
 
     @property
@@ -111,7 +111,7 @@ def diff(
 
 
 class _Found:
-    """What has become of the messages so far."""
+    """The account of the messages so far."""
 
     def __init__(self, left: Bag, right: Bag, comparison: Comparison, *, times: bool, most: int) -> None:
         self.topics: dict[str, TopicDifference] = {}

@@ -13,7 +13,7 @@ from busflow.clock import NS_PER_S
 from busflow.text import printable
 
 _MOST_OF_AN_ARRAY = 3
-"""Of two pictures that differ in every byte nobody wants to read more."""
+"""The limit of shown differences in one message: two pictures may differ in every byte."""
 _TIME = {"sec", "nanosec"}
 
 
@@ -32,15 +32,15 @@ class FieldDifference:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """How far apart two values may be and still count as the same."""
+    """The distances up to which two values count as the same."""
 
     tolerance: float = 0.0
-    """Of floating-point numbers, absolutely; NaN is like NaN."""
+    """The tolerance of floating-point numbers, absolute; NaN equals NaN."""
     time_tolerance_ns: int = 0
-    """Of times and durations: stamps that a handler takes from a clock that goes on meanwhile."""
+    """The tolerance of times and durations: stamps that a handler takes from a running clock."""
 
     def differences(self, left: Any, right: Any, path: str = "") -> Iterator[FieldDifference]:
-        """Where two messages differ, in the order of their fields; they are plain data, as `Channel.plain` gives it."""
+        """The differences of two messages in the order of their fields; they are plain data, as of `Channel.plain`."""
         match left, right:
             case Mapping(), Mapping():
                 yield from self._of_mappings(cast("Mapping[str, Any]", left), cast("Mapping[str, Any]", right), path)

@@ -14,7 +14,7 @@ from typing import Generic, Literal, NamedTuple, Protocol, TypeVar
 MOST_WAITING = 256 << 20
 """Bytes of messages that wait for their counterparts."""
 _EACH_BYTES = 256
-"""What a message costs beside its bytes while it waits."""
+"""The size that a waiting message counts for beside its bytes."""
 
 Side = Literal[0, 1]
 
@@ -36,14 +36,14 @@ class LetGo(Exception):
 
 
 class Lonely(NamedTuple, Generic[M]):
-    """What is left of a topic on one side."""
+    """The messages of a topic on one side that have no counterpart yet."""
 
     topic: str
     side: Side
     waiting: deque[M]
     """The first ones."""
     let_go: int
-    """How many came after these."""
+    """The number of messages after these."""
 
 
 @dataclass(slots=True)
@@ -57,10 +57,10 @@ class _Lane(Generic[M]):
 
 
 class Pairs(Generic[M]):
-    """What waits, by topic."""
+    """The waiting messages, by topic."""
 
     def __init__(self, most_bytes: int | None = None) -> None:
-        """Nothing waits yet; `most_bytes` is `MOST_WAITING` unless told."""
+        """Start with no waiting message; `most_bytes` is `MOST_WAITING` by default."""
         self._most = MOST_WAITING if most_bytes is None else most_bytes
         self._lanes: dict[str, _Lane[M]] = {}
         self._size = 0
@@ -87,7 +87,7 @@ class Pairs(Generic[M]):
         return None
 
     def left(self) -> Iterator[Lonely[M]]:
-        """What has no counterpart, topic by topic."""
+        """The messages without counterpart, topic by topic."""
         for topic, lane in self._lanes.items():
             if lane.waiting or lane.let_go:
                 yield Lonely(topic, lane.side, lane.waiting, lane.let_go)

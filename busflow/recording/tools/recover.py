@@ -26,14 +26,14 @@ from busflow.recording.tools.target import new_file
 
 @dataclass(slots=True)
 class Recovery:
-    """What was saved, and what was not."""
+    """The account of a recovery: what was saved, and what was not."""
 
     target: Path
     messages: int = 0
     attachments: int = 0
     metadata: int = 0
     damages: list[BagError] = field(default_factory=list[BagError])
-    """Why something may be missing; none where nothing was wrong with the file."""
+    """The reasons why something may be missing; none for an undamaged file."""
     missing: int | None = None
     """The messages that are known to be missing by their numbers; None where messages were not numbered."""
     strays: int = 0

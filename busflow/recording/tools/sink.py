@@ -19,7 +19,7 @@ _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 class Sink(Protocol):
-    """Where messages go."""
+    """A target of messages."""
 
     def write(self, entry: Entry) -> None:
         """Take a message.

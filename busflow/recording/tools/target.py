@@ -60,7 +60,7 @@ def _part_of(target: Path, make: Callable[[Path], None], remove: Callable[[Path]
 
 
 def _link(part: Path, target: Path) -> None:
-    """Give a file its name, unless that is somebody else's by now, which renaming would not see."""
+    """Give a file its name, unless another program has taken it, which renaming would not notice."""
     try:
         os.link(part, target)
     except OSError as error:

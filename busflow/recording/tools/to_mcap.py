@@ -134,7 +134,7 @@ class Rosbag2Directory:
 
 
 def _profiles(channel: Channel) -> str:
-    """What was offered, in the words of this version of the metadata, whatever version the bag has."""
+    """The offered QoS in this version's words, whatever version the bag has."""
     try:
         found = offered(channel.qos)
     except BagError:  # nobody could have read it

@@ -23,11 +23,11 @@ _MOST_ROWS = 5000
 _MOST_BYTES = 4 << 20
 """Rows, and bytes of messages, that are kept for a file until they are written together."""
 _WORDS = {"byte": "uint8", "char": "uint8", "wstring": "string", "bool": "bool_"}
-"""What Arrow calls those types of ROS that it has another word for."""
+"""Arrow's names of ROS types for which it has another word."""
 
 
 def parquet_files(directory: Path) -> TopicFiles:
-    """What writes a directory of Parquet files.
+    """A sink that writes a directory of Parquet files.
 
     Raises:
         BagError: pyarrow is not installed.

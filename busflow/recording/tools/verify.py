@@ -22,18 +22,18 @@ from busflow.recording.mcap.contents import Contents, Found
 from busflow.text import counted
 
 _MOST_PER_CHANNEL = 3
-"""Findings about messages of one channel that are told; what is wrong with one is mostly wrong with all."""
+"""The limit of printed findings about one channel; one fault is mostly a fault of all its messages."""
 _RECORDERS_OWN = {"/parameter_events", "/rosout"}
 """Topics that the recorder writes itself, whether or not anybody publishes them."""
 
 
 class FindingKind(StrEnum):
-    """What a finding says of the recording."""
+    """The meaning of a finding for the recording."""
 
     INCOMPLETE = "incomplete"
     """Something is missing, as the recording itself says or shows."""
     WRONG = "wrong"
-    """What it says and what is there contradict each other, or cannot be read."""
+    """Statements and contents contradict each other, or cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +50,12 @@ class Finding:
 
 @dataclass(slots=True)
 class Examination:
-    """What was looked at, and what was found."""
+    """The scope and the findings of an examination."""
 
     messages: int = 0
-    """Those that were read, which are those before the damage where there is any."""
+    """The messages that were read: those before the damage, if there is any."""
     there: int = 0
-    """Those that are there: more than were read, where some lie behind the damage."""
+    """The messages that are there: more than were read, if some lie behind the damage."""
     chunks: int = 0
     findings: list[Finding] = field(default_factory=list[Finding])
 
@@ -87,11 +87,11 @@ class _Structure:
         self._path, self._name, self._found, self._accounted = path, str(path), found, accounted
         self._damages = 0
         self._behind_damage = False
-        """Whether what comes now is about a chunk that could not be read."""
+        """True if the next item is about a chunk that could not be read."""
         self._counts: Counter[int] = Counter()
         self._chunk: tuple[Chunk, int] | None = None
         self._index: dict[int, list[tuple[int, int]]] = {}
-        """Of each channel the times of its messages in the chunk, and where they are."""
+        """For each channel the times and offsets of its messages in the chunk."""
 
     def examine(self) -> int:
         """Read the file; how many messages lie in it."""
@@ -256,7 +256,7 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
 
 
 def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:
-    """By topic, how many messages the run published, at least and at most, of which it has to have recorded all.
+    """By topic, the least and greatest number of published messages that the recording must have.
 
     Not all of the run's topics are recorded, and what only the recorder writes is not in the run's report. Of what came
     from other processes, those that record themselves have recorded most.
@@ -271,5 +271,5 @@ def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int
 
 
 def _of(bag: Bag, number: int) -> str:
-    """What comes before a finding about one of several processes' messages."""
+    """The prefix of a finding about one process's messages."""
     return "" if len(bag.series) == 1 else f"{bag.series[number].files[0].path.name}: "

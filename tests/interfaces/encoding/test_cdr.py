@@ -655,7 +655,7 @@ NAMES = [
 ]
 
 
-def test_texts_are_told_apart_from_those_of_the_message_before():
+def test_texts_of_two_messages_stay_apart():
     messages = [
         Labels(before="x" * length, pair=(*names, "", "")[:2], names=names) for names in NAMES for length in range(4)
     ]
