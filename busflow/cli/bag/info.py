@@ -154,7 +154,7 @@ def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
         yield "run", bag.facts.run
         yield "seed", bag.facts.seed
         yield "clock", f"{bag.facts.clock} time" if bag.facts.clock else None
-        yield "heard", bag.facts.heard
+        yield "heard", bag.facts.recorded_by
         yield "launch file", "recorded with it; --launch-file prints it" if bag.facts.launch_file else None
         yield "versions", ", ".join(f"{name} {version}" for name, version in bag.facts.versions.items())
     else:

@@ -104,10 +104,10 @@ class Bag:
         """The times of each channel's first and last message; empty where the whole bag would have to be read."""
         found: dict[Channel, tuple[int, int]] = {}
         for each in self.files:
-            told = each.spans()
-            if told is None:
+            spans = each.spans()
+            if spans is None:
                 return {}
-            for channel, (first, last) in told.items():
+            for channel, (first, last) in spans.items():
                 known = found.get(channel, (first, last))
                 found[channel] = min(first, known[0]), max(last, known[1])
         return found

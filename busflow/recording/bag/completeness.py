@@ -24,8 +24,8 @@ def shortfalls(ledger: RunOutcome | None, *, unfinished: bool, gaps: int, there:
 
     Args:
         ledger: What the recorder said in the end; None where it did not come to that.
-        unfinished: Whether it was told already that a file has no end.
-        gaps: Messages that were numbered and are not there; 0 where that is not known, or was told.
+        unfinished: True if it was reported already that a file has no end.
+        gaps: Messages that were numbered and are not there; 0 where that is not known, or was reported.
         there: Messages that are there.
     """
     if ledger is None:

@@ -32,7 +32,7 @@ class Facts:
     versions: Mapping[str, str] = field(default_factory=dict[str, str])
     """The versions of busflow, Python and the libraries that the recorder named."""
     format: str = ""
-    heard: str = ""
+    recorded_by: str = ""
     """`from outside` where the recorder joined the run and was no part of it."""
     launch_file: str | None = None
     """The launch file, as it was resolved."""
@@ -72,7 +72,7 @@ def facts_of(metadata: Mapping[str, str], launch_file: str | None) -> Facts:
         started_ns=_number(metadata.get("started")),
         versions=versions,
         format=metadata.get("format", ""),
-        heard=metadata.get("heard", ""),
+        recorded_by=metadata.get("heard", ""),
         launch_file=launch_file,
         process=metadata.get("process", ""),
     )

@@ -73,33 +73,33 @@ def _longest(limits_s: list[float | None]) -> float | None:
     return max(stated) if len(stated) == len(limits_s) else None
 
 
-def _profile(told: Mapping[str, Any]) -> QoS:
+def _profile(stated: Mapping[str, Any]) -> QoS:
     words: dict[str, Any] = {}
     for name, policy in _DECIDED.items():
-        word = _word(name, told.get(name))
+        word = _word(name, stated.get(name))
         if word in {each.value for each in policy} - {"system_default", "unknown", "best_available"}:
             words[name] = word
     for name, theirs in {"deadline": "deadline", "lifespan": "lifespan", "lease": "liveliness_lease_duration"}.items():
-        limit_s = _seconds(told.get(theirs))
+        limit_s = _seconds(stated.get(theirs))
         if limit_s is not None:
             words[name] = limit_s
-    keeps_all = _word("history", told.get("history")) == "keep_all"
-    depth = _KEPT_ALL if keeps_all else int(told.get("depth") or 10)
+    keeps_all = _word("history", stated.get("history")) == "keep_all"
+    depth = _KEPT_ALL if keeps_all else int(stated.get("depth") or 10)
     return QoS.model_validate({"depth": min(max(1, depth), _MOST_DEPTH), **words})
 
 
-def _word(policy: str, told: Any) -> str:
+def _word(policy: str, stated: Any) -> str:
     """A policy's word, which older bags write as its number."""
-    if isinstance(told, int):
+    if isinstance(stated, int):
         numbers = _NUMBERS[policy]
-        return numbers[told] if 0 <= told < len(numbers) else "unknown"
-    return str(told)
+        return numbers[stated] if 0 <= stated < len(numbers) else "unknown"
+    return str(stated)
 
 
-def _seconds(told: Any) -> float | None:
-    if not isinstance(told, Mapping):
+def _seconds(stated: Any) -> float | None:
+    if not isinstance(stated, Mapping):
         return None
-    parts = cast("Mapping[str, Any]", told)
+    parts = cast("Mapping[str, Any]", stated)
     seconds = int(parts["sec"]) + int(parts["nsec"]) / 1e9
     return seconds if 0 < seconds < _FOREVER_S - 1 else None
 

@@ -48,11 +48,11 @@ def directory(path: Path) -> Directory:
         raw = _read(path / METADATA)
         if raw is None:
             return _without_metadata(path)
-        told = _information(raw, path)
-        storage = _storage(told, path)
-        files = tuple(_confined(path, each) for each in _names(told, path))
-        compressed = str(told.get("compression_mode") or "none").lower() != "none"
-        return Directory(files, storage, compressed, *_of_busflow(told, path))
+        information = _information(raw, path)
+        storage = _storage(information, path)
+        files = tuple(_confined(path, each) for each in _names(information, path))
+        compressed = str(information.get("compression_mode") or "none").lower() != "none"
+        return Directory(files, storage, compressed, *_of_busflow(information, path))
     except OSError as error:
         raise BagError(f"it cannot be read: {error.strerror}", file=str(path)) from None
 
@@ -78,31 +78,31 @@ def _information(raw: bytes, path: Path) -> Mapping[str, Any]:
         place = problem.place
         where = f" in line {place.line}" if place else ""
         raise BagError(f"it cannot be read{where}: {problem.message}", file=name) from None
-    told = cast("dict[str, Any]", data).get(INFORMATION) if isinstance(data, dict) else None
-    if not isinstance(told, dict):
+    information = cast("dict[str, Any]", data).get(INFORMATION) if isinstance(data, dict) else None
+    if not isinstance(information, dict):
         raise BagError(f"it has no {INFORMATION}, so it is of no bag", file=name)
-    return cast("dict[str, Any]", told)
+    return cast("dict[str, Any]", information)
 
 
-def _of_busflow(told: Mapping[str, Any], path: Path) -> tuple[BagError | None, Mapping[str, Any]]:
+def _of_busflow(information: Mapping[str, Any], path: Path) -> tuple[BagError | None, Mapping[str, Any]]:
     """The notes of a run of several processes: its account, and facts that no file can state of itself."""
-    stated = told.get("custom_data")
+    stated = information.get("custom_data")
     custom = cast("dict[str, object]", stated) if isinstance(stated, dict) else {}
     lacking = custom.get(LACKING)
     report = json_object(str(custom.get(REPORT, "{}")))
     return BagError(str(lacking), file=str(path)) if lacking else None, report
 
 
-def _storage(told: Mapping[str, Any], path: Path) -> str:
-    storage = told.get("storage_identifier")
+def _storage(information: Mapping[str, Any], path: Path) -> str:
+    storage = information.get("storage_identifier")
     if storage not in STORAGES:
         reason = f"it is stored as {storage!r}; mcap and sqlite3 are read"
         raise BagError(reason, file=str(path / METADATA), fix="ros2 bag convert writes it as mcap")
     return str(storage)
 
 
-def _names(told: Mapping[str, Any], path: Path) -> list[str]:
-    names = told.get("relative_file_paths")
+def _names(information: Mapping[str, Any], path: Path) -> list[str]:
+    names = information.get("relative_file_paths")
     if not isinstance(names, list) or not names:
         raise BagError("relative_file_paths names no files", file=str(path / METADATA))
     files = cast("list[object]", names)

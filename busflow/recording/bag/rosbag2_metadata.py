@@ -48,7 +48,7 @@ def write_metadata(
         OSError: It cannot be written.
     """
     whole = Survey.of([each.found for each in files])
-    told = {
+    information = {
         "version": _VERSION,
         "storage_identifier": "mcap",
         **_span(whole),
@@ -60,7 +60,7 @@ def write_metadata(
         "custom_data": dict(custom) if custom else None,
         "ros_distro": "busflow",
     }
-    text = yaml.safe_dump({INFORMATION: told}, sort_keys=False)
+    text = yaml.safe_dump({INFORMATION: information}, sort_keys=False)
     part = directory / f".{METADATA}.part"
     part.write_text(text, "utf-8")
     part.replace(directory / METADATA)

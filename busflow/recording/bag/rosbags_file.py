@@ -137,8 +137,8 @@ def _channel(connection: Connection) -> Channel:
 
 def _qos(profiles: Sequence[Any]) -> str | None:
     """Profiles as ROS 2 writes them; None where there are none."""
-    told = [{name: _policy(value) for name, value in each._asdict().items()} for each in profiles]
-    return yaml.safe_dump(told, sort_keys=False) if told else None
+    policies = [{name: _policy(value) for name, value in each._asdict().items()} for each in profiles]
+    return yaml.safe_dump(policies, sort_keys=False) if policies else None
 
 
 def _policy(value: Any) -> object:

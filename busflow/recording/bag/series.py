@@ -71,7 +71,7 @@ class Series:
         """The reason why it could not be read to its end; known after it was read that far."""
         self._place = place
         self._survey: Survey | None = None
-        self._told: Survey | None = None
+        self._stated: Survey | None = None
 
     @property
     def facts(self) -> Facts | None:
@@ -112,11 +112,11 @@ class Series:
 
     def overview(self) -> Survey:
         """The contents as the files' summaries state them, or, where one lacks it, as reading shows."""
-        if self._survey is None and self._told is None:
+        if self._survey is None and self._stated is None:
             found = [each.overview() for each in self.files]
-            told = [each for each in found if each is not None]
-            self._told = Survey.of(told) if len(told) == len(found) else None
-        return self._survey or self._told or self.survey()
+            stated = [each for each in found if each is not None]
+            self._stated = Survey.of(stated) if len(stated) == len(found) else None
+        return self._survey or self._stated or self.survey()
 
     def counts_by_topic(self) -> Mapping[str, int]:
         """The number of messages of each topic, over all offered QoS."""

@@ -1,9 +1,9 @@
 """A bag played into a graph, or into a run of another process. Compares nothing.
 
-`playback_clock` is the time of a recording that is played: paused, faster, slower, set to another moment. `tape` has
-the messages to play, in the file's order, from and to a moment; `playing` walks along it by that time. Two use it:
-`player`, a node that publishes messages (a type without a class passes as bytes), and `bag play --run`, which hands
-the bytes to a client of the run.
+`playback_clock` is the time of a recording that is played: paused, faster, slower, set to another moment.
+`ordered_messages` has the messages to play, in the file's order, within a span of time; `playing` hands them over by
+that clock. Two use it: `player`, a node that publishes messages (a type without a class passes as bytes), and
+`bag play --run`, which hands the bytes to a client of the run.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class OrderedMessages:
         self.end_ns = last_ns if end_ns is None else min(end_ns, last_ns)
         """The last moment that is played."""
         self._bound_ns = end_ns
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="busflow.tape") if threaded else None
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="busflow.reader") if threaded else None
         self._ready: deque[Entry] = deque()
         self._reading: asyncio.Future[_Read] | None = None
         self._is_read = False

@@ -65,7 +65,7 @@ class Player(Node):
         if asked.clock_hz:
             self.channels = tuple(each for each in self.channels if each.topic != CLOCK)
             self._clock = self.create_publisher(Clock, CLOCK)
-            self.create_timer(hz=asked.clock_hz, handler=self.tell_time)
+            self.create_timer(hz=asked.clock_hz, handler=self.publish_time)
         for channel in self.channels:
             self._offer(channel)
 
@@ -96,8 +96,8 @@ class Player(Node):
         if asked.delay_s < 0:
             self.log.warning("a delay below zero is none", delay_s=asked.delay_s)
         span = Span.of_seconds(asked.start_s, asked.until_s, asked.duration_s)
-        self._tape = OrderedMessages(self._bag, self.channels, span, threaded=self.clock.kind == "system")
-        self.playing = Playing(self._tape, self.clock, self._publish, rate=asked.rate, paused=asked.paused)
+        self._messages = OrderedMessages(self._bag, self.channels, span, threaded=self.clock.kind == "system")
+        self.playing = Playing(self._messages, self.clock, self._publish, rate=asked.rate, paused=asked.paused)
 
     async def run(self) -> None:
         """Play to the end, over and over if asked."""
@@ -109,7 +109,7 @@ class Player(Node):
             continue
         self.damage = self._bag.damage
         if self.parameters.clock_hz:
-            self.tell_time()  # how late it is in the end
+            self.publish_time()  # how late it is in the end
         if self._bag.incomplete:
             self.log.warning("the recording is not the whole of what happened", reason="; ".join(self._bag.incomplete))
         self.log.info("played to the end", messages=self.playing.played)
@@ -117,7 +117,7 @@ class Player(Node):
     async def stop(self) -> None:
         """Let go of the file."""
         if self.playing is not None:
-            await self._tape.close()
+            await self._messages.close()
 
     @property
     def incomplete(self) -> tuple[str, ...]:
@@ -145,7 +145,7 @@ class Player(Node):
     async def _step(self, playing: Playing) -> None:
         await playing.play_next()
 
-    def tell_time(self) -> None:
+    def publish_time(self) -> None:
         """Publish the moment that is being played, for runs whose time follows it."""
         if self.playing is not None:
             self._clock.publish(Clock(clock=Time(max(0, self.playing.position_ns)).to_msg()))

@@ -18,7 +18,7 @@ class Playing:
 
     def __init__(
         self,
-        tape: OrderedMessages,
+        messages: OrderedMessages,
         source: Ticking,
         publish: Callable[[Entry], Awaitable[None]],
         *,
@@ -28,27 +28,27 @@ class Playing:
         """Get ready to play from the first message.
 
         Args:
-            tape: What is played.
+            messages: What is played.
             source: The time of the run in which it is played.
             publish: Is given each message.
             rate: Seconds of the recording in a second of the run.
             paused: Do not begin before `resume`.
         """
-        self.clock = PlaybackClock(source, tape.start_ns, rate=rate, paused=paused)
+        self.clock = PlaybackClock(source, messages.start_ns, rate=rate, paused=paused)
         self.played = 0
-        self._tape, self._publish = tape, publish
-        self._from_ns = tape.start_ns
+        self._messages, self._publish = messages, publish
+        self._from_ns = messages.start_ns
         self._stopped = False
 
     @property
     def position_ns(self) -> int:
         """The moment of the recording that is being played, within the bounds of what is played."""
-        return min(max(self.clock.now_ns(), self._tape.start_ns), self._tape.end_ns)
+        return min(max(self.clock.now_ns(), self._messages.start_ns), self._messages.end_ns)
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """The first and the last moment that are played."""
-        return self._tape.start_ns, self._tape.end_ns
+        return self._messages.start_ns, self._messages.end_ns
 
     async def play(self) -> bool:
         """Play to the end, from where it stands; False where it was stopped before.
@@ -56,19 +56,19 @@ class Playing:
         At the end it stands at the beginning again, unless it is paused there: then it waits for what comes.
         """
         self._stopped = False
-        await self._tape.look()  # no time passes before there is something to play
+        await self._messages.look()  # no time passes before there is something to play
         self.clock.jump(self._from_ns)
         while not self._stopped:
             if self.clock.is_paused:
                 await self.clock.changed()
                 continue
-            entry = await self._tape.look()
+            entry = await self._messages.look()
             if self._stopped or self.clock.is_paused:
                 continue  # since it was looked for
             if entry is None:
-                self._stand_at(self._tape.start_ns)
+                self._stand_at(self._messages.start_ns)
                 return True
-            if await self.clock.sleep_until(entry.log_time_ns) and self._tape.is_next(entry):
+            if await self.clock.sleep_until(entry.log_time_ns) and self._messages.is_next(entry):
                 await self._hand_over()
         return False
 
@@ -81,7 +81,7 @@ class Playing:
         """While paused, hand over one message without waiting; False where there is none, or where it is not paused."""
         if not self.clock.is_paused:
             return False
-        entry = await self._tape.look()
+        entry = await self._messages.look()
         if entry is None or not self.clock.is_paused:
             return False
         self._from_ns = entry.log_time_ns
@@ -91,7 +91,7 @@ class Playing:
 
     async def again(self) -> bool:
         """True if there is something to play from here on."""
-        return await self._tape.look() is not None
+        return await self._messages.look() is not None
 
     async def burst(self, count: int) -> int:
         """While paused, hand over so many messages without waiting between them; how many there were."""
@@ -102,16 +102,16 @@ class Playing:
 
     def seek(self, moment_ns: int) -> None:
         """Go on from a moment of the recording, its own messages included."""
-        self._tape.seek(moment_ns)
-        self._from_ns = max(moment_ns, self._tape.start_ns)
+        self._messages.seek(moment_ns)
+        self._from_ns = max(moment_ns, self._messages.start_ns)
         self.clock.jump(self._from_ns)
 
     def _stand_at(self, moment_ns: int) -> None:
-        self._tape.seek(moment_ns)
+        self._messages.seek(moment_ns)
         self._from_ns = moment_ns
 
     async def _hand_over(self) -> None:
-        entry = self._tape.take()
+        entry = self._messages.take()
         self.played += 1
         await self._publish(entry)
         # Who receives has its turn before the next message: what was not lost when it was recorded is not now.

@@ -142,20 +142,20 @@ class Recorder(Extension):
         for topic, tap in self._taps:
             if tap in topic.taps:
                 bus.untap(topic, tap)
-        if self._share is None:  # else the main process tells: what means nothing here may mean something elsewhere
-            self._tell_unmatched()
+        if self._share is None:  # else the main process reports: a pattern unmatched here may match elsewhere
+            self._report_unmatched()
         for track in self._tracks.by_topic.values():
             if not track.number and track.offered:
                 self._tracks.announce(spool, track)
-        told = replace(self._graph.report(), recording=None).as_json()
+        report = replace(self._graph.report(), recording=None).as_json()
         recorded = self._sequence - self._missed
-        complete = spool.do(lambda file: file.add_metadata(*ledger(told, recorded, self._missed)))
+        complete = spool.do(lambda file: file.add_metadata(*ledger(report, recorded, self._missed)))
         complete = spool.do(lambda file: file.finish()) and complete
         self._finished = spool.close() and complete
         if spool.failure is not None:
             self._on_failure(spool.failure)
         elif not self._finished:
-            self._tell_missing("its end could not be written in time")
+            self._report_missing("its end could not be written in time")
 
     def report(self, report: Report) -> Report:
         """The run's report, with that of its recording."""
@@ -197,7 +197,7 @@ class Recorder(Extension):
         return self._share is None or not end.remote or end.node not in self._share.nodes
 
     def _follow_topic(self, topic: Topic[Any]) -> None:
-        # Of the nodes' parameters and log the recorder itself tells, also where nobody else is listening.
+        # The recorder itself records parameters and log, also without another subscription.
         if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selection.includes(topic.name):
             return
         track = self._tracks.add(topic.name, topic.type)
@@ -210,14 +210,14 @@ class Recorder(Extension):
         origins = Origins(topic)
         recorder = share.outside.get(topic.name)
 
-        def hear(message: Message) -> None:
+        def record(message: Message) -> None:
             node = origins.of_this()
             if node is None or (node not in share.nodes and recorder == share.process):
                 self._write(track, message)
             elif node not in share.nodes and recorder is None:
                 self._miss(f"nobody was to record what {node} publishes on {topic.name} from outside the run")
 
-        return hear
+        return record
 
     def _follow_service(self, name: str) -> None:
         topic = name + SUFFIX
@@ -229,14 +229,14 @@ class Recorder(Extension):
         track.offered.append(_SERVICE_QOS)
         elsewhere: set[int] = set()  # calls of a server in another process, which records them
 
-        def hear(call: Call[Any, Any]) -> None:
+        def record(call: Call[Any, Any]) -> None:
             if self._share is not None and _is_elsewhere(call, service, elsewhere):
                 return
             message = event_message(cls, call, self._clock.now())
             if message is not None:
                 self._write(track, message)
 
-        service.taps.append(hear)
+        service.taps.append(record)
 
     def _follow_parameters(self, store: ParameterStore) -> None:
         track = self._tracks.own(PARAMETER_EVENTS, ParameterEvent, _PARAMETERS_QOS)
@@ -269,26 +269,26 @@ class Recorder(Extension):
             if not taken:
                 self._missed += 1
         if not taken:
-            self._tell_missing(problem or _reason(spool.failure))
+            self._report_missing(problem or _reason(spool.failure))
 
     def _miss(self, why: str) -> None:
         """Leave a gap for a message that is not recorded and should be."""
         with self._lock:
             self._sequence += 1
             self._missed += 1
-        self._tell_missing(why)
+        self._report_missing(why)
 
     # What goes wrong.
 
     def _on_failure(self, error: Exception) -> None:
         """Nothing more can be written; in the spool's thread, if it has one."""
-        self._tell_missing(_reason(error))
+        self._report_missing(_reason(error))
 
-    def _tell_missing(self, why: str) -> None:
+    def _report_missing(self, why: str) -> None:
         """Say once that the recording is not complete, in whichever thread that is found out."""
         if threading.get_ident() != self._thread:
-            with suppress(RuntimeError):  # the loop has ended: `end` tells
-                self._loop.call_soon_threadsafe(self._tell_missing, why)
+            with suppress(RuntimeError):  # the loop has ended: `end` reports it
+                self._loop.call_soon_threadsafe(self._report_missing, why)
             return
         if self._why:
             return
@@ -299,7 +299,7 @@ class Recorder(Extension):
         else:
             self._log.warning(text)
 
-    def _tell_unmatched(self) -> None:
+    def _report_unmatched(self) -> None:
         for pattern in self._selection.unmatched:
             self._log.warning(
                 f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
@@ -319,15 +319,15 @@ class ParameterTrack:
         known = self._known.setdefault(store.node, {})
         found = {row.name: row.value for row in store.describe()}
         changes = [ParameterChange(name, known.get(name), found.get(name)) for name in {**known, **found}]
-        self._tell(store, write, [change for change in changes if change.old != change.new])
+        self._record_changes(store, write, [change for change in changes if change.old != change.new])
         store.on_change.append(partial(self._on_change, store, write))
 
     def _on_change(
         self, store: ParameterStore, write: Callable[[ParameterEvent], None], _old: Parameters, result: SetResult
     ) -> None:
-        self._tell(store, write, result.changed)
+        self._record_changes(store, write, result.changed)
 
-    def _tell(
+    def _record_changes(
         self, store: ParameterStore, write: Callable[[ParameterEvent], None], changes: Sequence[ParameterChange]
     ) -> None:
         self._known[store.node].update({change.name: change.new for change in changes})

@@ -161,8 +161,8 @@ class Spool:
             return
         try:
             write()
-        except Exception as error:  # noqa: BLE001  # nobody is above to hear of it, and who publishes is not to blame
+        except Exception as error:  # noqa: BLE001  # no caller is above, and the publisher is not at fault
             self.failure = error
             self._destination.cut_off(self._file.size)
-            if self._thread is not None:  # else who puts something in is told by the answer
+            if self._thread is not None:  # else the answer reports it to the caller
                 self._on_failure(error)

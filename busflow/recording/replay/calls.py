@@ -61,7 +61,7 @@ class Calls(Extension):
         if name == channel.topic:
             return None
         if name in self._served:
-            return _Server(self, name, self._served[name]).hear
+            return _Server(self, name, self._served[name]).on_event
         return self._asked[name].hearer(self._gids) if name in self._asked else None
 
     def is_ours(self, gid: bytes) -> bool:
@@ -112,7 +112,7 @@ class _Server:
     def __init__(self, calls: Calls, name: str, service_type: type[ServiceType]) -> None:
         self._calls, self._name, self._event = calls, name, event_class(service_type)
 
-    def hear(self, entry: Entry) -> None:
+    def on_event(self, entry: Entry) -> None:
         """Make the request anew, or know what the answer was; what the nodes ask each other they ask by themselves."""
         event: Any = entry.channel.decode(entry.payload, self._event)
         if self._calls.is_ours(event.info.client_gid.tobytes()):
@@ -162,7 +162,7 @@ class StandIn:
     def hearer(self, gids: Mapping[bytes, str]) -> Callable[[Entry], None]:
         """A listener for the service events of replayed nodes."""
 
-        def hear(entry: Entry) -> None:
+        def on_event(entry: Entry) -> None:
             event: Any = entry.channel.decode(entry.payload, self._event)
             caller = gids.get(event.info.client_gid.tobytes())
             if caller is None:
@@ -173,7 +173,7 @@ class StandIn:
             elif event.info.event_type == ServiceEventInfo.RESPONSE_SENT and event.response:
                 self._answer(caller, event.info.sequence_number, event.response[0])
 
-        return hear
+        return on_event
 
     def _answer(self, caller: str, number: int, response: Message) -> None:
         if number not in self._asked[caller]:

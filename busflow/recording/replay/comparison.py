@@ -53,9 +53,9 @@ class Difference:
 
     def as_json(self) -> dict[str, Any]:
         """Plain data."""
-        told = {"kind": self.kind.value, "topic": self.topic, "number": self.number, "time_s": self.time_s}
+        facts = {"kind": self.kind.value, "topic": self.topic, "number": self.number, "time_s": self.time_s}
         fields = [{"path": each.path, "recorded": each.left, "replayed": each.right} for each in self.fields]
-        return {**told, "fields": fields, "text": str(self)}
+        return {**facts, "fields": fields, "text": str(self)}
 
 
 class Published(NamedTuple):

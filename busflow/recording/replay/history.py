@@ -31,16 +31,16 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
         nodes: Their full names.
     """
     counts = {each.topic: each.count for each in bag.channels}
-    for told in bag.ledger.topics if bag.ledger is not None else ():
-        name, published, there = told.get("name"), told.get("published"), counts.get(str(told.get("name")))
+    for topic in bag.ledger.topics if bag.ledger is not None else ():
+        name, published, there = topic.get("name"), topic.get("published"), counts.get(str(topic.get("name")))
         if name not in topics:
             continue
         if isinstance(published, int) and there is not None and there != published:
             yield f"{name}: the run published {counted(published, 'message')}, and the recording has {there} of them"
-        if lost := _lost(told):
+        if lost := _lost(topic):
             missed = counted(lost, "message was", "messages were")
             yield f"{name}: {missed} lost between processes, and given in the replay"
-        for subscription in mappings(told.get("subscriptions")):
+        for subscription in mappings(topic.get("subscriptions")):
             dropped = subscription.get("dropped")
             if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
                 yield f"{name}: {subscription['node']} lost {counted(dropped, 'message')}, and had all in the replay"
@@ -49,18 +49,18 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
 def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
     """By node and topic, the number of recorded messages that reached the node: the later ones came too late.
 
-    Whoever publishes may stop after those who receive, or in another process. Left out is what the recording does not
-    tell: of a process that was killed, of messages that were lost on their way to another one, of two subscriptions.
+    A publisher may stop after its subscribers, or in another process. Cases that the recording does not show are left
+    out: a killed process, messages lost on their way to another process, two subscriptions.
     """
     if bag.ledger is None or bag.incomplete:
         return {}
     counts = {each.topic: each.count for each in bag.channels}
     found: dict[tuple[str, str], list[int]] = {}
-    for told in bag.ledger.topics:
-        name = str(told.get("name"))
-        if _lost(told) or told.get("published") != counts.get(name):
+    for topic in bag.ledger.topics:
+        name = str(topic.get("name"))
+        if _lost(topic) or topic.get("published") != counts.get(name):
             continue
-        for line in mappings(told.get("subscriptions")):
+        for line in mappings(topic.get("subscriptions")):
             had = line.get("published" if line.get("dropped") else "delivered")
             if line.get("node") in nodes and isinstance(had, int):
                 found.setdefault((str(line["node"]), name), []).append(had)

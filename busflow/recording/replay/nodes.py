@@ -6,8 +6,7 @@ import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-from typing import cast as cast_
+from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.errors import BagError, PluginError
@@ -30,7 +29,7 @@ Recorded = Mapping[str, Mapping[str, object]]
 """By a node's full name, its parameters when the recording began."""
 
 _RECORDED = Origin(StatedBy.CALLER)
-TOLD_BY_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
+OF_THE_RUN = {PARAMETER_EVENTS, ROSOUT}
 """Topics of which a node says nothing itself."""
 
 
@@ -61,33 +60,33 @@ def replay_plan(
         LaunchError: A launch file cannot be read.
         InvalidParameter: What was recorded is no parameter of a class any more.
     """
-    cast = ReplayPlan()
+    plan = ReplayPlan()
     files = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
     wanted = {f"/{name.removeprefix('/')}" for name in nodes}
     known = [spec.full_name for description in files for spec in description.nodes]
     for name in sorted(wanted - set(known)):
         one = files[0].files[0] if len(files) == 1 and files[0].files else None
-        who = f"{one} has no" if one is not None else "no launch file has a"
-        raise BagError(f"{who} node {name}", fix=did_you_mean(name, known))
+        owner = f"{one} has no" if one is not None else "no launch file has a"
+        raise BagError(f"{owner} node {name}", fix=did_you_mean(name, known))
     for description in files:
         chosen = [spec for spec in description.nodes if not wanted or spec.full_name in wanted]
         members = Preflight(clock, log).plan([description]).members
-        cast.notes += _overruled(members, {spec.full_name for spec in chosen}, recorded)
+        plan.notes += _overruled(members, {spec.full_name for spec in chosen}, recorded)
         names = {spec.full_name for spec in chosen}
-        cast.others_publish |= set(_published(each for each in members if each.runtime.full_name not in names))
+        plan.others_publish |= set(_published(each for each in members if each.runtime.full_name not in names))
         used = set(_used(each for each in members if each.runtime.full_name in names))
-        cast.what.append(
+        plan.what.append(
             replace(
                 description,
-                nodes=tuple(_with_recorded(spec, names, recorded, cast) for spec in chosen),
+                nodes=tuple(_with_recorded(spec, names, recorded, plan) for spec in chosen),
                 topics=tuple(each for each in description.topics if each.topic in used),
                 clock=ClockSpec(),
                 processes=(),
                 warnings=(),
             )
         )
-    cast.what += [_built(each, recorded, cast) for each in what if not isinstance(each, str | Path | LaunchDescription)]
-    return cast
+    plan.what += [_built(each, recorded, plan) for each in what if not isinstance(each, str | Path | LaunchDescription)]
+    return plan
 
 
 def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded: Recorded) -> Iterator[str]:
@@ -107,14 +106,14 @@ def _overruled(members: Iterable[PlannedNode], names: Collection[str], recorded:
 
 
 def _published(members: Iterator[PlannedNode]) -> Iterator[str]:
-    yield from (end.topic for each in members for end in each.publishers if end.topic not in TOLD_BY_THE_RUN)
+    yield from (end.topic for each in members for end in each.publishers if end.topic not in OF_THE_RUN)
 
 
 def _used(members: Iterator[PlannedNode]) -> Iterator[str]:
     yield from (end.topic for each in members for end in (*each.publishers, *each.subscriptions))
 
 
-def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, cast: ReplayPlan) -> NodeSpec:
+def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, plan: ReplayPlan) -> NodeSpec:
     """A node as the file has it, but with its recorded parameters, and without those that it would wait for in vain."""
     needs = {name: each for name, each in spec.supervision.depends_on.items() if name in names}
     spec = replace(spec, supervision=replace(spec.supervision, depends_on=needs), process=None)
@@ -124,27 +123,27 @@ def _with_recorded(spec: NodeSpec, names: Collection[str], recorded: Recorded, c
     try:
         cls = plugins.load(spec.plugin, spec.folders)
     except PluginError:
-        return spec  # it is told, with its place, when the graph is planned
-    data = _fitting(values, cls, spec.full_name, cast)
+        return spec  # it is reported, with its place, when the graph is planned
+    data = _fitting(values, cls, spec.full_name, plan)
     return replace(spec, parameters=spec.parameters.merged(Value.of(data, _RECORDED)))
 
 
-def _built(what: Any, recorded: Recorded, cast: ReplayPlan) -> What:
+def _built(what: Any, recorded: Recorded, plan: ReplayPlan) -> What:
     """A node of a class, with its recorded parameters; an instance has its own."""
     if not (isinstance(what, type) and issubclass(what, Node)):
-        return cast_("What", what)
+        return cast("What", what)
     factory = NodeFactory(what)
-    values = _fitting(recorded.get(f"/{factory.name}", {}), factory.node_class, factory.name, cast)
+    values = _fitting(recorded.get(f"/{factory.name}", {}), factory.node_class, factory.name, plan)
     return factory.build(factory.parameters(values))
 
 
-def _fitting(values: Mapping[str, object], cls: type[Node], node: str, cast: ReplayPlan) -> dict[str, object]:
+def _fitting(values: Mapping[str, object], cls: type[Node], node: str, plan: ReplayPlan) -> dict[str, object]:
     """The recorded values as a file would state them; those of parameters that are gone are noted and left out."""
     infos = {info.name: info for info in describe(parameters_class(cls))}
     found: dict[str, Any] = {}
     for name, value in values.items():
         if name not in infos:
-            cast.notes.append(f"{node} had a parameter {name} when it was recorded, and has none now")
+            plan.notes.append(f"{node} had a parameter {name} when it was recorded, and has none now")
             continue
         *groups, last = name.split(".")
         inner = found

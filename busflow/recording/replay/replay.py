@@ -19,7 +19,7 @@ from busflow.recording.recorder.recorder import record_graph
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
-from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, replay_plan
+from busflow.recording.replay.nodes import OF_THE_RUN, replay_plan
 from busflow.recording.replay.rerun import Rerun
 from busflow.recording.replay.ticks import ComingTicks, ReplayClock
 from busflow.recording.tools.message_diff import Comparison
@@ -71,11 +71,13 @@ class Replay:
     def render(self, most: int = _SHOWN) -> str:
         """The outcome in lines for people."""
         pairs = ", ".join(f"{count} on {topic}" for topic, count in sorted(self.compared.items())) or "nothing"
-        who = ", ".join(self.nodes)
+        names = ", ".join(self.nodes)
         if self.same:
-            lines = [f"{who}: the same as in {self.recording}; compared: {pairs}"]
+            lines = [f"{names}: the same as in {self.recording}; compared: {pairs}"]
         else:
-            lines = [f"{who}: {counted(self.difference_count, 'difference')} from {self.recording}; compared: {pairs}"]
+            lines = [
+                f"{names}: {counted(self.difference_count, 'difference')} from {self.recording}; compared: {pairs}"
+            ]
         lines += [f"  {each}" for each in self.differences[:most]]
         if self.difference_count > most:
             lines.append(f"  … and {self.difference_count - most} more")
@@ -119,7 +121,7 @@ def replay(
         time_tolerance_s: How far times may be apart, of publishing and in messages; by default 0 for a recording of
             simulated time, 0.1 s for one of the system's.
         allow_incomplete: Replay what there is of a recording that is not whole.
-        keep: How many messages of each topic `outputs` keeps, the newest; all unless told.
+        keep: How many messages of each topic `outputs` keeps, the newest; all by default.
         record: The file that the replay itself is recorded to.
 
     Raises:
@@ -158,8 +160,8 @@ async def _replay(
     past = past_of(bag)
     clock = ReplayClock(loop, past.started_ns, slack_ns=0 if past.simulated else _SLACK_NS)
     log: list[LogRecord] = []
-    cast = replay_plan(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
-    graph = Graph(cast.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
+    replayed = replay_plan(what, names, past.parameters, args=args, clock=clock, log=Log(clock))
+    graph = Graph(replayed.what, seed=past.seed, clock=clock, sinks=(log.append,), embedded=True)
     clock.start_at(Time(past.started_ns))  # where the launch file says otherwise
     plan = graph.plan()
     if plan.errors:
@@ -172,7 +174,7 @@ async def _replay(
         record_graph(graph, str(record))
     ending = None if past.simulated or bag.end_ns is None else bag.end_ns - comparison.time_tolerance_ns
     check = Check(comparison, started_ns=past.started_ns, forgiven_from_ns=ending)
-    rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=cast.others_publish, keep=keep)
+    rerun = Rerun(graph, bag, past, check, clock=clock, others_publish=replayed.others_publish, keep=keep)
     with closing(ComingTicks(bag, members, past.ticks, in_order=past.ticks_in_order)) as coming:
         clock.expect(coming)
         await rerun.run()
@@ -184,7 +186,7 @@ async def _replay(
             "the replay has a message there"
         )
     outputs = {topic: list(messages) for topic, messages in rerun.outputs.items()}
-    notes = [*cast.notes, *rerun.notes]
+    notes = [*replayed.notes, *rerun.notes]
     return Replay(str(bag.path), members, check.differences, check.count, dict(check.compared), outputs, log, notes)
 
 
@@ -198,7 +200,7 @@ def _comparison(bag: Bag, tolerance: float, time_tolerance_s: float | None) -> C
 def _refuse_unrelated(bag: Bag, members: Sequence[PlannedNode], past: Past) -> None:
     """Refuse nodes of which nothing was recorded; one that was there and said nothing is known by its parameters."""
     names = {each.runtime.full_name for each in members}
-    topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - TOLD_BY_THE_RUN
+    topics = {end.topic for each in members for end in (*each.publishers, *each.subscriptions)} - OF_THE_RUN
     services = {end.service + SUFFIX for each in members for end in (*each.servers, *each.clients)}
     known = {*past.parameters, *(node for node, _ in past.ticks)}
     if topics and not names & known and not (topics | services) & {each.topic for each in bag.channels}:

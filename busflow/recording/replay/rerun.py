@@ -24,7 +24,7 @@ from busflow.recording.replay.calls import Calls, plain_of
 from busflow.recording.replay.comparison import Check, Published
 from busflow.recording.replay.history import Past, change_of, loss_notes, shares, tick_of
 from busflow.recording.replay.inputs import Inputs
-from busflow.recording.replay.nodes import TOLD_BY_THE_RUN, plain
+from busflow.recording.replay.nodes import OF_THE_RUN, plain
 from busflow.recording.replay.ticks import ReplayClock
 from busflow.text import counted
 
@@ -76,7 +76,7 @@ class Rerun:
         self._calls = Calls(graph, check, past.answered)
         graph.attach(self._calls)
         self._roles: dict[Channel, tuple[Role, bool] | None] = {}
-        self._told_initially: set[str] = set()
+        self._initially_set: set[str] = set()
         self._began = past.started_ns > 0
         graph.bus.on_attach.append(self._on_attach)
 
@@ -102,7 +102,7 @@ class Rerun:
                 await self._reach(self._bag.end_ns, back=False)
                 await self._loop.settle()
         finally:
-            self._note_what_was_not_heard()  # before its ends leave
+            self._note_silent_inputs()  # before its ends leave
             await self._calls.close()
             now_ns = self._clock.now().nanoseconds
             await graph.stop()
@@ -133,8 +133,8 @@ class Rerun:
             by = Duration(by_ns)
             self._clock.jump(by)
             if self._past.simulated:
-                for hear in tuple(self._clock.on_jump):
-                    hear(by)
+                for listener in tuple(self._clock.on_jump):
+                    listener(by)
 
     # Who has which part.
 
@@ -167,8 +167,8 @@ class Rerun:
         node, values = change_of(entry)
         if node not in self._nodes:
             return
-        if self._past.ours and node not in self._told_initially:
-            self._told_initially.add(node)
+        if self._past.ours and node not in self._initially_set:
+            self._initially_set.add(node)
             return
         store = runtime_of(self._graph.node(node)).parameters
         known = {name: plain(value, store.infos[name]) for name, value in values.items() if name in store.infos}
@@ -188,7 +188,7 @@ class Rerun:
             return
         publisher = cast("Publisher[Any]", attached)
         topic = publisher.topic
-        if publisher.endpoint.node not in self._nodes or topic in TOLD_BY_THE_RUN or topic in self._published:
+        if publisher.endpoint.node not in self._nodes or topic in OF_THE_RUN or topic in self._published:
             return
         self._published[topic] = publisher.endpoint.node
         self.outputs[topic] = deque(maxlen=self._keep)
@@ -204,12 +204,12 @@ class Rerun:
         compared = topic not in self._others
         outputs, check, clock = self.outputs[topic], self._check, self._clock
 
-        def hear(message: Message) -> None:
+        def compare(message: Message) -> None:
             outputs.append(message)
             if compared:
                 check.replayed(topic, Published(clock.now().nanoseconds, encode(message)))
 
-        return hear
+        return compare
 
     def _refuse_another_type(self, publisher: Publisher[Any]) -> None:
         channel = self._channels.get(publisher.topic)
@@ -223,11 +223,11 @@ class Rerun:
                 fix="what is of another type cannot be compared: record it anew",
             )
 
-    def _note_what_was_not_heard(self) -> None:
+    def _note_silent_inputs(self) -> None:
         topics = {*self._published, *self._inputs.topics}
         self.notes += loss_notes(self._bag, topics, self._nodes)
         silent = self._inputs.not_in(self._channels)
-        self.notes += [f"{topic} is not in the recording: {node} heard nothing there" for topic, node in silent]
+        self.notes += [f"{topic} is not in the recording: {node} received nothing there" for topic, node in silent]
         if self._clock.unmet:
             ticks = counted(self._clock.unmet, "tick of a timer was", "ticks of timers were")
             self.notes.append(f"{ticks} recorded where no timer waited")

@@ -89,7 +89,7 @@ class ComingTicks:
             bag: The recording, which is read a second time, in step with the first.
             nodes: Whose ticks are wanted.
             counts: How many ticks of each timer there are, so that none is looked for after the last.
-            in_order: Whether their times never step back: then the time of one tells that all earlier ones were read.
+            in_order: Whether their times never step back: then the time of one shows that all earlier ones were read.
         """
         self.held = 0
         """The number of known ticks that are yet to come."""

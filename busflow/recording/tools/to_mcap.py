@@ -84,8 +84,8 @@ class McapCopy:
         schema = channel.type_name, channel.definition_encoding or "ros2msg", _definition(channel)
         if schema not in self._schemas:
             self._schemas[schema] = self._writer.register_schema(*schema)
-        told = {"offered_qos_profiles": self._qos(channel), "topic_type_hash": channel.type_hash or ""}
-        return self._writer.register_channel(channel.topic, channel.encoding, self._schemas[schema], told)
+        metadata = {"offered_qos_profiles": self._qos(channel), "topic_type_hash": channel.type_hash or ""}
+        return self._writer.register_channel(channel.topic, channel.encoding, self._schemas[schema], metadata)
 
 
 def _of_all(bag: Bag) -> dict[str, str]:

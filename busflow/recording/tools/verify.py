@@ -104,12 +104,12 @@ class _Structure:
             self._end_chunk()
             unfinished = contents.unfinished
             for damage in contents.damages:
-                self._tell_damage(damage, cut=unfinished is not None and damage is contents.damages[-1])
+                self._report_damage(damage, cut=unfinished is not None and damage is contents.damages[-1])
             if unfinished is not None and not contents.damages:
                 self._add(FindingKind.WRONG, "damaged", unfinished.reason, unfinished.offset)
         return sum(self._counts.values())
 
-    def _tell_damage(self, damage: BagError, *, cut: bool) -> None:
+    def _report_damage(self, damage: BagError, *, cut: bool) -> None:
         kind, code = (FindingKind.INCOMPLETE, "unfinished") if cut else (FindingKind.WRONG, "damaged")
         self._add(kind, code, damage.reason, damage.offset)
 
@@ -157,7 +157,7 @@ class _Structure:
 
     def _look_at_statistics(self, statistics: records.Statistics, offset: int) -> None:
         if self._damages and self._accounted:
-            return  # the ledger tells what the damage has taken
+            return  # the ledger says what the damage has taken
         stated = {number: count for number, count in statistics.channel_message_counts.items() if count}
         total = sum(self._counts.values())
         if (stated and stated != dict(self._counts)) or statistics.message_count != total:
@@ -221,7 +221,7 @@ def _examine_type(channel: Channel, found: Examination) -> None:
     try:
         read = channel.type.type_hash
     except BagError:
-        return  # where it has messages, that was told
+        return  # where it has messages, that was reported
     if read != channel.type_hash:
         message = f"{channel.topic}: the definition of {channel.type_name} has the hash {read}, not {channel.type_hash}"
         found.add(FindingKind.WRONG, "type", message)
@@ -241,18 +241,18 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
     if ledger is None and series.facts is None:
         return
     unfinished = any(each.unfinished for each in series.files)
-    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was told
+    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was reported
     for code, text in missing:
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
-    if ledger is not None and not missing and not (series.facts and series.facts.heard):
+    if ledger is not None and not missing and not (series.facts and series.facts.recorded_by):
         # Who came later knows only the run's counts.
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():
             least, most = published.get(name, (count, count))
             if name not in _RECORDERS_OWN and not least <= count <= most:
                 are = "is" if count == 1 else "are"
-                told = f"the ledger says that {counted(most, 'message was', 'messages were')} published on {name}"
-                yield FindingKind.WRONG, "ledger", f"{told}, and {count} {are} there"
+                stated = f"the ledger says that {counted(most, 'message was', 'messages were')} published on {name}"
+                yield FindingKind.WRONG, "ledger", f"{stated}, and {count} {are} there"
 
 
 def _published(ledger: RunOutcome, *, elsewhere: bool) -> Mapping[str, tuple[int, int]]:

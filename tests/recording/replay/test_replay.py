@@ -412,7 +412,7 @@ def test_what_the_node_heard_nothing_of_is_noted(lab_bag):
 
     outcome = replay(lab_bag, Curious(name="sensor_processor"))
     outcome.assert_same()
-    assert outcome.notes == ["/odometry is not in the recording: /sensor_processor heard nothing there"]
+    assert outcome.notes == ["/odometry is not in the recording: /sensor_processor received nothing there"]
 
 
 def test_a_topic_on_which_others_publish_too_is_not_compared(tmp_path):
@@ -575,7 +575,7 @@ def test_what_the_recording_has_not_is_noted(tmp_path):
     recorded({"to": str(path), "topics": ["counts"]}, Pulse, Counter)
     outcome = replay(path, Counter)
     assert not outcome.same
-    assert "/pulse is not in the recording: /counter heard nothing there" in outcome.notes
+    assert "/pulse is not in the recording: /counter received nothing there" in outcome.notes
 
 
 def test_a_bag_of_ros_2_is_replayed_into_a_node():
