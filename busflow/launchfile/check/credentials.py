@@ -48,7 +48,7 @@ class Credentials:
         context.verify_mode = ssl.CERT_REQUIRED
         return context
 
-    def seen_by_others(self, host: str = "") -> Mapping[str, Any]:
+    def verified_by_peer(self, host: str = "") -> Mapping[str, Any]:
         """The certificate as one reads it who is to trust it, and who looks for this host.
 
         Raises:
@@ -60,7 +60,7 @@ class Credentials:
         near = client.wrap_bio(ways[0], ways[1], server_hostname=host or None)
         far = server.wrap_bio(ways[1], ways[0], server_side=True)
         for _ in range(_ROUNDS):
-            finished = [_shaken(near), _shaken(far)]
+            finished = [_continue_handshake(near), _continue_handshake(far)]
             if all(finished):
                 break
         return near.getpeercert() or {}
@@ -81,10 +81,10 @@ def credential_problems(network: NetworkSpec, machine: str, now: Time) -> Iterat
     if network.ca is None or spec.cert is None or spec.key is None or all(e is None or e.protocol != TLS for e in ends):
         return
     hosts = [spec.connect.host] if spec.connect is not None and spec.connect.protocol == TLS else []
-    yield from examined(machine, (network.ca, spec.cert, spec.key), hosts, now)
+    yield from credential_faults(machine, (network.ca, spec.cert, spec.key), hosts, now)
 
 
-def examined(
+def credential_faults(
     name: str, files: tuple[StatedFile, StatedFile, StatedFile], hosts: Sequence[str], now: Time
 ) -> Iterator[Problem]:
     """What is wrong with the `ca`, certificate and key of somebody, who is to be reached at these hosts."""
@@ -100,35 +100,35 @@ def examined(
     credentials = Credentials(ca.path, cert.path, key.path)
     again = f"busflow certs add {name} {cert.path.parent} --replace{_THERE}"
     try:
-        told = credentials.seen_by_others()
+        certificate = credentials.verified_by_peer()
     except ssl.SSLCertVerificationError as error:
         yield problem_at("bad-certificate", _refused(cert.path, ca.path, error), again, cert.origin)
         return
     except OSError as error:
         yield problem_at("bad-certificate", _unfit(cert.path, key.path, ca.path, error), again, cert.origin)
         return
-    owner = common_name(told)
+    owner = common_name(certificate)
     if owner != name:
         text = f"the certificate {cert.path} is that of {owner or 'nobody'}, and this is {name}"
         yield problem_at("other-certificate", text, f"busflow certs add {name} {cert.path.parent}{_THERE}", cert.origin)
     yield from _about_hosts(name, credentials, hosts, cert)
-    left_days = (ssl.cert_time_to_seconds(str(told["notAfter"])) - now.nanoseconds / 1e9) / _SECONDS_PER_DAY
+    left_days = (ssl.cert_time_to_seconds(str(certificate["notAfter"])) - now.nanoseconds / 1e9) / _SECONDS_PER_DAY
     if left_days < _SOON_DAYS:
-        text = f"the certificate {cert.path} expires in {left_days:.0f} days, on {told['notAfter']}"
+        text = f"the certificate {cert.path} expires in {left_days:.0f} days, on {certificate['notAfter']}"
         found = problem_at("expires-soon", text, again, cert.origin)
         yield Problem(found.code, found.message, found.fix, found.place, Severity.WARNING, found.included_from)
 
 
-def common_name(told: Mapping[str, Any]) -> str:
+def common_name(certificate: Mapping[str, Any]) -> str:
     """Whose a certificate is."""
-    names = [value for part in told.get("subject", ()) for word, value in part if word == "commonName"]
+    names = [value for part in certificate.get("subject", ()) for word, value in part if word == "commonName"]
     return str(names[0]) if names else ""
 
 
 def _about_hosts(name: str, credentials: Credentials, hosts: Sequence[str], cert: StatedFile) -> Iterator[Problem]:
     for host in hosts:
         try:
-            credentials.seen_by_others(host)
+            credentials.verified_by_peer(host)
         except ssl.SSLCertVerificationError:
             text = f"the certificate {cert.path} is not for {host}, where the others look for it"
             fix = f"busflow certs add {name} {cert.path.parent} --replace --address {host}{_THERE}"
@@ -156,7 +156,7 @@ def _unfit(cert: Path, key: Path, ca: Path, error: OSError) -> str:
     return f"{ca}, {cert} and {key} are not what TLS needs: {reason}"
 
 
-def _shaken(side: ssl.SSLObject) -> bool:
+def _continue_handshake(side: ssl.SSLObject) -> bool:
     """Go on with a handshake as far as it gets; whether it is over."""
     try:
         side.do_handshake()

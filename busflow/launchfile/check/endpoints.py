@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import TopicSpec
 
 
-def loose_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
+def unmatched_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
     """Topics that nobody publishes or receives, and services that nobody answers, of nodes that are all of a graph.
 
     Args:
@@ -29,13 +29,13 @@ def loose_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, s
         strict: make what is missing an error.
     """
     meant = [name for member in members for name in _unused_names(member)]
-    yield from _idle_topic_specs(members, [each for each in topics if each.topic not in meant])
+    yield from _unused_topic_entries(members, [each for each in topics if each.topic not in meant])
     if not meant:
-        yield from _one_ended_topics(members, strict=strict)
+        yield from _unmatched_topics(members, strict=strict)
     yield from _unanswered_calls(members, strict=strict)
 
 
-def idle_specs(member: PlannedNode) -> Iterator[Problem]:
+def unused_entries(member: PlannedNode) -> Iterator[Problem]:
     """What the launch file says of a node's endpoints and that touches none of them."""
     spec = member.spec
     if spec is None:
@@ -66,7 +66,7 @@ def _unused_names(member: PlannedNode) -> Iterator[str]:
             yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
 
 
-def _idle_topic_specs(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
     """Entries under `topics:` that no endpoint has, or whose type is another one."""
     used = {endpoint.topic: endpoint for member in members for endpoint in (*member.publishers, *member.subscriptions)}
     for spec in topics:
@@ -80,7 +80,7 @@ def _idle_topic_specs(members: Sequence[PlannedNode], topics: Sequence[TopicSpec
             yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
 
 
-def _one_ended_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
+def _unmatched_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     published = {endpoint.topic for member in members for endpoint in member.publishers}
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     for member in members:

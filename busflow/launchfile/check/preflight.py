@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
-from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
+from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.model.doubts import Doubt
-from busflow.launchfile.model.placement import as_seen_from, idle_places
+from busflow.launchfile.model.placement import for_machine, unused_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.yaml.value import StatedBy
 from busflow.node import plugins
@@ -75,22 +75,22 @@ class Preflight:
         for description in descriptions:
             plan.problems += description.warnings
             for spec in description.nodes:
-                told = len(plan.problems)
+                start = len(plan.problems)
                 self._add(plan, spec, topics, description.doubts)
-                plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
+                plan.problems[start:] = for_machine(description.here, spec, plan.problems[start:])
         for node, supervision in nodes:
             self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
         plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
         for member in plan.members:
-            plan.problems += idle_specs(member)
-        plan.problems += idle_places(descriptions)
+            plan.problems += unused_entries(member)
+        plan.problems += unused_places(descriptions)
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
         if plan.is_whole:
-            # Of a node that could not be built nobody knows what it publishes: the others are not to user_line.
-            plan.problems += loose_ends(plan.members, topics, strict=self.strict)
+            # What an unbuilt node publishes is not known: do not report the others for it.
+            plan.problems += unmatched_ends(plan.members, topics, strict=self.strict)
             plan.problems += supervision_problems(plan.members)
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
@@ -107,8 +107,8 @@ class Preflight:
         try:
             parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
         except InvalidParameter as error:
-            told = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
-            plan.problems += parameter_problems(InvalidParameter(told), spec)
+            faults = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+            plan.problems += parameter_problems(InvalidParameter(faults), spec)
             self._stand_in(plan, spec, factory, error, topics)
             return
         except BusflowError as error:

@@ -19,8 +19,8 @@ def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
     """What cannot come about of what is asked for these nodes."""
     by_name = {member.runtime.full_name: member for member in members}
     for member in members:
-        yield from _waits_in_vain(member, by_name)
-        yield from _cannot_be_built_anew(member)
+        yield from _unmet_dependencies(member, by_name)
+        yield from _not_restartable(member)
     names = {
         name: [other for other in member.supervision.depends_on if other in by_name] for name, member in by_name.items()
     }
@@ -30,7 +30,7 @@ def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
         yield _at_dependency(by_name[circle[0]], circle[1], "dependency-cycle", text, "leave one of them out")
 
 
-def _waits_in_vain(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
+def _unmet_dependencies(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
     name = member.runtime.full_name
     for other, condition in member.supervision.depends_on.items():
         if other not in by_name:
@@ -41,7 +41,7 @@ def _waits_in_vain(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> I
             yield _at_dependency(member, other, "no-publisher", text, "write ready instead of first_message")
 
 
-def _cannot_be_built_anew(member: PlannedNode) -> Iterator[Problem]:
+def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
     """A node made by hand whose class wants more than a restart can give."""
     if member.supervision.restart.when is Restart.NEVER:
         return

@@ -68,10 +68,10 @@ class _Builder:
             if own is None:
                 fix = f"add listen: {connect.protocol}/0.0.0.0:{connect.port} to network, or to the machine"
                 text = f"{connect.host} is a name: it does not say on which addresses {name} is to listen"
-                self._tell("no-endpoint", text, fix, connect.origin)
+                self._report("no-endpoint", text, fix, connect.origin)
         if connect is not None and connect.is_everywhere:
             text = f"{connect} stands for all addresses of a machine: nobody can connect to it"
-            self._tell("bad-endpoint", text, f"write it below listen, and here the address of {name}", connect.origin)
+            self._report("bad-endpoint", text, f"write it below listen, and here the address of {name}", connect.origin)
             connect = None
         origin = key_origin(value) if value is not None else key_origin(self._tree)
         cert, key = (self._credential(name, word, ca) for word in ("cert", "key"))
@@ -91,7 +91,7 @@ class _Builder:
         for name, value in stated.members.items() if stated is not None else ():
             if name in machines:
                 text, fix = f"{name} is a machine, which may do all", "leave it out, or choose another name"
-                self._tell("invalid-name", text, fix, key_origin(value))
+                self._report("invalid-name", text, fix, key_origin(value))
             elif self._is_name(name, value):
                 found[name] = self._keys.network.allow[name]
         return found
@@ -102,12 +102,12 @@ class _Builder:
         for machine in network.machines.values():
             if machine.connect is None and main.connect is None and machine is not main:
                 fix = f"add connect: tls/HOST:7447, where {machine.name} is reached"
-                self._tell("no-endpoint", f"nobody can connect to the machine {machine.name}", fix, machine.origin)
+                self._report("no-endpoint", f"nobody can connect to the machine {machine.name}", fix, machine.origin)
         ends = [end for each in network.machines.values() for end in (each.connect, each.listen) if end is not None]
         encrypted = next((end for end in ends if end.protocol == TLS), None)
         if encrypted is not None and network.ca is None:
             fix = "add network: {ca: certs/ca.pem}; `busflow certs new certs` makes one"
-            self._tell("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
+            self._report("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
 
     def _endpoint(self, path: tuple[str, ...]) -> NetworkAddress | None:
         """The endpoint that is stated there, if it is one that may be."""
@@ -118,17 +118,17 @@ class _Builder:
         found = _ENDPOINT.fullmatch(text)
         if found is None or not 0 < int(found["port"]) <= _MOST_PORT:
             message = f"{text} is no endpoint"
-            self._tell("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
+            self._report("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
             return None
         end = NetworkAddress(found["protocol"], found["host"].strip("[]"), int(found["port"]), value.origin)
         there = f"{TLS}/{text.partition('/')[2]}"
         if end.protocol not in {TLS, TCP}:
-            self._tell("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
+            self._report("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
             return None
         if end.protocol == TCP and not end.is_loopback:
             message = f"{text} is neither encrypted nor closed to anybody: whoever reaches it could move the robot"
             fix = f"write {there}; `busflow certs new certs` makes the certificates"
-            self._tell("open-endpoint", message, fix, value.origin)
+            self._report("open-endpoint", message, fix, value.origin)
             return None
         return end
 
@@ -142,10 +142,10 @@ class _Builder:
             return True
         message = f"{name!r} is no name of a machine or a certificate"
         fix = "it is made of up to 32 letters, digits, _ and -, a letter first"
-        self._tell("invalid-name", message, fix, key_origin(value))
+        self._report("invalid-name", message, fix, key_origin(value))
         return False
 
-    def _tell(self, code: str, message: str, fix: str, origin: Origin) -> None:
+    def _report(self, code: str, message: str, fix: str, origin: Origin) -> None:
         self._problems.add(problem_at(code, message, fix, origin))
 
 

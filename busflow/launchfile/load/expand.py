@@ -141,8 +141,8 @@ class _Expander:
         if is_off and failed:
             return
         space = value.members.get("namespace")
-        is_told_apart = section == "nodes" and scope is not self.scope and ("namespace",) not in failed
-        if is_told_apart and space is not None and isinstance(space.content, str):
+        is_from_for_each = section == "nodes" and scope is not self.scope and ("namespace",) not in failed
+        if is_from_for_each and space is not None and isinstance(space.content, str):
             name, value = compose(space.content, name), value.without(("namespace",))
         yield _Made(name, value, failed)
 

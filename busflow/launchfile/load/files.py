@@ -9,7 +9,7 @@ from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
 from busflow.launchfile.model.description import PluginFolder
-from busflow.launchfile.model.misplaced import set_right
+from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
 from busflow.launchfile.yaml.value import Origin, StatedBy, Value
@@ -40,7 +40,7 @@ class Files:
         """
         repeated: Repeated = []
         root = self._read(path, entry, repeated)
-        return set_right(root, repeated, self.problems) if root is not None else None
+        return with_keys_in_place(root, repeated, self.problems) if root is not None else None
 
     def parameters(self, path: Path, entry: Value) -> Value | None:
         """The parameters of a file that a node names; None where they cannot be read."""

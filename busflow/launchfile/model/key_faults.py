@@ -39,12 +39,12 @@ def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
         except ValidationError as error:
             found = [_named(fault, tree) for fault in faults(error, LaunchKeys, data, noun="key")]
         # What is missing only because it was wrong and left out is reported already.
-        told = [fault for fault in found if first or fault.code != "missing"]
+        new_faults = [fault for fault in found if first or fault.code != "missing"]
         first = False
-        problems.add(*located(_once(told, tree), tree, noun="key"), left_out=())
+        problems.add(*located(_once(new_faults, tree), tree, noun="key"), left_out=())
         if len(found) >= MOST_FAULTS:
             raise LaunchError([])  # the rest would only repeat what is reported
-        tree, lost = _mended(tree, found)
+        tree, lost = _corrected(tree, found)
         problems.left_out.update(lost)
 
 
@@ -157,7 +157,7 @@ def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
     return list(found.values())
 
 
-def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
+def _corrected(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
     """The tree without what is wrong, and where that was; with what is surely meant in its place."""
     wrong: list[KeyPath] = []
     lost: list[KeyPath] = []

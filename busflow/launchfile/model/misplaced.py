@@ -17,7 +17,7 @@ from busflow.errors import KeyPath, Place
 from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.document import Repeated, twice
+from busflow.launchfile.yaml.document import Repeated, duplicate_key
 from busflow.launchfile.yaml.scalar import plain_scalar
 from busflow.launchfile.yaml.syntax import unspaced
 from busflow.launchfile.yaml.value import Value
@@ -28,13 +28,13 @@ _GLUED = re.compile(r"([A-Za-z_]\w*):([^\s:/].*)")
 """A key whose value follows its colon without a space."""
 
 
-def set_right(file: Value, repeated: Repeated, problems: Problems) -> Value:
+def with_keys_in_place(file: Value, repeated: Repeated, problems: Problems) -> Value:
     """A launch file with each key on the level where it can stand, and once."""
-    settler = _Settler(problems, repeated)
-    tree, _ = settler.settled(file, LaunchKeys, None)
-    for name, first, second in settler.repeated:  # where any key can stand
-        settler.repeat(name, first, second)
-    unsure = [path for path, each in tree.leaves() if each.key in settler.unsure]
+    placer = _Placer(problems, repeated)
+    tree, _ = placer.placed(file, LaunchKeys, None)
+    for name, first, second in placer.repeated:  # where any key can stand
+        placer.repeat(name, first, second)
+    unsure = [path for path, each in tree.leaves() if each.key in placer.unsure]
     problems.left_out.update(unsure)
     # Which plugin is meant is not known, and so nothing of what the node should have.
     return without(tree, [path for path in unsure if path[-1:] == ("plugin",)])
@@ -81,7 +81,7 @@ def _kind(annotation: object) -> _Kind | None:
 
 
 @dataclass(slots=True)
-class _Settler:
+class _Placer:
     """Puts the keys of a file where they can stand, collecting what was wrong."""
 
     problems: Problems
@@ -90,19 +90,19 @@ class _Settler:
     unsure: list[Place | None] = field(default_factory=list[Place | None])
     """The keys whose value is one of two."""
 
-    def settled(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
+    def placed(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
         """A mapping with what belongs into it, and what is meant to stand beside it."""
         kind = _kind(annotation)
         stated = _spaced(stated, kind, self.problems) if kind is not None else stated
         if kind is None or not isinstance(stated.content, dict):
             return stated, {}
         tree, outside, owner = replace(stated, content={}), dict[str, Value](), KeyPath()
-        strays: dict[KeyPath, dict[str, Value]] = {}
+        displaced: dict[KeyPath, dict[str, Value]] = {}
         for key, value in self._in_order(stated):
             is_right = kind.may_hold(key, value)
             if not is_right or (value.content is None and owner):
-                owner = _owner(tree, annotation, key, value, owner if is_right else None)
-                strays.setdefault(owner, {})[key] = value
+                owner = _intended_parent(tree, annotation, key, value, owner if is_right else None)
+                displaced.setdefault(owner, {})[key] = value
             elif is_right:
                 owner = ()
             if (first := tree.find((*owner, key))) is not None:
@@ -111,14 +111,14 @@ class _Settler:
                 outside[key] = value
             else:
                 tree = tree.with_member((*owner, key), value)
-        for path, moved in strays.items():
+        for path, moved in displaced.items():
             if path:
-                _tell_inner(tree, path, moved, self.problems)
-        return self._with_settled_members(tree, annotation, kind), outside
+                _report_too_shallow(tree, path, moved, self.problems)
+        return self._with_placed_members(tree, annotation, kind), outside
 
     def repeat(self, name: str, first: Value, second: Value) -> Value:
         """What a key that stands twice states: two mappings are laid on each other, of other values the first holds."""
-        self.problems.add(twice(name, first, second), left_out=())
+        self.problems.add(duplicate_key(name, first, second), left_out=())
         if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
             return replace(first, content=first.merged(second).content)
         self.unsure.append(first.key)
@@ -132,10 +132,10 @@ class _Settler:
         members += [(name, second) for name, _, second in again]
         return sorted(members, key=lambda member: _position(member[1]))
 
-    def _with_settled_members(self, tree: Value, annotation: object, kind: _Kind) -> Value:
+    def _with_placed_members(self, tree: Value, annotation: object, kind: _Kind) -> Value:
         members: dict[str, Value] = {}
         for key, value in tree.members.items():
-            members[key], beside = self.settled(value, step_into(annotation, key)[0], kind)
+            members[key], beside = self.placed(value, step_into(annotation, key)[0], kind)
             if beside and value.key is not None:
                 origin = key_origin(next(iter(beside.values())))
                 message = f"{_listed(beside)} must stand beside {key}, not below it"
@@ -145,7 +145,7 @@ class _Settler:
         return replace(tree, content=members)
 
 
-def _owner(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
+def _intended_parent(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
     """The way to the mapping before a key that is meant to hold it; none where there is no such one.
 
     Args:
@@ -174,7 +174,7 @@ def _owner(tree: Value, annotation: object, key: str, value: Value, last: KeyPat
     return open_ends[-1] if open_ends else others[0] if others else ()
 
 
-def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
+def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
     """Keys that are meant to stand below another one."""
     owner = tree.find(path)
     first = next(iter(moved.values()))
@@ -199,7 +199,7 @@ def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
         fits = kind.entry is None and all(kind.keys is None or each[1] in kind.keys for each in glued)
         if not fits or not glued or len(glued) < len(words):
             return stated
-        _tell_glued(glued[0], stated.origin.place, stated, problems)
+        _report_glued(glued[0], stated.origin.place, stated, problems)
         return replace(stated, content={each[1]: _part(each, stated) for each in glued})
     members: dict[str, Value] = {}
     for key, value in stated.members.items():
@@ -208,7 +208,7 @@ def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
         if found is None or is_quoted or (kind.keys is not None and found[1] not in kind.keys):
             members.setdefault(key, value)
         else:
-            _tell_glued(found, place, value, problems)
+            _report_glued(found, place, value, problems)
             members.setdefault(found[1], _part(found, value))
     return replace(stated, content=members) if isinstance(stated.content, dict) else stated
 
@@ -222,7 +222,7 @@ def _part(found: re.Match[str], whole: Value) -> Value:
     return Value(content, whole.origin, whole.key or whole.origin.place)
 
 
-def _tell_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
+def _report_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
     message, fix = unspaced(found[1], found[2])
     problems.add(problem_at("yaml", message, fix, value.origin, place), left_out=())
 

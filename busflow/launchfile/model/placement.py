@@ -102,7 +102,7 @@ def _frozen(nodes: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
     return {process: tuple(names) for process, names in nodes.items()}
 
 
-def as_seen_from(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
+def for_machine(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
     """What is wrong with a node, as told on a machine: a driver of another one need not be installed here."""
     where = node.machine or MAIN
     if here in {None, where}:
@@ -111,7 +111,7 @@ def as_seen_from(here: str | None, node: NodeSpec, problems: Sequence[Problem]) 
     return [replace(each, message=f"{each.message}{note}", severity=Severity.WARNING) for each in problems]
 
 
-def idle_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem]:
+def unused_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem]:
     """Processes and machines that no node is in: they are not started."""
     for description in descriptions:
         for name, machine in description.network.machines.items() if description.network else ():

@@ -79,7 +79,7 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
     return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
 
 
-def tell(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
+def log_problems(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
     """Log what does not keep a graph from running.
 
     Args:

@@ -218,7 +218,7 @@ class _Builder:
 
     def _repeat(self, members: dict[str, Value], name: str, second: Value) -> None:
         """A key of a mapping once more."""
-        problem = twice(name, members[name], second)
+        problem = duplicate_key(name, members[name], second)
         if self.repeated is None:
             self._keep(problem)
             return
@@ -268,7 +268,7 @@ class _Builder:
         return Place(self.file, line + 1, column + shift + 1, max(1, width), excerpt)
 
 
-def twice(name: str, first: Value, second: Value) -> Problem:
+def duplicate_key(name: str, first: Value, second: Value) -> Problem:
     """A key that stands twice."""
     message = f"the key {name} stands twice; it was first at {first.key}"
     return Problem(

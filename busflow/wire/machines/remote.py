@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
-from busflow.launchfile.check.credentials import Credentials, examined
+from busflow.launchfile.check.credentials import Credentials, credential_faults
 from busflow.launchfile.load.load import examine
 from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role, StatedFile
 from busflow.text import did_you_mean, printable
@@ -122,7 +122,7 @@ def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
     cert, key = (None, None) if machine is None else (machine.cert, machine.key)
     cert = cert or StatedFile(network.ca.path.with_name(f"{who}.pem"), network.ca.origin)
     key = key or StatedFile(network.ca.path.with_name(f"{who}.key"), network.ca.origin)
-    found = list(examined(who, (network.ca, cert, key), [], SystemClock().now()))
+    found = list(credential_faults(who, (network.ca, cert, key), [], SystemClock().now()))
     if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
         raise LaunchError(errors)
     return Credentials(network.ca.path, cert.path, key.path)

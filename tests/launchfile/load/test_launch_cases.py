@@ -46,7 +46,7 @@ def when(folder, value: str) -> bool:
 
 
 @pytest.mark.parametrize("case", TESTED, ids=lambda case: case["id"])
-def test_what_upstream_decides_is_decided_in_the_same_way(folder, case: dict[str, Any]):
+def test_upstream_launch_cases_agree(folder, case: dict[str, Any]):
     if (why := reason(case)) is not None:
         pytest.skip(why)
     given, expected = case["input"], case["expect"]
@@ -72,6 +72,6 @@ def _operand(text: str) -> str:
     return text.lower() if text.lower() in {"true", "false"} else json.dumps(text)
 
 
-def test_every_reason_is_one_of_a_case_that_is_skipped():
+def test_every_reason_belongs_to_a_skipped_case():
     used = {reason(case) for case in TESTED}
     assert set(SKIPPED.values()) <= used

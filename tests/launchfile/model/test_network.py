@@ -1,8 +1,8 @@
-"""The machines of a launch file: where each is reached, who connects to whom, and what is told of mistakes."""
+"""The machines of a launch file: where each is reached, who connects to whom, and what is expected of mistakes."""
 
 import pytest
 
-from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.load.load import examine, load
 from busflow.launchfile.model.placement import placed
 
@@ -28,7 +28,7 @@ def described(folder):
     return load("lab1.yaml")
 
 
-def test_of_two_machines_the_one_that_is_named_first_connects(described):
+def test_first_named_of_two_machines_connects(described):
     network = described.network
     dialled = {name: [str(end) for end in network.dialled_by(name)] for name in network.machines}
     assert dialled == {
@@ -38,7 +38,7 @@ def test_of_two_machines_the_one_that_is_named_first_connects(described):
     }
 
 
-def test_a_machine_that_cannot_be_reached_connects_itself(folder):
+def test_unreachable_machine_connects_itself(folder):
     folder.write(
         "machines: {main: {connect: 'tls/192.0.2.1:7447'}, arm: {}}\nnetwork: {ca: c/ca.pem}\n"
         "nodes: {a: {plugin: p, machine: arm}, b: {plugin: p}}\n"
@@ -48,7 +48,7 @@ def test_a_machine_that_cannot_be_reached_connects_itself(folder):
     assert network.dialled_by("main") == []
 
 
-def test_where_a_machine_listens_and_what_it_shows(described):
+def test_listen_address_and_credentials_of_a_machine(described):
     machines = described.network.machines
     assert {name: each.listen and str(each.listen) for name, each in machines.items()} == {
         "main": None,
@@ -78,7 +78,7 @@ def test_where_a_machine_listens_and_what_it_shows(described):
     ],
 )
 def test_every_node_is_on_one_machine(described, monkeypatch, machine, here, elsewhere):
-    monkeypatch.setattr("busflow.launchfile.check.here.credential_problems", lambda *_: ())
+    monkeypatch.setattr("busflow.launchfile.check.machine.credential_problems", lambda *_: ())
     placement = placed(on_machine(described, machine, together=False))
     assert placement.nodes == here
     assert placement.elsewhere == elsewhere
@@ -87,7 +87,7 @@ def test_every_node_is_on_one_machine(described, monkeypatch, machine, here, els
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "told"),
+    ("text", "code", "expected"),
     [
         ("machines: {arm: {connect: 'tcp/192.0.2.7:7447'}}", "open-endpoint", "fix: write tls/192.0.2.7:7447"),
         ("machines: {arm: {connect: 'udp/192.0.2.7:7447'}}", "bad-endpoint", "machines are not linked by udp"),
@@ -113,16 +113,16 @@ def test_every_node_is_on_one_machine(described, monkeypatch, machine, here, els
         ),
     ],
 )
-def test_a_mistake_is_told_with_what_to_do(folder, text, code, told):
+def test_network_mistake_is_reported_with_its_fix(folder, text, code, expected):
     folder.write(f"{text}\n" + ("" if "nodes:" in text else "nodes: {a: {plugin: p}}\n"))
     _, problems = examine("lab1.yaml")
     found = [problem for problem in problems if problem.code == code]
     assert found, [problem.render() for problem in problems]
-    assert told in "\n".join(problem.render() for problem in found)
+    assert expected in "\n".join(problem.render() for problem in found)
     assert found[0].place is not None
 
 
-def test_the_paths_of_an_included_file_are_its_own(folder):
+def test_paths_are_relative_to_the_included_file(folder):
     folder.write("network: {ca: keys/ca.pem, listen: 'tls/0.0.0.0:7447'}\n", "robots/net.yaml")
     folder.write("include: robots/net.yaml\nnodes: {a: {plugin: p}}\n")
     assert str(load("lab1.yaml").network.ca.path) == "robots/keys/ca.pem"

@@ -136,7 +136,7 @@ def test_the_same_value_changes_nothing():
         ("a: 1\n", ("a",), "line\nend\x07", 'a: "line\\nend\\u0007"\n'),
     ],
 )
-def test_how_it_is_written(text, path, value, expected):
+def test_values_are_written_as_expected(text, path, value, expected):
     assert edit(text, path, value) == expected
 
 
@@ -152,7 +152,7 @@ def test_how_it_is_written(text, path, value, expected):
         ("a: |\n  no line end follows", ("b",), 2, "cannot be written"),
     ],
 )
-def test_what_has_no_place_is_refused(text, path, value, said):
+def test_edit_without_a_place_is_refused(text, path, value, said):
     with pytest.raises(LaunchError, match=said):
         edit(text, path, value)
 
@@ -246,7 +246,7 @@ def at(data, path):
 
 @given(documents(), st.data(), VALUES, st.sampled_from(["\n", "\r\n"]), st.booleans())
 @example(["a:", "- k: 1 # one", "b: 2"], None, {"k": 5}, "\n", False)
-def test_the_edited_text_holds_the_value_and_every_other_line_and_comment(lines, data, value, line_end, ends):
+def test_edit_keeps_all_other_lines_and_comments(lines, data, value, line_end, ends):
     ends = ends or lines[-1].endswith("  text")  # a block text that no line end follows cannot be followed by anything
     text = line_end.join(lines) + line_end * ends
     before = loaded(text)
