@@ -1,6 +1,6 @@
-"""Credentials: a machine's certificate and key, and what is wrong with them before anybody is asked to trust them.
+"""`Credentials`: a machine's certificate and key, and their checks before other machines see them.
 
-Whether a certificate will do is found out by what will judge it: a TLS handshake with itself, in memory.
+A certificate is checked by the code that will judge it later: a TLS handshake with itself, in memory.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from busflow.clock import Time
 
 EXPIRED, TOO_EARLY, OTHER_HOST = 10, 9, (62, 64)
-"""What OpenSSL calls the reasons for which a certificate is refused."""
+"""OpenSSL's codes for refused certificates: expired, not valid yet, issued for another host."""
 _SOON_DAYS = 30
 _SECONDS_PER_DAY = 86_400
 _ROUNDS = 10
@@ -28,17 +28,17 @@ _THERE = ", where the authority's key is, and copy what it makes here"
 
 @dataclass(frozen=True, slots=True)
 class Credentials:
-    """What a machine, or who joins a run, shows of itself, and by what it knows the others."""
+    """Certificate and key of a machine or other participant, and the authority that it trusts."""
 
     ca: Path
     cert: Path
     key: Path
 
     def context(self, *, server: bool) -> ssl.SSLContext:
-        """How either side of a TLS connection has to be: both show a certificate of the same authority.
+        """Return the TLS settings of one side; both sides need a certificate of the same authority.
 
         Raises:
-            OSError: a file cannot be read, or holds no certificate, or no key that fits it.
+            OSError: A file cannot be read, or holds no certificate, or the key does not fit the certificate.
         """
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER if server else ssl.PROTOCOL_TLS_CLIENT)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
@@ -49,10 +49,10 @@ class Credentials:
         return context
 
     def verified_by_peer(self, host: str = "") -> Mapping[str, Any]:
-        """The certificate as one reads it who is to trust it, and who looks for this host.
+        """Return the certificate as a peer reads it after verification, for this host if one is given.
 
         Raises:
-            OSError: nobody will trust it; `ssl.SSLCertVerificationError` says why.
+            OSError: Peers will refuse it; `ssl.SSLCertVerificationError` says why.
         """
         client, server = self.context(server=False), self.context(server=True)
         client.check_hostname = bool(host)
@@ -67,7 +67,7 @@ class Credentials:
 
 
 def credentials_of(network: NetworkSpec, machine: str) -> Credentials | None:
-    """What a machine shows of itself; None where nothing is encrypted."""
+    """Return the credentials of a machine; None if nothing is encrypted."""
     spec = network.machines[machine]
     if network.ca is None or spec.cert is None or spec.key is None:
         return None
@@ -75,7 +75,7 @@ def credentials_of(network: NetworkSpec, machine: str) -> Credentials | None:
 
 
 def credential_problems(network: NetworkSpec, machine: str, now: Time) -> Iterator[Problem]:
-    """What would keep the others from trusting a machine, or be unsafe, as things are on it now."""
+    """Yield the problems of this machine's certificate files: why other machines would refuse it, and unsafe modes."""
     spec = network.machines[machine]
     ends = [spec.listen, *network.dialled_by(machine)]
     if network.ca is None or spec.cert is None or spec.key is None or all(e is None or e.protocol != TLS for e in ends):
@@ -87,7 +87,7 @@ def credential_problems(network: NetworkSpec, machine: str, now: Time) -> Iterat
 def credential_faults(
     name: str, files: tuple[StatedFile, StatedFile, StatedFile], hosts: Sequence[str], now: Time
 ) -> Iterator[Problem]:
-    """What is wrong with the `ca`, certificate and key of somebody, who is to be reached at these hosts."""
+    """Yield the problems of the `ca`, certificate and key of a participant that is reached at these hosts."""
     ca, cert, key = files
     missing = [_missing(name, each, each is ca) for each in files if not each.path.is_file()]
     if missing:
@@ -120,7 +120,7 @@ def credential_faults(
 
 
 def common_name(certificate: Mapping[str, Any]) -> str:
-    """Whose a certificate is."""
+    """Return the name of a certificate's owner."""
     names = [value for part in certificate.get("subject", ()) for word, value in part if word == "commonName"]
     return str(names[0]) if names else ""
 
@@ -157,7 +157,7 @@ def _unfit(cert: Path, key: Path, ca: Path, error: OSError) -> str:
 
 
 def _continue_handshake(side: ssl.SSLObject) -> bool:
-    """Go on with a handshake as far as it gets; whether it is over."""
+    """Continue a handshake until it needs more data; return whether it is finished."""
     try:
         side.do_handshake()
     except ssl.SSLWantReadError:

@@ -1,4 +1,4 @@
-"""What is asked for nodes, checked against the nodes there are: who waits for whom, and who can be started anew."""
+"""Checks the supervision of nodes against the graph: their dependencies, and whether they can be restarted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    """What cannot come about of what is asked for these nodes."""
+    """Yield dependencies and restarts that are impossible for these nodes."""
     by_name = {member.runtime.full_name: member for member in members}
     for member in members:
         yield from _unmet_dependencies(member, by_name)
@@ -42,7 +42,7 @@ def _unmet_dependencies(member: PlannedNode, by_name: Mapping[str, PlannedNode])
 
 
 def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
-    """A node made by hand whose class wants more than a restart can give."""
+    """Yield a restart that is impossible because the node's class needs further arguments."""
     if member.supervision.restart.when is Restart.NEVER:
         return
     kind = type(member.node)
@@ -55,6 +55,6 @@ def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
 
 
 def _at_dependency(member: PlannedNode, other: str, code: str, message: str, fix: str | None) -> Problem:
-    """A problem at the place where the launch file names the other node."""
+    """Return a problem at the place where the launch file names the other node."""
     origin = member.spec.depends_origins.get(other) if member.spec else None
     return Problem(code, message, fix) if origin is None else problem_at(code, message, fix, origin)

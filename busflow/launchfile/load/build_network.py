@@ -1,4 +1,4 @@
-"""From the keys of a launch file to its `NetworkSpec`, every endpoint and every name checked."""
+"""Builds the `NetworkSpec` of a launch file, and checks every address and every name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_PORT = 65_535
 
 
 def anchored(tree: Value, folder: Path) -> Value:
-    """The keys of a file, in which the paths of certificates do not depend on the file's place any more."""
+    """Return the keys of a file with its certificate paths joined to the file's folder."""
     machines = (("machines", name, word) for name in tree.section("machines") for word in ("cert", "key"))
     for path in (("network", "ca"), ("network", "cert"), ("network", "key"), *machines):
         value = tree.find(path)
@@ -33,20 +33,20 @@ def anchored(tree: Value, folder: Path) -> Value:
 
 
 def network_of(keys: LaunchKeys, tree: Value, problems: Problems) -> NetworkSpec | None:
-    """What a launch file says of machines; None where it says nothing."""
+    """Return the network that a launch file describes; None if it describes none."""
     if not keys.machines and "network" not in tree.members:
         return None
     return _Builder(keys, tree, problems).build()
 
 
 class _Builder:
-    """Builds the network, collecting what is wrong with it."""
+    """Builds the network and collects its problems."""
 
     def __init__(self, keys: LaunchKeys, tree: Value, problems: Problems) -> None:
         self._keys, self._tree, self._problems = keys, tree, problems
 
     def build(self) -> NetworkSpec:
-        """The network, without what is wrong."""
+        """Return the network without its wrong parts."""
         stated = self._tree.section("machines")
         listen = self._endpoint(("network", "listen"))
         ca = self._file(("network", "ca"))
@@ -78,7 +78,7 @@ class _Builder:
         return MachineSpec(name, origin, connect, own, cert, key)
 
     def _credential(self, name: str, word: str, ca: StatedFile | None) -> StatedFile | None:
-        """The certificate or key of a machine: its own, the network's, or what bears its name beside the `ca`."""
+        """Return the certificate or key of a machine: its own, the network's, or the file of its name beside `ca`."""
         found = self._file(("machines", name, word)) or self._file(("network", word))
         if found is None and ca is not None:
             suffix = ".pem" if word == "cert" else ".key"
@@ -97,7 +97,7 @@ class _Builder:
         return found
 
     def _check_ways(self, network: NetworkSpec) -> None:
-        """Whether every machine can be linked to the main one, and by whom."""
+        """Check that every machine can be linked to the main one, and that certificates are given where needed."""
         main = network.machines[MAIN]
         for machine in network.machines.values():
             if machine.connect is None and main.connect is None and machine is not main:
@@ -110,7 +110,7 @@ class _Builder:
             self._report("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
 
     def _endpoint(self, path: tuple[str, ...]) -> NetworkAddress | None:
-        """The endpoint that is stated there, if it is one that may be."""
+        """Return the network address stated at a path; None, and a problem, if it is not allowed."""
         value = self._tree.find(path)
         if value is None or not isinstance(value.content, str):
             return None
@@ -126,7 +126,7 @@ class _Builder:
             self._report("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
             return None
         if end.protocol == TCP and not end.is_loopback:
-            message = f"{text} is neither encrypted nor closed to anybody: whoever reaches it could move the robot"
+            message = f"{text} is not encrypted and open to everyone: anyone who reaches it could move the robot"
             fix = f"write {there}; `busflow certs new certs` makes the certificates"
             self._report("open-endpoint", message, fix, value.origin)
             return None
@@ -150,6 +150,6 @@ class _Builder:
 
 
 def unknown_machine(name: str, known: Mapping[str, object]) -> tuple[str, str]:
-    """What is wrong with the name of a machine that is not there, and what to do."""
+    """Return message and fix for an unknown machine."""
     fix = f"{did_you_mean(name, [MAIN, *known])}; or add it: machines: {{{name}: {{connect: tls/HOST:7447}}}}"
     return f"there is no machine {name}", fix

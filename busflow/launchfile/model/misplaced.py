@@ -1,7 +1,7 @@
-"""Misplaced lines: keys that stand on another level than is meant, told once and then read as they are meant.
+"""Misplaced lines: keys with wrong indentation, reported once and then read as if they were on the intended level.
 
-Only what could not stand where it does is moved, so a file that is right stays as it is. What is told of the rest of a
-file is what would still be wrong with these lines indented.
+Only a key that is not allowed where it stands is moved, so a correct file stays unchanged. The rest of the file is
+checked as if these lines were indented correctly.
 """
 
 from __future__ import annotations
@@ -25,32 +25,32 @@ from busflow.text import counted
 from busflow.validation.annotations import split, step_into
 
 _GLUED = re.compile(r"([A-Za-z_]\w*):([^\s:/].*)")
-"""A key whose value follows its colon without a space."""
+"""Key and value without a space after the colon."""
 
 
 def with_keys_in_place(file: Value, repeated: Repeated, problems: Problems) -> Value:
-    """A launch file with each key on the level where it can stand, and once."""
+    """Return a launch file with each key on a level where it is allowed, and without repeated keys."""
     placer = _Placer(problems, repeated)
     tree, _ = placer.placed(file, LaunchKeys, None)
-    for name, first, second in placer.repeated:  # where any key can stand
+    for name, first, second in placer.repeated:  # in mappings that allow any key
         placer.repeat(name, first, second)
     unsure = [path for path, each in tree.leaves() if each.key in placer.unsure]
     problems.left_out.update(unsure)
-    # Which plugin is meant is not known, and so nothing of what the node should have.
+    # A node whose plugin is stated twice cannot be checked: leave it out.
     return without(tree, [path for path in unsure if path[-1:] == ("plugin",)])
 
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What a mapping may hold: the keys of a model, or any names, each with an entry."""
+    """Keys that a mapping allows: those of a model, or any names, each with an entry."""
 
     keys: frozenset[str] | None = None
-    """Of a model; None where any name may stand."""
+    """Keys of a model; None if any name is allowed."""
     entry: _Kind | None = None
-    """What each name has below it, where that is a mapping."""
+    """Kind of the mapping below each name; None if the value is no mapping."""
 
     def may_hold(self, key: str, value: Value) -> bool:
-        """Whether a key can stand there, as far as its level tells."""
+        """Return whether the mapping allows this key with this value."""
         if key.startswith("x-"):
             return True
         if self.keys is not None:
@@ -62,7 +62,7 @@ class _Kind:
         return isinstance(value.content, dict) and (known is None or not own or any(each in known for each in own))
 
     def surely_holds(self, key: str, value: Value) -> bool:
-        """Whether a key that stands elsewhere is meant for here."""
+        """Return whether a key that stands elsewhere certainly belongs into this mapping."""
         if self.keys is not None:
             return key in self.keys
         known = self.entry.keys if self.entry is not None else None
@@ -70,7 +70,7 @@ class _Kind:
 
 
 def _kind(annotation: object) -> _Kind | None:
-    """What a mapping of this type may hold; None where it is no mapping."""
+    """Return the kind of a mapping of this type; None if it is no mapping."""
     annotation, _ = split(annotation)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return _Kind(frozenset(annotation.model_fields))
@@ -82,16 +82,16 @@ def _kind(annotation: object) -> _Kind | None:
 
 @dataclass(slots=True)
 class _Placer:
-    """Puts the keys of a file where they can stand, collecting what was wrong."""
+    """Moves the keys of a file to levels where they are allowed, and collects the problems."""
 
     problems: Problems
     repeated: Repeated
-    """Keys that stand twice, as far as they are not looked at yet."""
+    """Repeated keys that are not handled yet."""
     unsure: list[Place | None] = field(default_factory=list[Place | None])
-    """The keys whose value is one of two."""
+    """Places of keys with two different values."""
 
     def placed(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
-        """A mapping with what belongs into it, and what is meant to stand beside it."""
+        """Return a mapping with the keys that belong into it, and the keys that belong beside it."""
         kind = _kind(annotation)
         stated = _spaced(stated, kind, self.problems) if kind is not None else stated
         if kind is None or not isinstance(stated.content, dict):
@@ -117,7 +117,7 @@ class _Placer:
         return self._with_placed_members(tree, annotation, kind), outside
 
     def repeat(self, name: str, first: Value, second: Value) -> Value:
-        """What a key that stands twice states: two mappings are laid on each other, of other values the first holds."""
+        """Report a repeated key and return its value: two mappings merged, otherwise the first value."""
         self.problems.add(duplicate_key(name, first, second), left_out=())
         if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
             return replace(first, content=first.merged(second).content)
@@ -125,7 +125,7 @@ class _Placer:
         return first
 
     def _in_order(self, stated: Value) -> list[tuple[str, Value]]:
-        """The members of a mapping as its file has them, a key that stands twice too."""
+        """Return the members of a mapping in the order of the file, with every repeated key."""
         members = list(stated.members.items())
         again = [each for each in self.repeated if stated.members.get(each[0]) is each[1]]
         self.repeated = [each for each in self.repeated if each not in again]
@@ -146,14 +146,14 @@ class _Placer:
 
 
 def _intended_parent(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
-    """The way to the mapping before a key that is meant to hold it; none where there is no such one.
+    """Return the path of the preceding mapping that a key belongs into; empty if there is none.
 
     Args:
-        tree: What stands before the key, on its level.
-        annotation: The type of it.
-        key: A key that cannot, or need not, stand there.
-        value: What it states.
-        last: Where the key before went, if this one can stand where it does.
+        tree: The entries before the key, on its level.
+        annotation: The type of `tree`.
+        key: A key that is not allowed there, or may belong elsewhere.
+        value: Its value.
+        last: Where the previous key was moved to, if this one is allowed where it stands; else None.
     """
     path: KeyPath = ()
     open_ends: list[KeyPath] = []
@@ -169,13 +169,13 @@ def _intended_parent(tree: Value, annotation: object, key: str, value: Value, la
             open_ends.append(path)
         elif kind.surely_holds(key, value):
             others.append(path)
-    if last is not None:  # it is sure only that it can go on where the one before went
+    if last is not None:  # the key is allowed here: move it only along with the previous one
         return last if last in others else ()
     return open_ends[-1] if open_ends else others[0] if others else ()
 
 
 def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
-    """Keys that are meant to stand below another one."""
+    """Report keys that belong below another one."""
     owner = tree.find(path)
     first = next(iter(moved.values()))
     if owner is None or owner.key is None or first.key is None:
@@ -192,7 +192,7 @@ def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], pro
 
 
 def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
-    """A mapping in which no key has its value glued to its colon."""
+    """Return a mapping with `key:value` read as `key: value`, and report it."""
     if isinstance(stated.content, str):
         words = stated.content.split()
         glued = [found for found in map(_GLUED.fullmatch, words) if found is not None]
@@ -214,7 +214,7 @@ def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
 
 
 def _part(found: re.Match[str], whole: Value) -> Value:
-    """The value that is glued to its key."""
+    """Return the value of `key:value`."""
     try:
         content = plain_scalar(found[2])
     except ValueError:
@@ -232,7 +232,7 @@ def _position(member: Value) -> tuple[int, int]:
 
 
 def _lines(values: Iterable[Value]) -> str:
-    """The lines that keys and what is below them take."""
+    """Name the lines of these keys and their values: `lines 3 to 5`."""
     first, last = 0, 0
     for value in values:
         places = [each.origin.place for _, each in value.leaves()] + [value.key]
@@ -242,7 +242,7 @@ def _lines(values: Iterable[Value]) -> str:
 
 
 def _listed(names: Iterable[str]) -> str:
-    """Names as a sentence has them, the first ones of many."""
+    """List names for a sentence; of many, the first two and a count."""
     *some, last = list(names)
     if len(some) > 2:
         some, last = some[:2], f"{len(some) - 1} more"
