@@ -1,4 +1,4 @@
-"""The gallery of mistakes: each launch file of `mistakes.txt`, and its whole report as a person sees it."""
+"""Gallery of mistakes: each launch file of `mistakes.txt` with its whole report, as the command line prints it."""
 
 import re
 from pathlib import Path

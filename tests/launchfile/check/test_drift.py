@@ -1,4 +1,4 @@
-"""Where a running node is no longer what its launch file says, and saving what it is."""
+"""`Drift`: parameters of a running node that differ from its launch file, and saving them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Expansion: `for_each` makes the product of its lists, and `when` decides what is there."""
+"""Expansion: `for_each` makes the product of its lists, and `when` includes or omits entries."""
 
 import json
 from itertools import product

@@ -1,4 +1,4 @@
-"""Expressions: closed, typed, bounded, and wrong at a column."""
+"""Expressions: closed, typed, limited, with mistakes at their column."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ ENV = {"LAB": "home", "RATE": "50", "EMPTY": "", "OCTAL": "010", "BYTES": "\udcf
 
 
 def resolve(text: str, *, as_text: bool = False, broken: frozenset[str] = frozenset()) -> tuple[Value, str]:
-    """A text with its expressions replaced, and the report of what is wrong with them."""
+    """Return a text with its expressions replaced, and the report of its problems."""
     quoted = "'" + text.replace("'", "''") + "'"
     given_args = {name: Value.of(data, Origin(StatedBy.COMMAND_LINE)) for name, data in ARGS.items()}
     problems = Problems()

@@ -1,4 +1,4 @@
-"""Files that a launch file names and that are not there: what was probably meant."""
+"""Missing files and folders: the suggestions for them."""
 
 import pytest
 

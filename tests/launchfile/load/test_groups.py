@@ -1,4 +1,4 @@
-"""Groups and defaults: what several nodes share is stated once."""
+"""Groups and defaults: settings that several nodes share."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""The language of `${…}` and `--filter`: what it reads, that it agrees with Python, and that no text gets further."""
+"""Language of `${…}` and `--filter`: its grammar, its agreement with Python, and its limits."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Loading: files, includes and command line become one description, in a fixed order of precedence."""
+"""Tests of `load.py` and `build.py`: files, includes and command line become one description."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Parts of several files: what may be said twice, and namespaces as ROS 2 composes them."""
+"""Merging parts of several files: repeated settings, and namespaces as ROS 2 composes them."""
 
 import json
 from pathlib import Path

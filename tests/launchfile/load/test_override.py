@@ -1,4 +1,4 @@
-"""Overrides: `--set path=value`, told at their column where they are wrong."""
+"""Overrides: `--set path=value`, with mistakes reported at their column."""
 
 import re
 from pathlib import Path

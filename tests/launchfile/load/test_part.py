@@ -1,4 +1,4 @@
-"""A launch file with its includes and its files of parameters, as one part of a graph."""
+"""`Part`: a launch file with its includes and its parameter files."""
 
 from busflow.launchfile.load.files import MAX_FILES
 from busflow.launchfile.load.load import examine

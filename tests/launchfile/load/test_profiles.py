@@ -1,4 +1,4 @@
-"""Profiles and `env`: a file under another name, and the variables that it states."""
+"""Profiles, and the variables that `env` states."""
 
 from functools import reduce
 from typing import Any

@@ -1,4 +1,4 @@
-"""Doubts: what the mistakes of a launch file leave open, from the keys that are left out because of them."""
+"""Doubts: unknown facts about a graph, derived from the keys that mistakes removed."""
 
 import pytest
 

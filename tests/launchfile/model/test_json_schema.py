@@ -1,4 +1,4 @@
-"""The JSON Schema, judged by an independent reading of the standard: what loads fits, and only that."""
+"""JSON Schema, checked by an independent validator: a file fits if and only if it loads."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What is not misplaced stays where it is, however odd; the gallery of mistakes has what is."""
+"""Misplaced keys: correct keys stay in place, however odd; the gallery of mistakes has the wrong ones."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Where nodes run: as the launch file says, all in one process, or each in its own."""
+"""Placement of nodes: as the launch file says, all in one process, or each in its own."""
 
 import pytest
 

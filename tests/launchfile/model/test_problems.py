@@ -1,4 +1,4 @@
-"""Problems: collected, bounded, in the order of the files."""
+"""Problems: collected, limited in number, in the order of the files."""
 
 from __future__ import annotations
 

@@ -147,7 +147,7 @@ def test_nesting_is_read_up_to_its_limit(opening: str, loader: object):
     ],
 )
 def test_hostile_files_are_refused_fast_and_briefly(text: str):
-    assert len(refused(text)) < 20_000  # what takes longer the longer it gets would not end within a test's time
+    assert len(refused(text)) < 20_000  # quadratic time would exceed the test's limit
 
 
 def test_64_mib_are_refused_without_reading_them(tmp_path: Path):
@@ -194,7 +194,7 @@ def test_unreadable_file_is_refused_without_waiting(kind: str, tmp_path: Path):
 
 
 def outcome(text: str | bytes, loader: object) -> tuple[object, str]:
-    """What is read, and the report of what is not."""
+    """Return the data of a text, or the report of its problems."""
     try:
         return read(text, loader), ""
     except LaunchError as error:
@@ -215,7 +215,7 @@ def test_any_bytes_are_read_or_refused(raw: bytes):
 def test_both_parsers_read_or_refuse_any_text(text: str):
     (one, first), (other, second) = outcome(text, yaml.CSafeLoader), outcome(text, yaml.SafeLoader)
     assert all(line == printable(line) for line in f"{first}\n{second}".split("\n"))
-    # The two differ in what they refuse, in tabs and odd keys; what both read, they read the same.
+    # The parsers differ in what they refuse (tabs, odd keys), not in what they read.
     assert repr(one) == repr(other) or first or second
 
 

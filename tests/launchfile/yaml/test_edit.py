@@ -1,4 +1,4 @@
-"""Editing a launch file in place: the value is there, and nothing else has changed."""
+"""Editing a launch file in place: the value is in the text, and nothing else has changed."""
 
 import math
 
@@ -51,7 +51,7 @@ def loaded(text):
 
 
 def changed_lines(before, after):
-    """The lines that went and those that came."""
+    """Return the removed and the added lines."""
     old, new = before.splitlines(), after.splitlines()
     return [each for each in old if each not in new], [each for each in new if each not in old]
 
@@ -176,7 +176,7 @@ COMMENTS = st.sampled_from(["", " # one", "   # two: [x]", " # 'three"])
 
 @st.composite
 def documents(draw, depth=0):
-    """The lines of a mapping in block style, with members in both styles, comments and blank lines."""
+    """Draw the lines of a mapping in block style, with members in both styles, comments and blank lines."""
     lines = []
     for key in draw(st.lists(KEYS, min_size=1, max_size=4, unique=True)):
         indent = "  " * depth
@@ -232,7 +232,7 @@ def escaped(value):
 
 
 def shape(data):
-    """Data as text that tells 1 from 1.0 and true, and does not know the order of keys."""
+    """Return data as text that distinguishes 1, 1.0 and true and ignores the order of keys."""
     if isinstance(data, dict):
         return "{" + ",".join(f"{key!r}:{shape(data[key])}" for key in sorted(data)) + "}"
     return "[" + ",".join(map(shape, data)) + "]" if isinstance(data, list) else repr(data)
@@ -270,7 +270,7 @@ def test_edit_keeps_all_other_lines_and_comments(lines, data, value, line_end, e
 
 
 def common(one, other):
-    """How many lines are the same from the first on."""
+    """Return how many lines are equal from the first on."""
     return next(
         (n for n, (left, right) in enumerate(zip(one, other, strict=False)) if left != right), min(len(one), len(other))
     )

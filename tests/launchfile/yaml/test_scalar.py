@@ -1,4 +1,4 @@
-"""Plain scalars: YAML 1.2's core schema, by its own words and by what ROS 2 reads differently."""
+"""Plain scalars: YAML 1.2's core schema, and the differences from ROS 2's parser."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Values: plain data with origins, merged and changed without touching what they came from."""
+"""Values: plain data with origins, merged and changed without changing the originals."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ TREES = st.recursive(
 
 
 def merged(below: Any, above: Any) -> Any:
-    """The rule, on plain data."""
+    """Merge plain data by the same rule."""
     if isinstance(below, dict) and isinstance(above, dict):
         return {**below, **{k: merged(below[k], v) if k in below else v for k, v in above.items()}}
     return above
