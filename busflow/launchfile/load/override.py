@@ -76,13 +76,12 @@ def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
         if found is None:
             return tree, _unknown(override, f"there is no node {path[1]}", did_you_mean(str(path[1]), names))
         path = ("nodes", found, *path[2:])
-    path = _with_indices(tree, path)
-    for end in range(1, len(path)):
-        parent = tree.find(path[:end])
-        if parent is not None and not _may_hold(parent, path[end]):
-            what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
-            message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
-            return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
+    path, end = tree.followed(path)
+    if end < len(path):
+        parent = tree.nearest(path[:end])
+        what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
+        message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
+        return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
     return tree.with_member(path, override.value), None
 
 
@@ -93,23 +92,6 @@ def _node(name: str, names: list[str]) -> str | None:
         return wanted
     same = [each for each in names if each.rpartition("/")[2] == wanted]
     return same[0] if len(same) == 1 else None
-
-
-def _may_hold(parent: Value, step: str | int) -> bool:
-    """Return whether a value has, or can have, an entry at this step."""
-    if isinstance(parent.content, list):
-        return isinstance(step, int) and step < len(parent.content)
-    return parent.content is None or isinstance(parent.content, dict)
-
-
-def _with_indices(tree: Value, path: KeyPath) -> KeyPath:
-    """Return the path with list indices as numbers."""
-    steps: list[str | int] = []
-    for step in path:
-        parent = tree.find(tuple(steps))
-        is_index = parent is not None and isinstance(parent.content, list) and str(step).isdecimal()
-        steps.append(int(step) if is_index else step)
-    return tuple(steps)
 
 
 def _instead(tree: Value, path: KeyPath) -> str:

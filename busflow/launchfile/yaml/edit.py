@@ -40,7 +40,7 @@ def edit(text: str, path: KeyPath, value: object) -> str:
     mark = _BYTE_ORDER_MARK * text.startswith(_BYTE_ORDER_MARK)
     text = text.removeprefix(_BYTE_ORDER_MARK)
     before = parse(text.encode(errors="surrogatepass"), dotted(path))
-    path = _steps(before, path)
+    path = _possible(before, tuple(map(str, path)))
     value = Value.of(value, before.origin).data
     wanted = before.with_member(path, Value.of(_escaped(value), before.origin)).data
     for whole in (False, True):
@@ -245,22 +245,19 @@ def _escaped(value: Data) -> Data:
             return value
 
 
-def _steps(tree: Value, path: KeyPath) -> KeyPath:
+def _possible(tree: Value, path: KeyPath) -> KeyPath:
     """Return the path with list indices as numbers.
 
     Raises:
         LaunchError: An index is not in its list, or a step leads into a scalar.
     """
-    steps: KeyPath = ()
-    for step in map(str, path):
-        found = tree.find(steps)
-        content = found.content if found is not None else None
-        if isinstance(content, list) and (not step.isdecimal() or int(step) >= len(content)):
-            raise _refusal(path, f"there is no {step} in a list of {len(content)}", "set the whole list")
-        if content is not None and not isinstance(content, (list, dict)):
-            raise _refusal(path, f"{written(content)} stands where {step} would belong", "write it by hand")
-        steps = (*steps, int(step) if isinstance(content, list) else step)
-    return steps
+    steps, end = tree.followed(path)
+    if end == len(path):
+        return steps
+    content = tree.nearest(steps[:end]).content
+    if isinstance(content, list):
+        raise _refusal(path, f"there is no {path[end]} in a list of {len(content)}", "set the whole list")
+    raise _refusal(path, f"{flow(content)} stands where {path[end]} would belong", "write it by hand")
 
 
 def _loads_as(text: str, wanted: Data) -> bool:

@@ -104,6 +104,19 @@ class Value:
                 return None
         return found
 
+    def followed(self, path: KeyPath) -> tuple[KeyPath, int]:
+        """Return the path with list indices as numbers, and how many of its steps lead to a value or a possible one."""
+        steps: KeyPath = ()
+        for step in path:
+            parent = self.find(steps)
+            content = parent.content if parent is not None else None
+            if isinstance(content, list) and (not str(step).isdecimal() or int(step) >= len(content)):
+                break
+            if content is not None and not isinstance(content, (list, dict)):
+                break
+            steps = (*steps, int(step) if isinstance(content, list) else step)
+        return (*steps, *path[len(steps) :]), len(steps)
+
     def nearest(self, path: KeyPath) -> Value:
         """Return the value at `path`, or else its nearest stated parent."""
         for end in range(len(path), 0, -1):

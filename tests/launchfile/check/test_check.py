@@ -85,7 +85,7 @@ def test_credential_faults_are_found_before_a_connection(tmp_path):
     assert faults_of(authority.folder, "arm", ["192.0.2.8"]) == ["other-host"]
     assert faults_of(authority.folder, "head", []) == ["missing-file", "missing-file"]
     assert "expires-soon" in faults_of(authority.folder, "arm", [], Time(SystemClock().now().nanoseconds * 3))
-    made.key.chmod(0o644)
+    made.key.chmod(0o640)
     assert faults_of(authority.folder, "arm", []) == ["open-key"]
 
 

@@ -64,3 +64,11 @@ def test_nearest_finds_the_closest_stated_parent():
     assert tree.nearest(("x",)) is tree
     assert tree.find(("a", "b", "c")) is None
     assert tree.find(("a", 5)) is None
+
+
+def test_followed_path_ends_at_scalars_and_missing_items():
+    tree = Value.of({"a": [{"b": 1}], "c": None}, FILE)
+    assert tree.followed(("a", "0", "new", "d")) == (("a", 0, "new", "d"), 4)
+    assert tree.followed(("a", "1", "b")) == (("a", "1", "b"), 1)
+    assert tree.followed(("a", "0", "b", "c")) == (("a", 0, "b", "c"), 3)
+    assert tree.followed(("c", "d")) == (("c", "d"), 2)
