@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import Problem, Severity
-from busflow.launchfile.model.network import TLS, NetworkSpec, StatedFile
+from busflow.launchfile.model.network import TLS, NetworkSpec
 from busflow.launchfile.model.problems import problem_at
+from busflow.launchfile.yaml.value import StatedPath
 
 if TYPE_CHECKING:
     from busflow.clock import Time
@@ -85,7 +86,7 @@ def credential_problems(network: NetworkSpec, machine: str, now: Time) -> Iterat
 
 
 def credential_faults(
-    name: str, files: tuple[StatedFile, StatedFile, StatedFile], hosts: Sequence[str], now: Time
+    name: str, files: tuple[StatedPath, StatedPath, StatedPath], hosts: Sequence[str], now: Time
 ) -> Iterator[Problem]:
     """Yield the problems of the `ca`, certificate and key of a participant that is reached at these hosts."""
     ca, cert, key = files
@@ -125,7 +126,7 @@ def common_name(certificate: Mapping[str, Any]) -> str:
     return str(names[0]) if names else ""
 
 
-def _about_hosts(name: str, credentials: Credentials, hosts: Sequence[str], cert: StatedFile) -> Iterator[Problem]:
+def _about_hosts(name: str, credentials: Credentials, hosts: Sequence[str], cert: StatedPath) -> Iterator[Problem]:
     for host in hosts:
         try:
             credentials.verified_by_peer(host)
@@ -135,7 +136,7 @@ def _about_hosts(name: str, credentials: Credentials, hosts: Sequence[str], cert
             yield problem_at("other-host", text, fix, cert.origin)
 
 
-def _missing(name: str, file: StatedFile, is_ca: bool) -> Problem:
+def _missing(name: str, file: StatedPath, is_ca: bool) -> Problem:
     folder = file.path.parent
     fix = f"busflow certs new {folder}" if is_ca else f"busflow certs add {name} {folder}"
     return problem_at("missing-file", f"there is no file {file.path}", fix if is_ca else fix + _THERE, file.origin)

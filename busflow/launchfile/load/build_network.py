@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role, StatedFile
+from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.value import Origin, Value
+from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.text import did_you_mean
 
 _ENDPOINT = re.compile(
@@ -58,7 +58,7 @@ class _Builder:
         self._check_ways(network)
         return network
 
-    def _machine(self, name: str, listen: NetworkAddress | None, ca: StatedFile | None) -> MachineSpec:
+    def _machine(self, name: str, listen: NetworkAddress | None, ca: StatedPath | None) -> MachineSpec:
         at = ("machines", name)
         value = self._tree.find(at)
         connect = self._endpoint((*at, "connect"))
@@ -77,12 +77,12 @@ class _Builder:
         cert, key = (self._credential(name, word, ca) for word in ("cert", "key"))
         return MachineSpec(name, origin, connect, own, cert, key)
 
-    def _credential(self, name: str, word: str, ca: StatedFile | None) -> StatedFile | None:
+    def _credential(self, name: str, word: str, ca: StatedPath | None) -> StatedPath | None:
         """Return the certificate or key of a machine: its own, the network's, or the file of its name beside `ca`."""
         found = self._file(("machines", name, word)) or self._file(("network", word))
         if found is None and ca is not None:
             suffix = ".pem" if word == "cert" else ".key"
-            found = StatedFile(ca.path.with_name(f"{name}{suffix}"), ca.origin)
+            found = StatedPath(ca.path.with_name(f"{name}{suffix}"), ca.origin)
         return found
 
     def _allowed(self, machines: Mapping[str, MachineSpec]) -> dict[str, Role]:
@@ -132,10 +132,10 @@ class _Builder:
             return None
         return end
 
-    def _file(self, path: tuple[str, ...]) -> StatedFile | None:
+    def _file(self, path: tuple[str, ...]) -> StatedPath | None:
         value = self._tree.find(path)
         stated = value is not None and isinstance(value.content, str) and value.content
-        return StatedFile(Path(str(value.content)), value.origin) if value is not None and stated else None
+        return StatedPath(Path(str(value.content)), value.origin) if value is not None and stated else None
 
     def _is_name(self, name: str, value: Value) -> bool:
         if NAME.fullmatch(name):

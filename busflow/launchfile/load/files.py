@@ -8,11 +8,10 @@ from itertools import islice
 from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launchfile.model.description import PluginFolder
 from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
-from busflow.launchfile.yaml.value import Origin, StatedBy, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
 from busflow.node.plugins import unreadable
 from busflow.text import nearest
 
@@ -54,14 +53,14 @@ class Files:
         self.problems.add(problem_at("wrong-type", message, fix, found.origin))
         return None
 
-    def folders(self, stated: Value | None, beside: Path) -> list[PluginFolder]:
+    def folders(self, stated: Value | None, beside: Path) -> list[StatedPath]:
         """Return the plugin folders stated in a file, relative to its folder; report missing ones."""
-        found: list[PluginFolder] = []
+        found: list[StatedPath] = []
         for value in stated.content if stated is not None and isinstance(stated.content, list) else ():
             folder = Path(os.path.normpath(beside / str(value.content)))
             fault = unreadable(folder)
             if fault is None and folder.is_dir():
-                found.append(PluginFolder(folder, value.origin))
+                found.append(StatedPath(folder, value.origin))
                 continue
             if fault is None:
                 fault = Problem("missing-folder", f"there is no folder {folder}", _neighbour(folder, beside))

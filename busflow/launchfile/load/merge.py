@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from busflow.errors import Place, Problem
-from busflow.launchfile.model.description import Argument, PluginFolder
+from busflow.launchfile.model.description import Argument
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.value import Value
+from busflow.launchfile.yaml.value import StatedPath, Value
 from busflow.validation.faults import dotted
 
 
@@ -19,7 +19,7 @@ class Part:
 
     tree: Value
     """Keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
-    folders: list[PluginFolder] = field(default_factory=list[PluginFolder])
+    folders: list[StatedPath] = field(default_factory=list[StatedPath])
     arguments: tuple[Argument, ...] = ()
     """Arguments of the file, without those of its includes."""
     warnings: list[Problem] = field(default_factory=list[Problem])

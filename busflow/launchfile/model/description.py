@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
 from busflow.launchfile.model.doubts import Doubt
-from busflow.launchfile.yaml.value import Origin, Value
+from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.node.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
@@ -66,14 +66,6 @@ class Argument:
     choices: tuple[object, ...] | None = None
     minimum: float | None = None
     maximum: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class PluginFolder:
-    """Folder to search for plugins."""
-
-    path: Path
-    origin: Origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +154,7 @@ class LaunchDescription:
     topics: tuple[TopicSpec, ...] = ()
     profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
     arguments: tuple[Argument, ...] = ()
-    folders: tuple[PluginFolder, ...] = ()
+    folders: tuple[StatedPath, ...] = ()  # plugin folders
     processes: tuple[ProcessSpec, ...] = ()
     network: NetworkSpec | None = None  # None if everything is on one machine
     here: str | None = None  # this machine; None: the whole graph is checked or run as one

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from ipaddress import IPv4Address, IPv6Address, ip_address
-from pathlib import Path
 
-from busflow.launchfile.yaml.value import Origin
+from busflow.launchfile.yaml.value import Origin, StatedPath
 
 NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
 """Valid names of machines and of other participants: the common name of the certificate, and the name of its file."""
@@ -64,14 +63,6 @@ class NetworkAddress:
 
 
 @dataclass(frozen=True, slots=True)
-class StatedFile:
-    """File that a launch file names, with the place that names it."""
-
-    path: Path
-    origin: Origin
-
-
-@dataclass(frozen=True, slots=True)
 class MachineSpec:
     """Machine of the run."""
 
@@ -79,8 +70,8 @@ class MachineSpec:
     origin: Origin  # its `place` is the machine's key
     connect: NetworkAddress | None = None
     listen: NetworkAddress | None = None
-    cert: StatedFile | None = None
-    key: StatedFile | None = None
+    cert: StatedPath | None = None
+    key: StatedPath | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +79,7 @@ class NetworkSpec:
     """Machines of a run, their certificate authority, and the rights of other participants."""
 
     machines: Mapping[str, MachineSpec]  # the main one first
-    ca: StatedFile | None = None
+    ca: StatedPath | None = None
     allow: Mapping[str, Role] = field(default_factory=dict[str, Role])
 
     def dialled_by(self, machine: str) -> list[NetworkAddress]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from busflow.errors import KeyPath, Place
@@ -46,6 +47,14 @@ class Origin:
     def __str__(self) -> str:
         here = str(self.place) if self.source is StatedBy.FILE and self.place else self.source.value
         return f"{here}, from {self.through}" if self.through else here
+
+
+@dataclass(frozen=True, slots=True)
+class StatedPath:
+    """File or folder that a launch file names, with the place that names it."""
+
+    path: Path
+    origin: Origin
 
 
 def on_command_line(text: str, start: int, width: int) -> Place:

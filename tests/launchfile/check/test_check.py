@@ -10,9 +10,8 @@ from busflow.launchfile.check.credentials import credential_faults
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.check.resolved import lines, origins, resolve, text_of
 from busflow.launchfile.load.load import load
-from busflow.launchfile.model.network import StatedFile
 from busflow.launchfile.model.placement import placed
-from busflow.launchfile.yaml.value import Origin, StatedBy
+from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath
 from busflow.wire.machines.certificates import Authority
 
 BASE = "plugins: [plugins]\nnodes:\n  talker: {plugin: talker}\n  listener: {plugin: listener}\n"
@@ -73,7 +72,7 @@ def test_machine_is_refused_where_all_runs_together(machines):
 def faults_of(folder: Path, name: str, hosts: list[str], now: Time | None = None) -> list[str]:
     """Return the codes of the problems with the credentials in a folder."""
     ca, cert, key = (
-        StatedFile(folder / each, Origin(StatedBy.CALLER)) for each in ("ca.pem", f"{name}.pem", f"{name}.key")
+        StatedPath(folder / each, Origin(StatedBy.CALLER)) for each in ("ca.pem", f"{name}.pem", f"{name}.key")
     )
     return [each.code for each in credential_faults(name, (ca, cert, key), hosts, now or SystemClock().now())]
 
