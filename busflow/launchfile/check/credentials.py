@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import Problem, Severity
+from busflow.errors import Problem
 from busflow.launchfile.model.network import TLS, NetworkSpec
-from busflow.launchfile.model.problems import problem_at
+from busflow.launchfile.model.problems import problem_at, warning_at
 from busflow.launchfile.yaml.value import StatedPath
 
 if TYPE_CHECKING:
@@ -116,8 +116,7 @@ def credential_faults(
     left_days = (ssl.cert_time_to_seconds(str(certificate["notAfter"])) - now.nanoseconds / 1e9) / _SECONDS_PER_DAY
     if left_days < _SOON_DAYS:
         text = f"the certificate {cert.path} expires in {left_days:.0f} days, on {certificate['notAfter']}"
-        found = problem_at("expires-soon", text, again, cert.origin)
-        yield Problem(found.code, found.message, found.fix, found.place, Severity.WARNING, found.included_from)
+        yield warning_at("expires-soon", text, again, cert.origin)
 
 
 def common_name(certificate: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
 
-from busflow.errors import Problem, Severity
+from busflow.errors import Problem
 from busflow.launchfile.load.arguments import bind
 from busflow.launchfile.load.build import variables
 from busflow.launchfile.load.build_network import anchored
@@ -21,7 +21,7 @@ from busflow.launchfile.load.override import SETTABLE
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.key_faults import checked, without
-from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
 from busflow.launchfile.yaml.value import Value
 
 MAX_INCLUDE_DEPTH = 16
@@ -127,5 +127,4 @@ def _unused_arguments(root: Value, scope: Scope) -> Iterator[Problem]:
     for name, entry in root.section("args").items():
         if name not in scope.used:
             message, fix = f"nothing uses the argument {name}", f"write ${{args.{name}}} where it is meant"
-            problem = problem_at("unused-argument", message, fix, key_origin(entry))
-            yield replace(problem, severity=Severity.WARNING)
+            yield warning_at("unused-argument", message, fix, key_origin(entry))

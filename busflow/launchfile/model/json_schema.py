@@ -100,14 +100,19 @@ def _opened(schema: Schema) -> Schema:
 
 def _expressible(schema: Schema) -> Schema:
     """Allow an expression in a schema that does not allow any text already."""
-    form = {key: value for key, value in schema.items() if key not in _BESIDE}
-    beside = {key: value for key, value in schema.items() if key in _BESIDE}
-    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    form, beside, options = _forms(schema)
     if not form or form.get("type") == "object" or any(map(_is_any_text, options)):
         return schema
     if any(option.get("$ref", "").endswith("Keys") for option in options):
         return schema
     return {**beside, "anyOf": [*options, {"$ref": "#/$defs/Expression"}]}
+
+
+def _forms(schema: Schema) -> tuple[Schema, Schema, list[Schema]]:
+    """Split a schema into the type of the value, its description, and the alternatives of its type."""
+    form = {key: value for key, value in schema.items() if key not in _BESIDE}
+    beside = {key: value for key, value in schema.items() if key in _BESIDE}
+    return form, beside, form["anyOf"] if set(form) == {"anyOf"} else [form]
 
 
 def _is_any_text(schema: Schema) -> bool:
@@ -125,9 +130,8 @@ def _in_json(value: object) -> bool:
 
 def _or_null(schema: Schema) -> Schema:
     """Allow null in a schema: an empty key of a launch file counts as not stated."""
-    form = {key: value for key, value in schema.items() if key not in _BESIDE}
-    beside = {key: value for key, value in schema.items() if key in _BESIDE and value is not None}
-    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    stated = {key: value for key, value in schema.items() if key != "default" or value is not None}
+    form, beside, options = _forms(stated)
     if not form or {"type": "null"} in options:
         return {**beside, **form}
     return {**beside, "anyOf": [*options, {"type": "null"}]}

@@ -18,7 +18,7 @@ from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import Repeated, duplicate_key
-from busflow.launchfile.yaml.scalar import plain_scalar
+from busflow.launchfile.yaml.scalar import scalar_or_text
 from busflow.launchfile.yaml.syntax import unspaced
 from busflow.launchfile.yaml.value import Value
 from busflow.text import counted
@@ -215,11 +215,7 @@ def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
 
 def _part(found: re.Match[str], whole: Value) -> Value:
     """Return the value of `key:value`."""
-    try:
-        content = plain_scalar(found[2])
-    except ValueError:
-        content = found[2]
-    return Value(content, whole.origin, whole.key or whole.origin.place)
+    return Value(scalar_or_text(found[2]), whole.origin, whole.key or whole.origin.place)
 
 
 def _report_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from busflow.errors import Problem, Severity
 from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec
-from busflow.launchfile.model.problems import problem_at
+from busflow.launchfile.model.problems import warning_at
 
 MAIN = "main"
 """Name of the main process (`busflow run` itself), and of the machine that it is on without `--machine`."""
@@ -117,11 +117,11 @@ def unused_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem
         for name, machine in description.network.machines.items() if description.network else ():
             if name != MAIN and all(node.machine != name for node in description.nodes):
                 message, fix = f"no node is on the machine {name}", f"write machine: {name} below a node or a process"
-                yield replace(problem_at("unused-machine", message, fix, machine.origin), severity=Severity.WARNING)
+                yield warning_at("unused-machine", message, fix, machine.origin)
     used = {node.process for description in descriptions for node in description.nodes}
     for description in descriptions:
         for spec in description.processes:
             if spec.name not in used:
                 message = f"no node is in the process {spec.name}: it is not started"
                 fix = f"write process: {spec.name} below a node"
-                yield replace(problem_at("unused-process", message, fix, spec.origin), severity=Severity.WARNING)
+                yield warning_at("unused-process", message, fix, spec.origin)

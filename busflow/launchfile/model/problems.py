@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from busflow.errors import Fault, InvalidParameter, KeyPath, LaunchError, Place, Problem, Severity
@@ -116,6 +117,11 @@ def problems(faults: Iterable[Fault], stated: Value, *, noun: str, subject: str 
 def problem_at(code: str, message: str, fix: str | None, origin: Origin, place: Place | None = None) -> Problem:
     """Return a problem at an origin, or at a `place` beside it."""
     return Problem(code, message, fix, place or origin.place, included_from=origin.included_from)
+
+
+def warning_at(code: str, message: str, fix: str | None, origin: Origin) -> Problem:
+    """Return a problem at an origin that does not prevent a run."""
+    return replace(problem_at(code, message, fix, origin), severity=Severity.WARNING)
 
 
 def key_origin(value: Value) -> Origin:

@@ -52,6 +52,14 @@ def plain_scalar(text: str) -> Scalar:
     return float(text.replace(".", "")) if _INFINITY_OR_NAN.fullmatch(text) else text
 
 
+def scalar_or_text(text: str) -> Scalar:
+    """Return the value of an unquoted scalar, or the text itself if it is a number that 64 bits cannot hold."""
+    try:
+        return plain_scalar(text)
+    except ValueError:
+        return text
+
+
 def written(value: Scalar) -> str:
     """Write a scalar for a launch file: on one line, valid outside and inside brackets.
 
@@ -89,11 +97,7 @@ def flow(value: Any) -> str:
 
 def _text(text: str) -> str:
     """Write a text: plain if every reader takes it for text; else in double quotes, with `${` escaped."""
-    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
-        try:
-            if plain_scalar(text) == text:
-                return text
-        except ValueError:
-            pass
+    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1 and scalar_or_text(text) == text:
+        return text
     # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
     return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)
