@@ -49,7 +49,7 @@ def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
     try:
         inspect.signature(kind).bind(member.node.parameters, name=member.runtime.name)
     except TypeError as error:
-        text = f"{member.runtime.full_name} cannot be started anew: {kind.__name__}(parameters, name=…) has {error}"
+        text = f"{member.runtime.full_name} cannot be restarted: {kind.__name__}(parameters, name=…) has {error}"
         fix = f"let {kind.__name__}.__init__ take (parameters, *, name) as Node's does, or leave restart out"
         yield Problem("restart", text, fix, member.place)
 

@@ -13,7 +13,6 @@ from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAll
 from busflow.launchfile.check.credentials import Credentials, credential_faults
 from busflow.launchfile.load.load import examine
 from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role
-from busflow.launchfile.yaml.value import StatedPath
 from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
@@ -121,8 +120,8 @@ def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
         return None
     machine = network.machines.get(who)
     cert, key = (None, None) if machine is None else (machine.cert, machine.key)
-    cert = cert or StatedPath(network.ca.path.with_name(f"{who}.pem"), network.ca.origin)
-    key = key or StatedPath(network.ca.path.with_name(f"{who}.key"), network.ca.origin)
+    cert = cert or replace(network.ca, path=network.ca.path.with_name(f"{who}.pem"))
+    key = key or replace(network.ca, path=network.ca.path.with_name(f"{who}.key"))
     found = list(credential_faults(who, (network.ca, cert, key), [], SystemClock().now()))
     if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
         raise LaunchError(errors)
