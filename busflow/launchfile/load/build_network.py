@@ -126,7 +126,7 @@ class _Builder:
             self._report("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
             return None
         if end.protocol == TCP and not end.is_loopback:
-            message = f"{text} is not encrypted and open to everyone: anyone who reaches it could move the robot"
+            message = f"{text} is unencrypted and open to everyone: anyone who reaches it could move the robot"
             fix = f"write {there}; `busflow certs new certs` makes the certificates"
             self._report("open-endpoint", message, fix, value.origin)
             return None

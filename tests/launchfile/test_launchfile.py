@@ -1,4 +1,4 @@
-"""Gallery of mistakes: each launch file of `mistakes.txt` with its whole report, as the command line prints it."""
+"""Tests of `syntax.py`, `misplaced.py` and `key_faults.py`: each launch file of `mistakes.txt` and its whole report."""
 
 import re
 from pathlib import Path
