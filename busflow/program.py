@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
-from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import placed
 from busflow.log import console_sink

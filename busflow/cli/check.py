@@ -126,7 +126,7 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
     """
     from busflow.clock import SystemClock
     from busflow.launchfile.check.credentials import credential_problems
-    from busflow.launchfile.check.here import on_machine
+    from busflow.launchfile.check.machine import on_machine
     from busflow.launchfile.model.placement import MAIN
 
     if machine is not None:

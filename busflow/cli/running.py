@@ -16,7 +16,7 @@ import click
 from busflow.cli.terminal.output import colour, json_text, print_message
 from busflow.cli.terminal.run_summary import print_summary
 from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
-from busflow.launchfile.check.here import on_machine
+from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.placement import ProcessLayout, placed
 from busflow.log import console_sink, json_sink

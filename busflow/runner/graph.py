@@ -23,7 +23,7 @@ from busflow.interfaces.message import Message
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
-from busflow.launchfile.model.problems import tell
+from busflow.launchfile.model.problems import log_problems
 from busflow.log import Log, Sink
 from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
@@ -144,7 +144,7 @@ class Graph:
         plan = self.plan()
         if plan.errors:
             raise LaunchError(plan.errors)
-        tell(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
+        log_problems(plan.problems, self.log.bind("busflow"), embedded=self.embedded)
         self.units += units_of(plan.members, self._overseer())
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()

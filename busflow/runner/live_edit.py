@@ -12,7 +12,7 @@ from busflow.errors import InvalidParameter, Problem, Severity
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.launchfile.model.description import LaunchDescription
-from busflow.launchfile.model.problems import tell
+from busflow.launchfile.model.problems import log_problems
 from busflow.node.parameters import Parameters, describe, value_of
 from busflow.runner.extension import Extension
 from busflow.validation.faults import same
@@ -89,7 +89,7 @@ class FileWatch(Extension):
             return new.files
         found = revision(self._description, self._stated, new, plan)
         self._description, self._stated = new, _stated(plan)
-        tell(plan.problems, self._log, embedded=False)
+        log_problems(plan.problems, self._log, embedded=False)
         await apply(found, self._graph)
         self._log.info("follows the edited launch file", **(found.told() or {"changed": "nothing that runs"}))
         if found.later:

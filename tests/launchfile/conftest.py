@@ -1,4 +1,4 @@
-"""What the launch tests share: a folder in which files are written and loaded by relative names."""
+"""Shared fixtures: a folder of launch files that are loaded by relative names, and a launch file with machines."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,9 +10,24 @@ import pytest
 from busflow.launchfile.load.load import examine, load
 from busflow.launchfile.model.description import LaunchDescription
 
+MACHINES = """
+machines:
+  arm: {connect: "tls/192.0.2.7:7447"}
+  head: {connect: "tls/[2001:db8::1]:7447", listen: "tls/0.0.0.0:7001", cert: keys/h.pem}
+network: {ca: certs/ca.pem, allow: {viewer: read, boss: all}}
+processes:
+  eyes: {machine: head}
+  ears:
+nodes:
+  camera: {plugin: p, process: eyes}
+  motor: {plugin: p, machine: arm}
+  planner: {plugin: p}
+  listener: {plugin: p, process: ears}
+"""
+
 
 class Folder:
-    """Launch files under a folder of their own, which is the working directory."""
+    """Folder of launch files, which is the working directory."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -28,7 +43,7 @@ class Folder:
         return load("lab1.yaml", environment=env or {}, **how)
 
     def report(self, text: str | bytes, *, env: Mapping[str, str] | None = None, **how: Any) -> str:
-        """Every problem of a file, as a person sees them."""
+        """Return every problem of a file, as the command line prints it."""
         self.write(text)
         _, problems = examine("lab1.yaml", environment=env or {}, **how)
         return "\n".join(problem.render() for problem in problems)
@@ -38,3 +53,9 @@ class Folder:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Folder:
     monkeypatch.chdir(tmp_path)
     return Folder(tmp_path)
+
+
+@pytest.fixture
+def machines(folder: Folder) -> LaunchDescription:
+    folder.write(MACHINES)
+    return load("lab1.yaml")

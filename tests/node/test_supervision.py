@@ -527,7 +527,7 @@ async def test_unrestartable_class_is_reported_before_the_start():
             super().__init__()
             self.port = port
 
-    with pytest.raises(LaunchError, match="/particular cannot be started anew"):
+    with pytest.raises(LaunchError, match="/particular cannot be restarted"):
         await graph_of(supervised(Particular(5), restart="always")).start()
 
 

@@ -1,1 +1,1 @@
-"""Pre-flight: everything wrong with a description and its plugins, before anything starts. Starts nothing."""
+"""Pre-flight: finds everything wrong with a description and its plugins before anything starts. Starts nothing."""

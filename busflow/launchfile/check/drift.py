@@ -1,4 +1,4 @@
-"""Drift: where a node's parameters are no longer what its launch file says, and writing them back into the file."""
+"""`Drift`: a node's parameters that differ from its launch file, and writing them back into the file."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from busflow.validation.faults import same
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """One parameter whose value is another one than a run started from the file would have."""
+    """Parameter whose value differs from that of a run started from the file."""
 
     node: NodeSpec
     name: str
     """Dotted: `noise.imu`."""
     stated: object
-    """What the file says, or the default where it says nothing; plain data."""
+    """Value in the file, or else the default; plain data."""
     value: object
-    """What it is now; plain data."""
+    """Current value; plain data."""
     origin: Origin
-    """Where the file states it; `origin.through` is set where it takes it from an argument."""
+    """Origin of the file's value; `origin.through` is set if it comes from an argument."""
 
 
 def drifts(spec: NodeSpec, values: Mapping[str, object]) -> tuple[Drift, ...]:
-    """Which of a node's current values, by dotted name, differ from what its launch file comes to.
+    """Return the current values of a node, given by dotted name, that differ from its launch file's.
 
     Raises:
         PluginError: The node's plugin cannot be loaded.
-        InvalidParameter: The file's own values are wrong, or `values` holds a name that is no parameter.
+        InvalidParameter: The file's own values are wrong, or `values` holds an unknown name.
     """
     expected = parameters_class(plugins.load(spec.plugin, spec.folders))
     stated = validate(expected, cast("Mapping[str, object]", spec.parameters.data))
@@ -54,9 +54,9 @@ def drifts(spec: NodeSpec, values: Mapping[str, object]) -> tuple[Drift, ...]:
 
 
 def written_back(text: str, file: Path, found: Iterable[Drift]) -> str:
-    """The text of a launch file that states the current values, everything else as it was written.
+    """Return the text of a launch file with the current values; everything else stays as it was written.
 
-    A value that the file takes from an argument is stated as it is now. Read the file with `newline=""`.
+    A value that the file takes from an argument is replaced by the current value. Read the file with `newline=""`.
 
     Raises:
         LaunchError: A node is not stated in this file, or a value has no place in it.
@@ -69,7 +69,7 @@ def written_back(text: str, file: Path, found: Iterable[Drift]) -> str:
 
 
 def _key(text: str, file: Path, spec: NodeSpec) -> str:
-    """The key under which the file states a node."""
+    """Return the key under which the file states a node."""
     place, root = spec.origin.place, parse(text.encode(), str(file))
     here = place is not None and Path(place.file).resolve() == file.resolve()
     for key, value in root.section("nodes").items() if here else ():
@@ -77,9 +77,9 @@ def _key(text: str, file: Path, spec: NodeSpec) -> str:
             continue
         if "for_each" not in value.members:
             return key
-        # One of several is changed by an entry of its own, with its name as this file would say it.
+        # A node of a for_each is changed by an entry of its own, named relative to this file's namespace.
         around = f"/{str(own.content).strip('/')}/" if (own := root.members.get("namespace")) and own.content else "/"
-        if spec.full_name.startswith(around):  # or the namespace is an expression
+        if spec.full_name.startswith(around):  # false if the namespace is an expression
             return spec.full_name.removeprefix(around)
     fix = "write the values by hand" if place is None or here else f"save into {place.file}"
     raise LaunchError([Problem("not-editable", f"{spec.full_name} is not stated in {file}", fix)])

@@ -1,4 +1,4 @@
-"""Endpoints: what nodes declare that cannot be together in one graph, and ends that have no other end."""
+"""Checks endpoints: conflicts between the declarations of nodes, and endpoints without counterpart."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import TopicSpec
 
 
-def loose_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
-    """Topics that nobody publishes or receives, and services that nobody answers, of nodes that are all of a graph.
+def unmatched_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
+    """Yield topics without publisher or subscription and services without server, given all nodes of a graph.
 
     Args:
-        members: the nodes.
-        topics: what the launch file says of topics.
-        strict: make what is missing an error.
+        members: The nodes.
+        topics: The topic entries of the launch file.
+        strict: Make a missing publisher or server an error.
     """
     meant = [name for member in members for name in _unused_names(member)]
-    yield from _idle_topic_specs(members, [each for each in topics if each.topic not in meant])
+    yield from _unused_topic_entries(members, [each for each in topics if each.topic not in meant])
     if not meant:
-        yield from _one_ended_topics(members, strict=strict)
+        yield from _unmatched_topics(members, strict=strict)
     yield from _unanswered_calls(members, strict=strict)
 
 
-def idle_specs(member: PlannedNode) -> Iterator[Problem]:
-    """What the launch file says of a node's endpoints and that touches none of them."""
+def unused_entries(member: PlannedNode) -> Iterator[Problem]:
+    """Yield the QoS entries and remaps of a node that match none of its endpoints."""
     spec = member.spec
     if spec is None:
         return
@@ -59,15 +59,15 @@ def idle_specs(member: PlannedNode) -> Iterator[Problem]:
 
 
 def _unused_names(member: PlannedNode) -> Iterator[str]:
-    """What unused remaps of a node would call its topics, were they right."""
+    """Yield the topic names that a node's unused remaps would give."""
     spec = member.spec
     for rule in spec.remap if spec is not None else ():
         if spec is not None and rule.match not in member.runtime.used_remaps:
             yield resolve(rule.replacement, node=spec.name, namespace=spec.namespace, remaps={}).name
 
 
-def _idle_topic_specs(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
-    """Entries under `topics:` that no endpoint has, or whose type is another one."""
+def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+    """Yield entries under `topics:` without an endpoint, or with another type than the endpoint."""
     used = {endpoint.topic: endpoint for member in members for endpoint in (*member.publishers, *member.subscriptions)}
     for spec in topics:
         endpoint = used.get(spec.topic)
@@ -80,7 +80,7 @@ def _idle_topic_specs(members: Sequence[PlannedNode], topics: Sequence[TopicSpec
             yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
 
 
-def _one_ended_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
+def _unmatched_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     published = {endpoint.topic for member in members for endpoint in member.publishers}
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     for member in members:
@@ -109,13 +109,13 @@ def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterat
 
 
 def _spellings(endpoint: Endpoint) -> tuple[str, str]:
-    """Both ways to write a message type: `pkg/msg/Type` and `pkg/Type`."""
+    """Return both spellings of a message type: `pkg/msg/Type` and `pkg/Type`."""
     full = type_name(endpoint.type)
     return full, full.replace("/msg/", "/")
 
 
 def conflicts(members: Sequence[PlannedNode], *, qos: bool = True) -> Iterator[Problem]:
-    """Nodes of one name, and topics and services whose ends do not fit together; in `qos` too, where it is known."""
+    """Yield nodes with the same name, and topics and services whose endpoints do not fit; compare QoS if `qos`."""
     yield from _duplicate_names(members)
     yield from _type_conflicts(members)
     if qos:
@@ -137,7 +137,7 @@ def _duplicate_names(members: Sequence[PlannedNode]) -> Iterator[Problem]:
 
 
 def _type_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    """A topic carries one type: whoever came first has said which."""
+    """Yield endpoints whose type differs from that of the topic's first endpoint."""
     first: dict[str, Endpoint] = {}
     for member, endpoint in ((each, end) for each in members for end in (*each.publishers, *each.subscriptions)):
         stated = first.setdefault(endpoint.topic, endpoint)
@@ -169,7 +169,7 @@ def _qos_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
 
 
 def _service_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    """A service has one type, and one server."""
+    """Yield services with several types or several servers."""
     stated: dict[str, ServiceEndpoint] = {}
     served: dict[str, ServiceEndpoint] = {}
     for member in members:

@@ -1,4 +1,4 @@
-"""Member: a node that is built and has declared its ends, with what the launch file says of it."""
+"""`PlannedNode`: a node that is built and has declared its endpoints, with its entry in the launch file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlannedNode:
-    """One node of a graph that is built, and what the launch file says of it."""
+    """Node of a planned graph: built, with its entry in the launch file."""
 
     node: Node
     plugin: str
@@ -27,36 +27,36 @@ class PlannedNode:
 
     @cached_property  # each check asks for it
     def runtime(self) -> NodeRuntime:
-        """The node's endpoints."""
+        """The node's runtime, which holds its endpoints."""
         return runtime_of(self.node)
 
     @property
     def place(self) -> Place | None:
-        """Where the launch file names the node."""
+        """Place where the launch file names the node."""
         return self.spec.origin.place if self.spec else None
 
     @property
     def publishers(self) -> list[Endpoint]:
-        """What the node publishes."""
+        """Endpoints that the node publishes on."""
         return [each.endpoint for each in self.runtime.ends.publishers]
 
     @property
     def subscriptions(self) -> list[Endpoint]:
-        """What the node receives."""
+        """Endpoints that the node receives on."""
         return [each.endpoint for each in self.runtime.ends.subscriptions]
 
     @property
     def servers(self) -> list[ServiceEndpoint]:
-        """What the node answers."""
+        """Services that the node answers."""
         return [each.endpoint for each in self.runtime.ends.servers]
 
     @property
     def clients(self) -> list[ServiceEndpoint]:
-        """What the node asks."""
+        """Services that the node calls."""
         return [each.endpoint for each in self.runtime.ends.clients]
 
     def problem(self, code: str, message: str, fix: str | None, severity: Severity = Severity.ERROR) -> Problem:
-        """A problem at the place where the launch file names the node, if one does."""
+        """Return a problem at the place where the launch file names the node, if one does."""
         if self.spec is None:
             return Problem(code, message, fix, severity=severity)
         return Problem(code, message, fix, self.place, severity, self.spec.origin.included_from)

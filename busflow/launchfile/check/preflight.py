@@ -1,7 +1,7 @@
-"""Pre-flight: builds the nodes of a description without starting them, and finds everything that would go wrong.
+"""`Preflight`: builds the nodes of a description without starting them, and finds everything that would go wrong.
 
-All problems are collected into one report. What declares what is known from the nodes themselves, so a graph made
-of classes and instances is checked exactly as one from a file, only without positions.
+All problems are collected into one report. The endpoints are read from the nodes themselves, so a graph made of classes
+and instances is checked exactly like one from a file, only without positions.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
 from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
-from busflow.launchfile.check.endpoints import conflicts, idle_specs, loose_ends
+from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.supervision import supervision_problems
 from busflow.launchfile.model.description import EndpointSpec, LaunchDescription, NodeSpec, TopicSpec
 from busflow.launchfile.model.doubts import Doubt
-from busflow.launchfile.model.placement import as_seen_from, idle_places
+from busflow.launchfile.model.placement import for_machine, unused_places
 from busflow.launchfile.model.problems import in_order, parameter_problems, problem_at
 from busflow.launchfile.yaml.value import StatedBy
 from busflow.node import plugins
@@ -43,54 +43,54 @@ _NO_INIT = "write no __init__: its ends are declared in the class, or in declare
 
 @dataclass(slots=True)
 class Plan:
-    """The nodes of a graph, built and checked, ready to be started; or the problems that forbid it."""
+    """Nodes of a graph, built and checked, and the problems found; without errors they are ready to start."""
 
     members: list[PlannedNode] = field(default_factory=list[PlannedNode])
     problems: list[Problem] = field(default_factory=list[Problem])
     is_whole: bool = True
-    """Whether all nodes of the graph are among the members, and known by their right names."""
+    """Whether all nodes of the graph are among the members, with their right names."""
 
     @property
     def errors(self) -> list[Problem]:
-        """The problems because of which the graph must not start."""
+        """Problems that prevent the graph from starting."""
         return [problem for problem in self.problems if problem.severity is Severity.ERROR]
 
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """What the nodes are built with, and how strict to be."""
+    """Pre-flight check: the clock, log and seed that nodes are built with, and its strictness."""
 
     clock: Clock
     log: Log
     seed: int = 0
     strict: bool = False
-    """Make a subscription whose topic nobody publishes an error."""
+    """Report a subscription without publisher, and a client without server, as errors."""
 
     def plan(
         self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[tuple[Node, Supervision]] = ()
     ) -> Plan:
-        """Build and check everything; the caller looks at `errors` before it starts anything."""
+        """Build and check everything. The caller checks `errors` before it starts anything."""
         plan = Plan()
         topics = [topic for description in descriptions for topic in description.topics]
         for description in descriptions:
             plan.problems += description.warnings
             for spec in description.nodes:
-                told = len(plan.problems)
+                start = len(plan.problems)
                 self._add(plan, spec, topics, description.doubts)
-                plan.problems[told:] = as_seen_from(description.here, spec, plan.problems[told:])
+                plan.problems[start:] = for_machine(description.here, spec, plan.problems[start:])
         for node, supervision in nodes:
             self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
         plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
         for member in plan.members:
-            plan.problems += idle_specs(member)
-        plan.problems += idle_places(descriptions)
+            plan.problems += unused_entries(member)
+        plan.problems += unused_places(descriptions)
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
         if plan.is_whole:
-            # Of a node that could not be built nobody knows what it publishes: the others are not to user_line.
-            plan.problems += loose_ends(plan.members, topics, strict=self.strict)
+            # What an unbuilt node publishes is not known: do not report the others for it.
+            plan.problems += unmatched_ends(plan.members, topics, strict=self.strict)
             plan.problems += supervision_problems(plan.members)
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
         return plan
@@ -107,8 +107,8 @@ class Preflight:
         try:
             parameters = factory.parameters(cast("Mapping[str, object]", spec.parameters.data))
         except InvalidParameter as error:
-            told = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
-            plan.problems += parameter_problems(InvalidParameter(told), spec)
+            faults = [each for each in error.faults if each.code != "missing" or Doubt.PARAMETERS not in doubts]
+            plan.problems += parameter_problems(InvalidParameter(faults), spec)
             self._stand_in(plan, spec, factory, error, topics)
             return
         except BusflowError as error:
@@ -121,7 +121,7 @@ class Preflight:
     def _stand_in(
         self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
     ) -> None:
-        """Build a node without its wrong parameters, where they decide nothing about how it is connected."""
+        """Build a node without its wrong parameters, if its endpoints do not depend on them."""
         if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
             return
         right = spec.parameters.without_any(fault.path for fault in error.faults)
@@ -129,7 +129,7 @@ class Preflight:
             parameters = factory.parameters(cast("Mapping[str, object]", right.data))
         except BusflowError:
             return
-        aside = Plan()  # what else is wrong with it may be wrong only without them
+        aside = Plan()  # its other problems may come only from the missing parameters
         node = _guarded(aside, spec, "", partial(factory.build, parameters))
         if node is not None:
             self._declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
@@ -155,12 +155,12 @@ class Preflight:
 
 
 def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T]) -> T | None:
-    """Run a plugin's own code; whatever it raises is a problem, with the line that raised it."""
+    """Run a plugin's own code; any exception becomes a problem, with the line that raised it."""
     try:
         return build()
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
-    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is told, not swallowed
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is reported
         text, place = f"{what}: {type(error).__name__}: {error}", user_line(error)
         fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
         plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
@@ -170,7 +170,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
 def _layers(
     topics: Sequence[TopicSpec], endpoints: Sequence[EndpointSpec], node: str, namespace: str
 ) -> Callable[[str], tuple[QoS, ...]]:
-    """What the launch file states for an endpoint of a node: the topic's contract, then the node's own."""
+    """Return a function from a topic to its stated QoS for a node: the topic's contract, then the node's own."""
 
     def stated(topic: str) -> tuple[QoS, ...]:
         own = [each.qos for each in endpoints if each.full_topic(node, namespace) == topic]
@@ -180,7 +180,7 @@ def _layers(
 
 
 def _source(spec: NodeSpec, name: str) -> ValueSource | None:
-    """Where the launch file, or what overrides it, states a parameter of a node."""
+    """Return the place where the launch file, or an override, states a parameter of a node."""
     found = spec.parameters.find(tuple(name.split(".")))
     if found is None:
         return None
@@ -189,15 +189,15 @@ def _source(spec: NodeSpec, name: str) -> ValueSource | None:
 
 
 def _announce_parameters(members: Sequence[PlannedNode]) -> None:
-    """Where a node listens to changes of parameters, the others publish them from the start."""
+    """Let all nodes publish their parameter changes from the start if a node of the graph receives them."""
     if any(endpoint.topic == PARAMETER_EVENTS for member in members for endpoint in member.subscriptions):
         for member in members:
             member.runtime.parameter_events.declare()
 
 
 def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
-    """A node that declares what cannot be: at the line of its code, or where the launch file names it."""
-    place, text = error.place or user_line(error), text.splitlines()[0]  # more lines only show where in a name it is
+    """Return the problem of an invalid declaration, at its line of code, or where the launch file names the node."""
+    place, text = error.place or user_line(error), text.splitlines()[0]  # further lines only point into the name
     if place is None:
         return Problem("declaration", text, None) if origin is None else problem_at("declaration", text, None, origin)
     named = (origin.place, *origin.included_from) if origin is not None and origin.place is not None else ()
@@ -205,7 +205,7 @@ def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
 
 
 def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:
-    """A plugin's own problem keeps its line of code; one that has none gets the launch file's."""
+    """Return a plugin's problem; without a line of code it gets the place in the launch file."""
     origin = spec.plugin_origin
     if problem.code == "unknown-plugin" and (folder := _unnamed_folder(spec)):
         problem = replace(problem, fix=f"its file is in a folder that this one does not name: add plugins: [{folder}]")
@@ -215,7 +215,7 @@ def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:
 
 
 def _unnamed_folder(spec: NodeSpec) -> str | None:
-    """Where a plugin is, as its launch file would say it, although it does not."""
+    """Return a folder that holds a node's plugin but is missing in `plugins`, relative to the launch file."""
     place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
     beside = Path(place.file).parent if place is not None else Path()
     named = {each.resolve() for each in spec.folders}

@@ -1,4 +1,4 @@
-"""A resolved launch file as YAML that can be read back, each value with the place it came from as a comment."""
+"""Writes a resolved launch file as YAML that can be read back, with the origin of each value as a comment."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 def resolve(description: LaunchDescription) -> Value:
-    """The whole as one file, each node's parameters filled up with its plugin's defaults.
+    """Return the description as one file, with each node's parameters completed by its plugin's defaults.
 
-    A node whose plugin cannot be loaded is shown as the files state it: `busflow check` tells why.
+    A node whose plugin cannot be loaded is shown as the files state it; `busflow check` reports the reason.
     """
     default = Origin(StatedBy.DEFAULT)
     resolved = description.resolved or Value({}, default)
@@ -35,7 +35,7 @@ def resolve(description: LaunchDescription) -> Value:
 
 
 def lines(value: Value) -> Iterator[str]:
-    """The YAML, with aligned comments."""
+    """Yield the lines of the YAML, with aligned comments."""
     pairs = list(_block(value, ""))
     width = min(60, max((len(text) for text, origin in pairs if origin), default=0))
     for text, origin in pairs:
@@ -43,17 +43,17 @@ def lines(value: Value) -> Iterator[str]:
 
 
 def text_of(value: Value) -> str:
-    """The YAML alone."""
+    """Return the YAML without comments."""
     return "".join(f"{text}\n" for text, _ in _block(value, ""))
 
 
 def origins(value: Value) -> dict[str, str]:
-    """The origin of each value, by its dotted path."""
+    """Return the origin of each value, by its dotted path."""
     return {".".join(map(str, path)): str(leaf.origin) for path, leaf in value.leaves()}
 
 
 def _block(value: Value, indent: str) -> Iterator[tuple[str, str]]:
-    """Lines, each with the origin of the scalar it holds; empty for lines that hold none."""
+    """Yield lines, each with the origin of its scalar, or an empty text for a line without one."""
     if isinstance(value.content, dict):
         for key, member in value.content.items():
             yield from _member(f"{indent}{written(key)}:", member, indent + "  ")

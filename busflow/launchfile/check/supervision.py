@@ -1,4 +1,4 @@
-"""What is asked for nodes, checked against the nodes there are: who waits for whom, and who can be started anew."""
+"""Checks the supervision of nodes against the graph: their dependencies, and whether they can be restarted."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    """What cannot come about of what is asked for these nodes."""
+    """Yield dependencies and restarts that are impossible for these nodes."""
     by_name = {member.runtime.full_name: member for member in members}
     for member in members:
-        yield from _waits_in_vain(member, by_name)
-        yield from _cannot_be_built_anew(member)
+        yield from _unmet_dependencies(member, by_name)
+        yield from _not_restartable(member)
     names = {
         name: [other for other in member.supervision.depends_on if other in by_name] for name, member in by_name.items()
     }
@@ -30,7 +30,7 @@ def supervision_problems(members: Sequence[PlannedNode]) -> Iterator[Problem]:
         yield _at_dependency(by_name[circle[0]], circle[1], "dependency-cycle", text, "leave one of them out")
 
 
-def _waits_in_vain(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
+def _unmet_dependencies(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> Iterator[Problem]:
     name = member.runtime.full_name
     for other, condition in member.supervision.depends_on.items():
         if other not in by_name:
@@ -41,20 +41,20 @@ def _waits_in_vain(member: PlannedNode, by_name: Mapping[str, PlannedNode]) -> I
             yield _at_dependency(member, other, "no-publisher", text, "write ready instead of first_message")
 
 
-def _cannot_be_built_anew(member: PlannedNode) -> Iterator[Problem]:
-    """A node made by hand whose class wants more than a restart can give."""
+def _not_restartable(member: PlannedNode) -> Iterator[Problem]:
+    """Yield a restart that is impossible because the node's class needs further arguments."""
     if member.supervision.restart.when is Restart.NEVER:
         return
     kind = type(member.node)
     try:
         inspect.signature(kind).bind(member.node.parameters, name=member.runtime.name)
     except TypeError as error:
-        text = f"{member.runtime.full_name} cannot be started anew: {kind.__name__}(parameters, name=…) has {error}"
+        text = f"{member.runtime.full_name} cannot be restarted: {kind.__name__}(parameters, name=…) has {error}"
         fix = f"let {kind.__name__}.__init__ take (parameters, *, name) as Node's does, or leave restart out"
         yield Problem("restart", text, fix, member.place)
 
 
 def _at_dependency(member: PlannedNode, other: str, code: str, message: str, fix: str | None) -> Problem:
-    """A problem at the place where the launch file names the other node."""
+    """Return a problem at the place where the launch file names the other node."""
     origin = member.spec.depends_origins.get(other) if member.spec else None
     return Problem(code, message, fix) if origin is None else problem_at(code, message, fix, origin)

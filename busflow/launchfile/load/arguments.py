@@ -1,4 +1,4 @@
-"""The arguments of a launch file: declared, given, checked."""
+"""Arguments of a launch file: their declarations, their given values, and the checks of these."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ _TYPES: dict[str, Any] = {"float": float, "int": int, "bool": bool, "str": str}
 
 @dataclass(slots=True)
 class Arguments:
-    """The arguments of one file."""
+    """Arguments of one file."""
 
     known: dict[str, Argument] = field(default_factory=dict[str, Argument])
     broken: set[str] = field(default_factory=set[str])
-    """Those whose value is missing or wrong; that is told."""
+    """Arguments with a missing or wrong value, which is reported already."""
 
     @property
     def values(self) -> dict[str, Value]:
-        """What `args.…` stands for in an expression."""
+        """Values of `args.…` in expressions."""
         return {name: argument.value for name, argument in self.known.items()}
 
 
 def bind(declared: Value | None, given: Mapping[str, Value], resolver: Resolver) -> Arguments:
-    """The value of every argument: the given one, else the default.
+    """Return the arguments with their values: the given one, else the default.
 
     Args:
-        declared: The file's `args:`; what is wrong with its keys is told elsewhere.
+        declared: The file's `args:`; wrong keys in it are reported elsewhere.
         given: Values from the command line (still text), a caller, or the `include` entry of another file.
-        resolver: Resolves the defaults, which may use variables of the environment.
+        resolver: Resolves the defaults, which may use environment variables.
     """
     found = Arguments()
     entries: Mapping[str, Value] = declared.members if declared is not None else {}
@@ -103,7 +103,7 @@ def _bind(
 
 
 def _typed(argument: Argument, stated: Value) -> tuple[Value, list[Problem]]:
-    """A value as the argument's type, and what is wrong with it."""
+    """Return a value as the argument's type, and its problems."""
     origin = stated.origin
     if origin.source is StatedBy.COMMAND_LINE and origin.place is not None:
         before = origin.place.excerpt[: origin.place.column - 1]
@@ -132,7 +132,7 @@ def _model(kind: str) -> type[StrictModel]:
 
 
 def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
-    """Each item outside the argument's choices or range."""
+    """Yield a fault for each item outside the argument's choices or range."""
     bounds = Bounds(argument.minimum, argument.maximum)
     items = cast("list[Any]", value if isinstance(value, list) else [value])
     for index, item in enumerate(items):
@@ -148,12 +148,12 @@ def _outside(argument: Argument, value: Any) -> Iterator[Fault]:
 
 
 def from_caller(args: Mapping[str, object]) -> dict[str, Value]:
-    """Arguments that Python code passes."""
+    """Return the arguments that Python code passes."""
     return {name: Value.of(data, Origin(StatedBy.CALLER)) for name, data in args.items()}
 
 
 def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[str, Value]:
-    """Arguments as `name:=value` states them, their values still as text."""
+    """Return the arguments of `name:=value` texts; their values are still text."""
     given: dict[str, Value] = {}
     for text in assignments:
         name, sign, value = text.partition(":=")

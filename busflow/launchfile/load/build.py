@@ -1,4 +1,4 @@
-"""From the merged keys of all files to a `LaunchDescription`, every name and QoS profile checked."""
+"""Builds a `LaunchDescription` from the merged keys of all files, and checks every name and QoS profile."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PROCESS_NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
 
 @dataclass(slots=True)
 class Builder:
-    """Builds a description, leaving out what is wrong and collecting why."""
+    """Builds a description without its wrong parts, and collects the problems."""
 
     part: Part
     keys: LaunchKeys
@@ -44,7 +44,7 @@ class Builder:
     _profiles: dict[str, QoS] = field(default_factory=dict[str, QoS])
 
     def build(self, name: str, files: tuple[Path, ...]) -> LaunchDescription:
-        """The description of everything that is right."""
+        """Return the description of everything that is correct."""
         keys = self.keys
         self._profiles = self._named_profiles(self.part.tree.section("qos"))
         nodes = [self._node(key, value) for key, value in self.part.tree.section("nodes").items()]
@@ -69,12 +69,12 @@ class Builder:
         )
 
     def _resolved(self) -> Value:
-        """Everything as one launch file, in the order a person would write it."""
+        """Return everything as one launch file, with its keys in the usual order."""
         tree = self.part.tree
         folders = [Value(str(folder.path.resolve()), folder.origin) for folder in self.part.folders]
         members = {**tree.members, **({"plugins": Value(list(folders), tree.origin)} if folders else {})}
         ordered = {key: members[key] for key in ORDER if key in members}
-        if "nodes" in ordered:  # what the defaults of a file add comes first in an entry
+        if "nodes" in ordered:  # the keys from a file's defaults stand first in an entry
             nodes = {key: _ordered(node) for key, node in ordered["nodes"].members.items()}
             ordered["nodes"] = replace(ordered["nodes"], content=nodes)
         return replace(tree, content=ordered)
@@ -110,7 +110,7 @@ class Builder:
         )
 
     def _process(self, stated: NodeKeys, node: Value) -> str | None:
-        """Where a node runs; None in the main process."""
+        """Return the process of a node; None for the main process."""
         name = stated.process
         if name is not None and name != MAIN and name not in self.keys.processes:
             fix = f"{did_you_mean(name, [MAIN, *self.keys.processes])}; or add it: processes: {{{name}: {{}}}}"
@@ -119,7 +119,7 @@ class Builder:
         return None if name == MAIN else name
 
     def _machine(self, stated: NodeKeys, node: Value) -> str | None:
-        """On which machine a node runs: that of its process; None on the main one."""
+        """Return the machine of a node, which is that of its process; None for the main machine."""
         process = self.keys.processes.get(stated.process or MAIN)
         if process is None:
             return self._known_machine(stated.machine, node)
@@ -130,7 +130,7 @@ class Builder:
         return None if process.machine == MAIN else process.machine
 
     def _known_machine(self, name: str | None, entry: Value) -> str | None:
-        """A machine as an entry names it; None for the main one."""
+        """Return the machine that an entry names, and report an unknown one; None for the main machine."""
         if name is not None and name != MAIN and name not in self.keys.machines:
             text, fix = unknown_machine(name, self.keys.machines)
             self.problems.add(problem_at("unknown-machine", text, fix, entry.members["machine"].origin), left_out=())
@@ -190,12 +190,12 @@ class Builder:
         return found
 
     def _qos(self, value: Value) -> QoS | None:
-        """A profile by name or by its fields; None where it is wrong."""
+        """Return a QoS profile stated by name or by its fields; None if it is wrong."""
         if isinstance(value.content, str):
             known = {**PRESETS, **self._profiles}
             if value.content in known:
                 return known[value.content]
-            # A profile that is wrong itself is told where it is stated.
+            # A wrong profile is reported where it is stated.
             if value.content not in self.part.tree.section("qos"):
                 message = f"there is no QoS profile {value.content}"
                 fix = did_you_mean(value.content, known)
@@ -210,7 +210,7 @@ class Builder:
         return None if found else QoS.model_validate(data)
 
     def _topic(self, name: str, value: Value, *, at_key: bool = True) -> bool:
-        """Whether a topic's name is one, also once it is expanded."""
+        """Return whether a topic name is valid, as written and expanded; report it if not."""
 
         def find(name: str) -> names.NameFault | None:
             fault = names.topic_name_fault(name)
@@ -231,7 +231,7 @@ class Builder:
         *,
         at_key: bool = True,
     ) -> bool:
-        """Whether a name is one; where not, that is a problem at its key or its value."""
+        """Return whether a name is valid; if not, report it at its key or its value."""
         fault = find(name)
         if fault is not None:
             origin = key_origin(value) if at_key else value.origin
@@ -240,7 +240,7 @@ class Builder:
 
 
 def _supervision(stated: NodeKeys) -> Supervision:
-    """What is asked for a node, the names of others in full."""
+    """Return the restart policy and dependencies of a node, with the full names of other nodes."""
     needs = {f"/{key}": what for key, what in stated.depends_on.items()}
     return Supervision(_policy(stated.restart), needs, stated.on_exit)
 
@@ -250,7 +250,7 @@ def _policy(keys: RestartKeys) -> RestartPolicy:
 
 
 def record_spec(keys: RecordKeys) -> RecordSpec:
-    """What is to be recorded."""
+    """Return the recording that the keys describe."""
     return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression)
 
 
@@ -261,19 +261,19 @@ def _process_name_fault(name: str) -> names.NameFault | None:
 
 
 def _ordered(node: Value) -> Value:
-    """A node's entry, first what it is and whether it is there."""
+    """Return a node's entry with `when` and `plugin` first."""
     first = [key for key in ("when", "plugin") if key in node.members]
     return replace(node, content={key: node.members[key] for key in dict.fromkeys([*first, *node.members])})
 
 
 def variables(env: Value) -> dict[str, str]:
-    """Variables of the environment, which are always texts."""
+    """Return the environment variables that an `env` section states, all as texts."""
     contents = ((name, each.content) for name, each in env.members.items())
     return {name: each if isinstance(each, str) else shown(each) for name, each in contents}
 
 
 def _mapping(stated: Value | None, node: Value) -> Value:
-    """What is stated, or an empty mapping at the node's own key."""
+    """Return the stated mapping, or an empty one at the node's own key."""
     if stated is not None and isinstance(stated.content, dict):
         return stated
     return replace(node, content={})

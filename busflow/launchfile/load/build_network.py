@@ -1,4 +1,4 @@
-"""From the keys of a launch file to its `NetworkSpec`, every endpoint and every name checked."""
+"""Builds the `NetworkSpec` of a launch file, and checks every address and every name."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from busflow.launchfile.model.keys import LaunchKeys
-from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role, StatedFile
+from busflow.launchfile.model.network import NAME, TCP, TLS, MachineSpec, NetworkAddress, NetworkSpec, Role
 from busflow.launchfile.model.placement import MAIN
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.value import Origin, Value
+from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.text import did_you_mean
 
 _ENDPOINT = re.compile(
@@ -22,7 +22,7 @@ _MOST_PORT = 65_535
 
 
 def anchored(tree: Value, folder: Path) -> Value:
-    """The keys of a file, in which the paths of certificates do not depend on the file's place any more."""
+    """Return the keys of a file with its certificate paths joined to the file's folder."""
     machines = (("machines", name, word) for name in tree.section("machines") for word in ("cert", "key"))
     for path in (("network", "ca"), ("network", "cert"), ("network", "key"), *machines):
         value = tree.find(path)
@@ -33,20 +33,20 @@ def anchored(tree: Value, folder: Path) -> Value:
 
 
 def network_of(keys: LaunchKeys, tree: Value, problems: Problems) -> NetworkSpec | None:
-    """What a launch file says of machines; None where it says nothing."""
+    """Return the network that a launch file describes; None if it describes none."""
     if not keys.machines and "network" not in tree.members:
         return None
     return _Builder(keys, tree, problems).build()
 
 
 class _Builder:
-    """Builds the network, collecting what is wrong with it."""
+    """Builds the network and collects its problems."""
 
     def __init__(self, keys: LaunchKeys, tree: Value, problems: Problems) -> None:
         self._keys, self._tree, self._problems = keys, tree, problems
 
     def build(self) -> NetworkSpec:
-        """The network, without what is wrong."""
+        """Return the network without its wrong parts."""
         stated = self._tree.section("machines")
         listen = self._endpoint(("network", "listen"))
         ca = self._file(("network", "ca"))
@@ -58,7 +58,7 @@ class _Builder:
         self._check_ways(network)
         return network
 
-    def _machine(self, name: str, listen: NetworkAddress | None, ca: StatedFile | None) -> MachineSpec:
+    def _machine(self, name: str, listen: NetworkAddress | None, ca: StatedPath | None) -> MachineSpec:
         at = ("machines", name)
         value = self._tree.find(at)
         connect = self._endpoint((*at, "connect"))
@@ -68,21 +68,21 @@ class _Builder:
             if own is None:
                 fix = f"add listen: {connect.protocol}/0.0.0.0:{connect.port} to network, or to the machine"
                 text = f"{connect.host} is a name: it does not say on which addresses {name} is to listen"
-                self._tell("no-endpoint", text, fix, connect.origin)
+                self._report("no-endpoint", text, fix, connect.origin)
         if connect is not None and connect.is_everywhere:
             text = f"{connect} stands for all addresses of a machine: nobody can connect to it"
-            self._tell("bad-endpoint", text, f"write it below listen, and here the address of {name}", connect.origin)
+            self._report("bad-endpoint", text, f"write it below listen, and here the address of {name}", connect.origin)
             connect = None
         origin = key_origin(value) if value is not None else key_origin(self._tree)
         cert, key = (self._credential(name, word, ca) for word in ("cert", "key"))
         return MachineSpec(name, origin, connect, own, cert, key)
 
-    def _credential(self, name: str, word: str, ca: StatedFile | None) -> StatedFile | None:
-        """The certificate or key of a machine: its own, the network's, or what bears its name beside the `ca`."""
+    def _credential(self, name: str, word: str, ca: StatedPath | None) -> StatedPath | None:
+        """Return the certificate or key of a machine: its own, the network's, or the file of its name beside `ca`."""
         found = self._file(("machines", name, word)) or self._file(("network", word))
         if found is None and ca is not None:
             suffix = ".pem" if word == "cert" else ".key"
-            found = StatedFile(ca.path.with_name(f"{name}{suffix}"), ca.origin)
+            found = StatedPath(ca.path.with_name(f"{name}{suffix}"), ca.origin)
         return found
 
     def _allowed(self, machines: Mapping[str, MachineSpec]) -> dict[str, Role]:
@@ -91,26 +91,26 @@ class _Builder:
         for name, value in stated.members.items() if stated is not None else ():
             if name in machines:
                 text, fix = f"{name} is a machine, which may do all", "leave it out, or choose another name"
-                self._tell("invalid-name", text, fix, key_origin(value))
+                self._report("invalid-name", text, fix, key_origin(value))
             elif self._is_name(name, value):
                 found[name] = self._keys.network.allow[name]
         return found
 
     def _check_ways(self, network: NetworkSpec) -> None:
-        """Whether every machine can be linked to the main one, and by whom."""
+        """Check that every machine can be linked to the main one, and that certificates are given where needed."""
         main = network.machines[MAIN]
         for machine in network.machines.values():
             if machine.connect is None and main.connect is None and machine is not main:
                 fix = f"add connect: tls/HOST:7447, where {machine.name} is reached"
-                self._tell("no-endpoint", f"nobody can connect to the machine {machine.name}", fix, machine.origin)
+                self._report("no-endpoint", f"nobody can connect to the machine {machine.name}", fix, machine.origin)
         ends = [end for each in network.machines.values() for end in (each.connect, each.listen) if end is not None]
         encrypted = next((end for end in ends if end.protocol == TLS), None)
         if encrypted is not None and network.ca is None:
             fix = "add network: {ca: certs/ca.pem}; `busflow certs new certs` makes one"
-            self._tell("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
+            self._report("no-certificates", f"{encrypted} needs certificates", fix, encrypted.origin)
 
     def _endpoint(self, path: tuple[str, ...]) -> NetworkAddress | None:
-        """The endpoint that is stated there, if it is one that may be."""
+        """Return the network address stated at a path; None, and a problem, if it is not allowed."""
         value = self._tree.find(path)
         if value is None or not isinstance(value.content, str):
             return None
@@ -118,38 +118,38 @@ class _Builder:
         found = _ENDPOINT.fullmatch(text)
         if found is None or not 0 < int(found["port"]) <= _MOST_PORT:
             message = f"{text} is no endpoint"
-            self._tell("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
+            self._report("bad-endpoint", message, "write it as tls/192.0.2.7:7447, a port of 1 to 65535", value.origin)
             return None
         end = NetworkAddress(found["protocol"], found["host"].strip("[]"), int(found["port"]), value.origin)
         there = f"{TLS}/{text.partition('/')[2]}"
         if end.protocol not in {TLS, TCP}:
-            self._tell("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
+            self._report("bad-endpoint", f"machines are not linked by {end.protocol}", f"write {there}", value.origin)
             return None
         if end.protocol == TCP and not end.is_loopback:
-            message = f"{text} is neither encrypted nor closed to anybody: whoever reaches it could move the robot"
+            message = f"{text} is unencrypted and open to everyone: anyone who reaches it could move the robot"
             fix = f"write {there}; `busflow certs new certs` makes the certificates"
-            self._tell("open-endpoint", message, fix, value.origin)
+            self._report("open-endpoint", message, fix, value.origin)
             return None
         return end
 
-    def _file(self, path: tuple[str, ...]) -> StatedFile | None:
+    def _file(self, path: tuple[str, ...]) -> StatedPath | None:
         value = self._tree.find(path)
         stated = value is not None and isinstance(value.content, str) and value.content
-        return StatedFile(Path(str(value.content)), value.origin) if value is not None and stated else None
+        return StatedPath(Path(str(value.content)), value.origin) if value is not None and stated else None
 
     def _is_name(self, name: str, value: Value) -> bool:
         if NAME.fullmatch(name):
             return True
         message = f"{name!r} is no name of a machine or a certificate"
         fix = "it is made of up to 32 letters, digits, _ and -, a letter first"
-        self._tell("invalid-name", message, fix, key_origin(value))
+        self._report("invalid-name", message, fix, key_origin(value))
         return False
 
-    def _tell(self, code: str, message: str, fix: str, origin: Origin) -> None:
+    def _report(self, code: str, message: str, fix: str, origin: Origin) -> None:
         self._problems.add(problem_at(code, message, fix, origin))
 
 
 def unknown_machine(name: str, known: Mapping[str, object]) -> tuple[str, str]:
-    """What is wrong with the name of a machine that is not there, and what to do."""
+    """Return message and fix for an unknown machine."""
     fix = f"{did_you_mean(name, [MAIN, *known])}; or add it: machines: {{{name}: {{connect: tls/HOST:7447}}}}"
     return f"there is no machine {name}", fix

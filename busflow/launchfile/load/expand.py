@@ -1,7 +1,7 @@
-"""Expansion: each entry of a launch file as often as its `for_each` says, with its expressions replaced.
+"""Expands a launch file: repeats each entry as its `for_each` says, and replaces its expressions.
 
-An entry whose `when` is false stays, so that another file may turn it on and its typing errors are told; but what its
-expressions need need not be there.
+An entry whose `when` is false stays, so that another file can turn it on and its typing errors are reported. But the
+names in its expressions need not exist.
 """
 
 from __future__ import annotations
@@ -20,14 +20,13 @@ from busflow.launchfile.yaml.document import MAX_VALUES, Limits
 from busflow.launchfile.yaml.value import Value
 
 SECTIONS = ("nodes", "topics", "include", "groups")
-"""The keys below which entries stand that may have `for_each` and `when`."""
+"""Keys whose entries may have `for_each` and `when`."""
 
 
 def expanded(file: Value, scope: Scope, problems: Problems, limits: Limits) -> Value:
-    """A file with its entries as often as they shall be there; without what could not be evaluated.
+    """Return a file with all entries expanded, without the values whose expressions failed.
 
-    Its arguments stay as they are. Of its profiles, which may be for another place, what cannot be evaluated is no
-    problem.
+    Its arguments stay unchanged. In its profiles, which may be for another place, failed expressions are no problem.
     """
     tree, failed = _Expander(scope, problems, limits).expand(file.without(("args",)).without(("profiles",)))
     problems.left_out |= failed
@@ -38,7 +37,7 @@ def expanded(file: Value, scope: Scope, problems: Problems, limits: Limits) -> V
 
 
 def readable(profiles: Value, scope: Scope, limits: Limits) -> Value:
-    """Profiles as they can be checked although nobody has chosen them: without what cannot be evaluated."""
+    """Return profiles that were not chosen, expanded so that they can be checked, without failed expressions."""
     members: dict[str, Value] = {}
     for name, profile in profiles.members.items():
         try:
@@ -51,24 +50,24 @@ def readable(profiles: Value, scope: Scope, limits: Limits) -> Value:
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """An entry in which every expression is replaced, under its final key."""
+    """Expanded entry under its final key."""
 
     key: str
     value: Value
     failed: frozenset[KeyPath]
-    """The paths in it whose expression could not be evaluated."""
+    """Paths in it whose expressions failed."""
 
 
 @dataclass(slots=True)
 class _Expander:
-    """Replaces the expressions of a file, collecting what is wrong."""
+    """Expands the entries of a file and collects the problems."""
 
     scope: Scope
     problems: Problems
     limits: Limits
 
     def expand(self, graph: Value) -> tuple[Value, set[KeyPath]]:
-        """A file with its entries as often as they shall be there, and the paths in it that could not be evaluated."""
+        """Return a file with all entries expanded, and the paths in it whose expressions failed."""
         resolver = Resolver(self.scope, self.problems)
         if not isinstance(graph.content, dict):
             return resolver.resolve(graph), resolver.failed
@@ -89,7 +88,7 @@ class _Expander:
         for key, entry in value.members.items():
             for made in self._entries(section, key, entry):
                 first = kept.get(made.key)
-                if first is not None and section == "groups":  # whose names are only labels
+                if first is not None and section == "groups":  # names of groups are only labels
                     kept[f"{made.key} ({len(kept)})"] = made
                 elif first is not None and section == "nodes" and not names_plugin(made.value):
                     kept[made.key] = replace(
@@ -101,7 +100,7 @@ class _Expander:
         return replace(value, content={key: made.value for key, made in kept.items()})
 
     def _entries(self, section: str, key: str, entry: Value) -> Iterator[_Made]:
-        """An entry as often as it is to be there."""
+        """Yield an entry for each combination of its `for_each` items."""
         stated = entry.members.get("for_each")
         if stated is None:
             yield from self._made(section, key, entry, self.scope)
@@ -113,7 +112,7 @@ class _Expander:
             return
         lists = {name: each.content for name, each in variables.members.items() if isinstance(each.content, list)}
         if not lists or len(lists) < len(variables.members):
-            # What is wrong with it is told with the other keys, and `each` is not to blame.
+            # The wrong for_each is reported with the other keys; uses of `each` are no further mistakes.
             scope = replace(self.scope, each={**self.scope.each, **variables.members})
             yield from self._made(section, key, entry.with_member(("for_each",), variables), scope)
             return
@@ -128,7 +127,7 @@ class _Expander:
             yield from self._made(section, key, body, replace(self.scope, each=each))
 
     def _made(self, section: str, key: str, entry: Value, scope: Scope) -> Iterator[_Made]:
-        """The entry with its expressions replaced; none if it is off and they cannot be."""
+        """Yield the entry with its expressions replaced; nothing if its `when` is false and an expression failed."""
         when = entry.members.get("when")
         is_off = when is not None and Resolver(scope, self.problems).resolve(when).content is False
         problems = Problems() if is_off else self.problems
@@ -141,15 +140,15 @@ class _Expander:
         if is_off and failed:
             return
         space = value.members.get("namespace")
-        is_told_apart = section == "nodes" and scope is not self.scope and ("namespace",) not in failed
-        if is_told_apart and space is not None and isinstance(space.content, str):
+        is_from_for_each = section == "nodes" and scope is not self.scope and ("namespace",) not in failed
+        if is_from_for_each and space is not None and isinstance(space.content, str):
             name, value = compose(space.content, name), value.without(("namespace",))
         yield _Made(name, value, failed)
 
     def _resolved(
         self, section: str, key: str, entry: Value, scope: Scope, problems: Problems
     ) -> tuple[str, Value, frozenset[KeyPath]]:
-        """The key and the content of an entry, and where that failed."""
+        """Return the key and the content of an entry, and the paths whose expressions failed."""
         if section == "groups":
             value, failed = _Expander(scope, problems, self.limits).expand(entry)
             return key, value, frozenset(failed)
@@ -158,7 +157,7 @@ class _Expander:
         return name, value, frozenset(path[1:] for path in resolver.failed)
 
     def _gives_way(self, section: str, first: _Made, second: _Made) -> bool:
-        """Whether the first of two entries of one name gives way to the second, being left out itself."""
+        """Return whether the first of two entries of one name is off and gives way; report two that are both on."""
         if is_off(first.value) or is_off(second.value):
             return is_off(first.value)
         problem = duplicate(second.key, second.value, first.value, section.removesuffix("s"))

@@ -1,4 +1,4 @@
-"""`${…}` in the texts of a launch file: what the names in it stand for, and what becomes of its value.
+"""Evaluates `${…}` in the texts of a launch file: looks up its names and puts in its value.
 
 A value that is exactly one `${…}` keeps its type; inside a longer text it becomes text. `$${` is a literal `${`.
 """
@@ -18,10 +18,10 @@ from busflow.text import did_you_mean
 from busflow.validation.faults import shown
 
 MAX_SUBSTITUTED = 1 << 20
-"""Characters, or items of lists, that all the expressions of one load may put in: no small file becomes a huge one."""
+"""Most characters, or items of lists, that all expressions of one load may put in, so that no small file grows huge."""
 
 Result: TypeAlias = tuple[Any, Origin | None]
-"""A value as plain data, and the origin of the name it was taken from."""
+"""A value as plain data, and the origin of the argument or variable that it was taken from."""
 
 _NAMES = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z0-9_]+)*"
 _ENVIRONMENT = re.compile(r"\s*env\.(?P<name>[A-Za-z_][A-Za-z0-9_]*)\s*(?::(?P<kind>[-?])(?P<rest>[^{}]*))?\}")
@@ -29,33 +29,33 @@ _ENVIRONMENT = re.compile(r"\s*env\.(?P<name>[A-Za-z_][A-Za-z0-9_]*)\s*(?::(?P<k
 
 @dataclass(slots=True)
 class Budget:
-    """How much the expressions of one load may still put in."""
+    """Amount that the expressions of one load may still put in."""
 
     left: int = MAX_SUBSTITUTED
 
     def spend(self, data: object) -> bool:
-        """Take off what an expression puts in; False when that is too much."""
+        """Subtract the size of an expression's value; return False if the budget is exceeded."""
         self.left -= len(cast("str", data)) if isinstance(data, (str, list)) else 1
         return self.left >= 0
 
 
 @dataclass(slots=True)
 class Scope:
-    """What the names in an expression stand for."""
+    """Values of the names in an expression."""
 
     env: Mapping[str, str]
     args: Mapping[str, Value] = field(default_factory=dict[str, Value])
     broken: frozenset[str] = frozenset()
-    """Arguments whose own problem is told already: whatever uses them fails without a word."""
+    """Arguments with a reported problem; an expression that uses one fails without a further report."""
     budget: Budget = field(default_factory=Budget)
     used: set[str] = field(default_factory=set[str])
-    """The arguments that some expression names."""
+    """Arguments that some expression names."""
     each: Mapping[str, Value] = field(default_factory=dict[str, Value])
-    """The variables of the `for_each` around; below one, keys too may hold expressions."""
+    """Variables of the enclosing `for_each`; inside one, keys too may hold expressions."""
 
 
 class Template:
-    """One text with expressions in it."""
+    """A text with expressions in it."""
 
     def __init__(self, value: Value, text: str, scope: Scope, *, as_text: bool) -> None:
         self._value = value
@@ -66,7 +66,7 @@ class Template:
         self._through: Origin | None = None
 
     def evaluate(self) -> Result:
-        """The text, or the value of the only expression that makes it up."""
+        """Return the text with its expressions replaced, or the value of the one expression that is the whole text."""
         parts: list[str] = []
         through: Origin | None = None
         while (dollar := self._text.find("$", self._at)) >= 0:
@@ -90,13 +90,13 @@ class Template:
         return "".join([*parts, self._text[self._at :]]), through
 
     def _as_part(self, data: object, start: int) -> str:
-        """A value inside a longer text."""
+        """Return a value as a part of a longer text."""
         if isinstance(data, list):
             raise self._error("a list cannot stand inside a text", "let the expression be the whole value", start)
         return data if isinstance(data, str) else shown(data)
 
     def _expression(self, *, whole: bool) -> Result:
-        """What stands between `${` and `}`."""
+        """Evaluate the expression between `${` and `}`."""
         start = self._at
         found = _ENVIRONMENT.match(self._text, start)
         if found is not None and len(found.group()) <= MAX_LENGTH:
@@ -130,7 +130,7 @@ class Template:
         return _typed(text) if typed else text, origin
 
     def _name(self, name: str, start: int) -> Evaluate:
-        """What a name stands for."""
+        """Look up a name."""
         group, _, member = name.partition(".")
         look_up = {"args": self._argument, "env": self._variable, "each": self._each}.get(group)
         if look_up is not None and member:
@@ -150,7 +150,7 @@ class Template:
         value = self._scope.args.get(member)
         if value is None:
             fix = did_you_mean(member, self._scope.args)
-            self._scope.used.update(self._scope.args)  # one of them was meant: none is told to be useless
+            self._scope.used.update(self._scope.args)  # one of them was meant: report none as unused
             raise self._error(f"unknown argument {member}", fix, start, len(member) + 5)
         return value.data, value.origin.through or value.origin
 
@@ -182,7 +182,7 @@ class Template:
 
 
 def _typed(text: str) -> Scalar:
-    """A variable of the environment, read as YAML; what is blank or too large for a number is text."""
+    """Read an environment variable as YAML; blank text, or a too large number, stays text."""
     if not text.strip():
         return text
     try:
@@ -192,7 +192,7 @@ def _typed(text: str) -> Scalar:
 
 
 def _within_place(place: Place | None, text: str, start: int, width: int) -> Place | None:
-    """The part of a scalar's place where `text[start]` stands, where the file holds the text as it is."""
+    """Return the place of `text[start]` within a scalar; the scalar's whole place if the file writes it differently."""
     if place is None:
         return None
     found = place.excerpt.find(text, place.column - 1)

@@ -1,4 +1,4 @@
-"""The files and folders that a launch file names: read within one load's limits, or a problem where they are named."""
+"""Reads the files and folders that a launch file names, within the limits of one load; reports missing ones."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from itertools import islice
 from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
-from busflow.launchfile.model.description import PluginFolder
-from busflow.launchfile.model.misplaced import set_right
+from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
-from busflow.launchfile.yaml.value import Origin, StatedBy, Value
+from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
 from busflow.node.plugins import unreadable
 from busflow.text import nearest
 
@@ -21,29 +20,29 @@ MAX_FILES = 100
 
 @dataclass(slots=True)
 class Files:
-    """Reads the files of one load, collecting what is wrong with them."""
+    """Reads the files of one load and collects their problems."""
 
     problems: Problems
     limits: Limits = field(default_factory=Limits)
     paths: list[Path] = field(default_factory=list[Path])
-    """All that were read, in that order."""
+    """All files read, in order."""
     _parameters: dict[tuple[Path, tuple[Place, ...]], Value | None] = field(
         default_factory=dict[tuple[Path, tuple[Place, ...]], "Value | None"]
     )
 
     def launch_file(self, path: Path, entry: Value | None) -> Value | None:
-        """The content of a launch file, each key on the level where it can stand; None where it cannot be read.
+        """Return the content of a launch file, misplaced keys moved; None if it cannot be read.
 
         Args:
             path: The file.
-            entry: What names it; None for the file that is launched.
+            entry: The value that names it; None for the file that is launched.
         """
         repeated: Repeated = []
         root = self._read(path, entry, repeated)
-        return set_right(root, repeated, self.problems) if root is not None else None
+        return with_keys_in_place(root, repeated, self.problems) if root is not None else None
 
     def parameters(self, path: Path, entry: Value) -> Value | None:
-        """The parameters of a file that a node names; None where they cannot be read."""
+        """Return the parameters in a file that a node names; None if it cannot be read."""
         asked = path, entry.origin.trail
         if asked not in self._parameters:  # the nodes of a for_each share one
             self._parameters[asked] = self._read(path, entry)
@@ -54,14 +53,14 @@ class Files:
         self.problems.add(problem_at("wrong-type", message, fix, found.origin))
         return None
 
-    def folders(self, stated: Value | None, beside: Path) -> list[PluginFolder]:
-        """Folders of plugins, relative to the folder of the file that names them."""
-        found: list[PluginFolder] = []
+    def folders(self, stated: Value | None, beside: Path) -> list[StatedPath]:
+        """Return the plugin folders stated in a file, relative to its folder; report missing ones."""
+        found: list[StatedPath] = []
         for value in stated.content if stated is not None and isinstance(stated.content, list) else ():
             folder = Path(os.path.normpath(beside / str(value.content)))
             fault = unreadable(folder)
             if fault is None and folder.is_dir():
-                found.append(PluginFolder(folder, value.origin))
+                found.append(StatedPath(folder, value.origin))
                 continue
             if fault is None:
                 fault = Problem("missing-folder", f"there is no folder {folder}", _neighbour(folder, beside))
@@ -69,9 +68,9 @@ class Files:
         return found
 
     def _read(self, path: Path, entry: Value | None, repeated: Repeated | None = None) -> Value | None:
-        """A file's content. What keeps it from being read is a problem of the `entry` that names it."""
+        """Return a file's content; None if it cannot be read. An unreadable file is reported at its `entry`."""
         if self.limits.values < 0:
-            raise LaunchError([])  # a file before this one was too large, and that is reported
+            raise LaunchError([])  # an earlier file was too large, which is reported already
         if len(self.paths) >= MAX_FILES:
             self._report("too-many-files", f"more than {MAX_FILES} files are read", "include less", entry)
             raise LaunchError([])
@@ -90,20 +89,20 @@ class Files:
         return None
 
     def _report(self, code: str, message: str, fix: str | None, entry: Value | None, left_out: KeyPath = ()) -> None:
-        """A problem at the value that names a file, or at no place for the launch file itself."""
+        """Report a problem at the value that names a file; without a place for the launch file itself."""
         origin = entry.origin if entry is not None else Origin(StatedBy.CALLER)
         self.problems.add(problem_at(code, message, fix, origin), left_out=[left_out])
 
 
 def _neighbour(path: Path, beside: Path | None = None) -> str | None:
-    """The file or folder beside a missing one that was probably meant, as a file in `beside` would name it."""
+    """Suggest an existing file or folder for a missing one, relative to `beside`."""
     try:
         if path.exists():
             return None
         if not path.parent.exists():
             return _neighbour(path.parent, beside) or f"there is no folder {path.parent}"
         for whole in (path.parent / f"{path.name}.yaml", path.parent / "configs" / f"{path.stem}.yaml"):
-            if whole.is_file():  # `busflow run lab1`, said as one says it
+            if whole.is_file():  # for instance `busflow run lab1`
                 break
         else:
             near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])

@@ -1,4 +1,4 @@
-"""Groups: their nodes, topics and includes as entries of the file itself, with their namespaces and defaults put in."""
+"""Flattens groups: makes their nodes, topics and includes entries of the file, with their namespaces and defaults."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from busflow.launchfile.yaml.value import Value
 
 @dataclass(frozen=True, slots=True)
 class Included:
-    """A file to include, and where."""
+    """A file to include, with the namespace of its group."""
 
     keys: IncludeKeys
     entry: Value
@@ -20,7 +20,7 @@ class Included:
 
 
 def flattened(keys: LaunchKeys, tree: Value, problems: Problems) -> tuple[Value, list[Included]]:
-    """The tree of a file without groups and defaults, and what it includes; namespaces are still below the file's."""
+    """Return a file without groups and defaults, and its includes. Namespaces are still relative to the file's."""
     flat = _Flat(problems)
     flat.add(keys, tree, None, Value({}, tree.origin), None)
     members = {key: value for key, value in tree.members.items() if key not in {"groups", "defaults"}}
@@ -32,21 +32,21 @@ def flattened(keys: LaunchKeys, tree: Value, problems: Problems) -> tuple[Value,
 
 @dataclass(slots=True)
 class _Flat:
-    """The entries of a file and of its groups, side by side."""
+    """Entries of a file and of all its groups, in one level."""
 
     problems: Problems
     includes: list[Included] = field(default_factory=list[Included])
     entries: dict[str, dict[str, Value]] = field(default_factory=lambda: {"nodes": {}, "topics": {}})
 
     def add(self, keys: GraphKeys, tree: Value, namespace: str | None, below: Value, off: Value | None) -> None:
-        """Add what stands in a file or a group.
+        """Add the entries of a file or a group.
 
         Args:
-            keys: What the tree says, checked.
+            keys: The checked keys of the tree.
             tree: The file or the group.
-            namespace: The one around, below that of the file; None for the file itself.
-            below: The defaults of what is around.
-            off: The `when` of a group around that is false.
+            namespace: The group's namespace, relative to the file's; None for the file itself.
+            below: The defaults of the enclosing file or group.
+            off: The `when` of an enclosing group, if it is false.
         """
         defaults = tree.members.get("defaults")
         below = below.merged(defaults) if defaults is not None and defaults.content is not None else below
@@ -83,7 +83,7 @@ class _Flat:
 
 
 def _with_dependencies(node: Value, namespace: str) -> Value:
-    """A node that names those that it waits for as the keys of its group do."""
+    """Return a node with the names in its `depends_on` put into the group's namespace."""
     needs = node.members.get("depends_on")
     if needs is None or not isinstance(needs.content, dict):
         return node

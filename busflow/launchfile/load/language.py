@@ -1,8 +1,8 @@
-"""The language of `${…}` and of `--filter`: values compared, combined and, in a filter, calculated with.
+"""Expression language of `${…}` and `--filter`: compares and combines values; a filter also calculates.
 
-What a number, a text and a name look like is said here; how they go together is Python's grammar, with its precedence
-and its chains of comparisons. Python's parser is given the signs, and `_` in place of each value: no text of a user
-reaches it, and nothing is ever evaluated as code.
+This module defines numbers, texts and names. Everything else is Python's grammar, with its precedence and its chained
+comparisons. Python's parser gets the operators, and `_` in place of each value: no text of a user reaches it, and
+nothing is ever evaluated as code.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from typing import Any, NoReturn, TypeAlias, cast
 from busflow.text import did_you_mean, printable
 
 MAX_LENGTH = 1000
-"""Characters of one expression."""
+"""Most characters in one expression."""
 MAX_DEPTH = 32
 
 Evaluate: TypeAlias = Callable[[Any], Any]
-"""Computes a part of an expression: in a filter from a message, in a launch file from nothing."""
+"""Function that computes a part of an expression: in a filter from a message, in a launch file from nothing."""
 
 _NUMBER = r"-?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _TEXT = r"'[^']*'|\"[^\"]*\""
@@ -37,7 +37,7 @@ _ADVICE = {"=": "for equality write ==", "&": "write and", "|": "write or", "!":
 
 
 class InvalidExpression(ValueError):
-    """A text is no expression, or its values do not fit; `start` counts the characters before the mistake."""
+    """Invalid expression, or wrong types of its values; `start` is the number of characters before the mistake."""
 
     def __init__(self, message: str, fix: str | None, start: int, width: int = 1) -> None:
         self.message, self.fix, self.start, self.width = message, fix, start, width
@@ -46,32 +46,32 @@ class InvalidExpression(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """What differs between a launch file and a filter."""
+    """Differences between the expressions of a launch file and of a filter."""
 
     names: str
-    """What a name looks like: a regular expression without groups."""
+    """Regular expression for names, without groups."""
     resolve: Callable[[str, int], Evaluate]
-    """What a name stands for, which begins at a place in the text; raises where there is no such thing."""
+    """Looks up a name that begins at a position in the text; raises if it is unknown."""
     number: Callable[[str], float]
-    """A number as it is written; raises ValueError where it is too large."""
+    """Reads a number; raises ValueError if it is too large."""
     shown: Callable[[object], str]
-    """A value as an error names it."""
+    """Formats a value for errors."""
     closing: str = ""
-    """What ends an expression; the end of the text, if nothing else."""
+    """Character that ends an expression; empty: the end of the text."""
     calculates: bool = False
-    """Whether there are `+ - * / %` and functions."""
+    """Whether `+ - * / %` and functions are allowed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """An expression that was read."""
+    """A parsed expression."""
 
     evaluate: Evaluate
-    """Its value; raises InvalidExpression where values do not fit, LookupError where there is none."""
+    """Computes its value; raises InvalidExpression for wrong types, LookupError for missing values."""
     end: int
-    """Where the text goes on after it."""
+    """Position in the text after the expression."""
     is_operand: bool
-    """Whether it is a name or a literal, and nothing else."""
+    """Whether it is only a name or a literal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +85,14 @@ class _Token:
 
 
 def parse(text: str, dialect: Dialect, start: int = 0) -> Expression:
-    """The expression that begins at `start`.
+    """Parse the expression that begins at `start`.
 
     >>> numbers = Dialect("[a-z]+", lambda name, _: lambda scope: scope[name], int, repr)
     >>> parse("1 < x <= 3 and not y", numbers).evaluate({"x": 3, "y": False})
     True
 
     Raises:
-        InvalidExpression: It is none, or too large.
+        InvalidExpression: It is not an expression, or too large.
     """
     reader = _Reader(text, dialect, start)
     reader.read()
@@ -102,17 +102,18 @@ def parse(text: str, dialect: Dialect, start: int = 0) -> Expression:
 
 
 class _Reader:
-    """Reads tokens as long as they go together, so that what Python's parser is given is always an expression."""
+    """Reads and checks tokens, so that Python's parser always gets a valid expression."""
 
     def __init__(self, text: str, dialect: Dialect, start: int) -> None:
         self._text, self._dialect = text, dialect
-        self._nesting = [dialect.closing]  # what closes each open bracket; above it, the prefixes of the value to come
+        # A stack: the closing sign of each open bracket, and above it the prefixes of the next value.
+        self._nesting = [dialect.closing]
         self._last = ""
         self.end = start
         self.shape = ""
         """The expression for Python's parser."""
         self.tokens: dict[int, _Token] = {}
-        """What each word of the shape stands for, by its column there."""
+        """The token of each word in the shape, by its column there."""
         self.operands: dict[int, Evaluate] = {}
 
     def read(self) -> None:
@@ -142,7 +143,7 @@ class _Reader:
         raise InvalidExpression(_UNCLOSED.get(rest[0], what), _ADVICE.get(rest[0]), self.end)
 
     def _value(self, token: _Token) -> bool:
-        """Take a token where a value is due; whether one is due after it."""
+        """Take a token where a value is due; return whether a value is due after it."""
         match token.kind, token.text:
             case (("number" | "text" | "name"), _):
                 self.operands[len(self.shape)] = self._operand(token)
@@ -178,7 +179,7 @@ class _Reader:
         return lambda _: value
 
     def _sign(self, token: _Token) -> bool:
-        """Take a token after a value; whether a value is due after it."""
+        """Take a token after a value; return whether a value is due after it."""
         while self._nesting[-1] in _PREFIXES:
             self._nesting.pop()
         closing, calculates = self._nesting[-1], token.text in _CALCULATIONS
@@ -218,14 +219,14 @@ class _Reader:
 
 @cache
 def _pattern(names: str, *, calculates: bool, value_due: bool) -> re.Pattern[str]:
-    """What the next token is; where a value is due, `-1` is a number, and `in[0]` may be a name."""
+    """Return the pattern of the next token; where a value is due, `-1` is a number, and `in[0]` may be a name."""
     function = rf"(?P<function>(?:{names})(?=\s*\())|" if calculates else ""
     sign, value = rf"(?P<sign>{_SIGN})", rf"(?P<number>{_NUMBER})|(?P<text>{_TEXT})|{function}(?P<name>{names})"
     return re.compile(rf"\s*(?:{value}|{sign})" if value_due else rf"\s*(?:{sign}|{value})")
 
 
 class _Compiler:
-    """Turns what Python's parser made of a shape into functions; any other kind of node is refused."""
+    """Turns the syntax tree of a shape into functions; refuses unknown kinds of nodes."""
 
     def __init__(
         self, tokens: Mapping[int, _Token], operands: Mapping[int, Evaluate], shown: Callable[[object], str]
@@ -233,7 +234,7 @@ class _Compiler:
         self._tokens, self._operands, self._shown = tokens, operands, shown
 
     def value(self, node: ast.expr) -> Evaluate:
-        """What computes a part of the expression."""
+        """Return the function that computes a part of the expression."""
         match node:
             case ast.Name():
                 return self._operands[node.col_offset]
@@ -253,12 +254,12 @@ class _Compiler:
                 raise InvalidExpression(f"{type(node).__name__} is not part of the language", None, 0)
 
     def _parts(self, nodes: Sequence[ast.expr]) -> list[tuple[_Token, Evaluate]]:
-        """The values of a chain, each with the sign before it, the first with the one after it."""
+        """Return the values of a chain, each with the sign before it, the first with the sign after it."""
         signs = [self._sign_after(each) for each in nodes[:-1]]
         return list(zip([signs[0], *signs], map(self.value, nodes), strict=True))
 
     def _sign_after(self, node: ast.expr) -> _Token:
-        """The sign after a value; Python's nodes do not say where their signs and parentheses stand."""
+        """Return the sign after a value; Python's nodes do not have the positions of signs and parentheses."""
         column = cast("int", node.end_col_offset) + 1
         while self._tokens[column].text == ")":
             column += 2
@@ -283,7 +284,7 @@ class _Compiler:
 
     def _calculated(self, node: ast.expr) -> Evaluate:
         nodes: list[ast.expr] = []
-        while isinstance(node, ast.BinOp):  # a chain such as `a + b - c` is one function, however long it is
+        while isinstance(node, ast.BinOp):  # make one function of a whole chain such as `a + b - c`
             nodes.append(node.right)
             node = node.left
         (_, first), *others = self._parts([node, *reversed(nodes)])
@@ -294,14 +295,14 @@ class _Compiler:
                 numbers = self._number(result, sign), self._number(other(scope), sign)
                 try:
                     result = _CALCULATIONS[sign.text](*numbers)
-                except OverflowError:  # of integers that no float can hold
+                except OverflowError:  # integers too large for a float
                     result = math.inf
             return result
 
         return calculated
 
     def _applied(self, sign: _Token, value: Any) -> Any:
-        """What a prefix or a function makes of a value."""
+        """Apply a prefix or a function to a value."""
         match sign.text:
             case "not":
                 return not self._truth(value, sign)
@@ -315,7 +316,7 @@ class _Compiler:
                 except ValueError:
                     raise LookupError(f"{function}() of an empty sequence") from None
 
-    # What values have to be.
+    # Checks of values.
 
     def _truth(self, value: object, sign: _Token) -> bool:
         if not isinstance(value, bool):
@@ -351,12 +352,12 @@ def _is_number(value: object) -> bool:
 
 
 def _equal(left: object, right: object) -> bool:
-    """Equality of values of one kind: `true` is not 1."""
+    """Compare values; `true` does not equal 1."""
     return isinstance(left, bool) is isinstance(right, bool) and left == right
 
 
 def _divided(left: float, right: float) -> float:
-    """Division as IEEE 754 has it."""
+    """Divide as IEEE 754 defines it."""
     if right:
         return left / right
     return math.nan if not left or math.isnan(left) else math.copysign(math.inf, left)

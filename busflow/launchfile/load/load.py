@@ -1,7 +1,7 @@
-"""Loading a launch file: its includes, arguments and overrides, merged into one `LaunchDescription`.
+"""Loads a launch file: merges its includes, arguments and overrides into one `LaunchDescription`.
 
-What is stated later wins: a plugin's default < an included file < the file < the command line. Every problem is
-collected; what is wrong is left out, and the rest is looked at all the same.
+Later sources override earlier ones: a plugin's default < an included file < the file < the command line. All problems
+are collected: wrong parts are left out, and the rest is still checked.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def load(
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
 ) -> LaunchDescription:
-    """What a launch file describes.
+    """Load a launch file.
 
     Args:
         path: The file.
@@ -44,8 +44,8 @@ def load(
         overrides: Values of the description by dotted path, from Python.
         assignments: `name:=value` of a command line.
         sets: `path=value` of a command line's `--set`.
-        profiles: The profiles of the file that are to hold, the last one on top.
-        environment: What `${env.…}` stands for; by default the process's own.
+        profiles: The profiles of the file to use; later ones override earlier ones.
+        environment: The variables for `${env.…}`; by default the process's own.
 
     Raises:
         LaunchError: With every problem.
@@ -74,7 +74,7 @@ def examine(
     profiles: Sequence[str] = (),
     environment: Mapping[str, str] | None = None,
 ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-    """As `load`, for a report: every problem, and the description of what is right beside them."""
+    """Load a launch file as `load` does, and return every problem with the description of its correct parts."""
     problems = Problems()
     files = Files(problems)
     given = arguments.from_caller(args or {}) | arguments.from_command_line(assignments, problems)
@@ -91,7 +91,7 @@ def examine(
 
 
 def read_arguments(path: str | Path, environment: Mapping[str, str] | None = None) -> tuple[Argument, ...]:
-    """The arguments that a launch file declares, for its help; those without a default have no value.
+    """Return the arguments that a launch file declares, for its help; those without a default have no value.
 
     Raises:
         LaunchError: The file cannot be read.
@@ -108,7 +108,7 @@ def read_arguments(path: str | Path, environment: Mapping[str, str] | None = Non
 def _described(
     file: LaunchFile, changes: Iterable[override.Override], files: Files, outside: Scope
 ) -> LaunchDescription | None:
-    """What a file describes under these changes; None where it cannot be read."""
+    """Return the description of a file with these overrides; None if it cannot be read."""
     problems, part = files.problems, part_of(file, files, outside)
     if part is None:
         return None

@@ -1,4 +1,4 @@
-"""`Part`: what one launch file adds to a graph, under final names; and how parts of several files become one."""
+"""`Part`: the contribution of one launch file to a graph, under final names; and the merging of several parts."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from busflow.errors import Place, Problem
-from busflow.launchfile.model.description import Argument, PluginFolder
+from busflow.launchfile.model.description import Argument
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.value import Value
+from busflow.launchfile.yaml.value import StatedPath, Value
 from busflow.validation.faults import dotted
 
 
 @dataclass(slots=True)
 class Part:
-    """Nodes, topics and settings of a file and of what it includes."""
+    """Nodes, topics and settings of a file and its includes."""
 
     tree: Value
-    """The keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
-    folders: list[PluginFolder] = field(default_factory=list[PluginFolder])
+    """Keys of a launch file, without expressions, includes and arguments; nodes by `namespace/name`."""
+    folders: list[StatedPath] = field(default_factory=list[StatedPath])
     arguments: tuple[Argument, ...] = ()
-    """Those of the file, not of what it includes."""
+    """Arguments of the file, without those of its includes."""
     warnings: list[Problem] = field(default_factory=list[Problem])
     own_folders: dict[str, tuple[Path, ...]] = field(default_factory=dict[str, tuple[Path, ...]])
-    """The plugin folders of the file that names a node's plugin, by node."""
+    """By node, the plugin folders of the file that names its plugin."""
 
     @property
     def nodes(self) -> Value:
-        """The node entries."""
+        """Node entries."""
         return self.tree.members.get("nodes") or Value({}, self.tree.origin)
 
 
 def compose(namespace: str, inner: str | None) -> str:
-    """A namespace within another one; an absolute one stands alone.
+    """Join a namespace and an inner one; an absolute inner one replaces the outer.
 
     >>> compose("/left", "arm"), compose("/left", "/arm"), compose("/", "arm"), compose("/left", None)
     ('/left/arm', '/arm', '/arm', '/left')
@@ -44,7 +44,7 @@ def compose(namespace: str, inner: str | None) -> str:
 
 
 def full_key(key: str, node: Value, namespace: str) -> str:
-    """A node's key with the namespaces in its entry and around it."""
+    """Return a node's key with the namespaces of its entry and of its file."""
     stated = node.members.get("namespace")
     inner = stated.content if stated is not None and isinstance(stated.content, str) else None
     space, slash, name = key.rpartition("/")
@@ -53,24 +53,24 @@ def full_key(key: str, node: Value, namespace: str) -> str:
 
 
 def names_plugin(node: Value) -> bool:
-    """Whether an entry is a node, and not a change of one."""
+    """Return whether an entry defines a node; without a plugin it changes one."""
     plugin = node.members.get("plugin")
     return plugin is not None and plugin.content is not None
 
 
 def is_off(entry: Value) -> bool:
-    """Whether an entry is left out by its `when`."""
+    """Return whether an entry is left out by its `when`."""
     when = entry.members.get("when")
     return when is not None and when.content is False
 
 
 def changed(node: Value, change: Value) -> Value:
-    """A node with an entry laid over it that names no plugin."""
+    """Return a node changed by an entry that names no plugin."""
     return replace(node.merged(change), key=node.key, origin=node.origin)
 
 
 def named(part: Part, namespace: str, problems: Problems) -> Part:
-    """The part of one file, its nodes and topics under their final names."""
+    """Give the nodes and topics in the part of one file their final names."""
     members = dict(part.tree.members)
     if "topics" in members:
         members["topics"] = _with_final_names(members["topics"], namespace, problems)
@@ -92,14 +92,14 @@ def named(part: Part, namespace: str, problems: Problems) -> Part:
 
 
 def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
-    """Two files that one file includes: they must not differ in what the file itself leaves open."""
+    """Merge two files that one file includes; report differences that the including file does not decide."""
     twice = {
         key: (node, first.nodes.members[key])
         for key, node in second.nodes.members.items()
         if key in first.nodes.members
     }
     problems.add(*_brought_twice(twice, len(own.tree.origin.included_from) + 1))
-    for path, value in second.tree.leaves() if not twice else ():  # with a namespace they may agree
+    for path, value in second.tree.leaves() if not twice else ():  # the fix for these may remove other conflicts too
         other = first.tree.find(path)
         is_open = path[:1] != ("nodes",) and own.tree.find(path) is None
         if is_open and other is not None and other.data != value.data:
@@ -110,7 +110,7 @@ def joined(first: Part, second: Part, own: Part, problems: Problems) -> Part:
 
 
 def _brought_twice(nodes: Mapping[str, tuple[Value, Value]], depth: int) -> Iterator[Problem]:
-    """Nodes that two includes of a file bring, told once where the later one stands."""
+    """Report nodes that two includes of a file both define, once for each pair, at the later include."""
     found: dict[tuple[tuple[Place, ...], Place], list[str]] = {}
     for name, (second, first) in nodes.items():
         here, there = second.origin.included_from[-depth:], first.origin.included_from[-depth:]
@@ -131,7 +131,7 @@ def _brought_twice(nodes: Mapping[str, tuple[Value, Value]], depth: int) -> Iter
 
 
 def overlaid(included: Part, own: Part, problems: Problems) -> Part:
-    """A file over what it includes. A node without a plugin changes one of an included file."""
+    """Merge a file over its includes. A node without a plugin changes one of an included file."""
     nodes = dict(own.nodes.members)
     for key, node in own.nodes.members.items():
         below = included.nodes.members.get(key)
@@ -162,7 +162,7 @@ def _with_final_names(topics: Value, namespace: str, problems: Problems) -> Valu
 
 
 def _with_final_dependencies(node: Value, namespace: str, problems: Problems) -> Value:
-    """A node that waits for others names them as the keys of its file do."""
+    """Return a node with final names in its `depends_on`."""
     needs = node.members.get("depends_on")
     if needs is None or not isinstance(needs.content, dict):
         return node
@@ -171,7 +171,7 @@ def _with_final_dependencies(node: Value, namespace: str, problems: Problems) ->
 
 
 def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: str) -> Value:
-    """A section under final names; two keys of one name are a problem."""
+    """Return a section under final names; report two keys with the same name."""
     members: dict[str, Value] = {}
     for key, value in section.members.items():
         name = names[key]
@@ -182,6 +182,6 @@ def _renamed(section: Value, names: dict[str, str], problems: Problems, noun: st
 
 
 def duplicate(name: str, second: Value, first: Value, noun: str = "node") -> Problem:
-    """Two entries that are one thing."""
+    """Return the problem of two entries with the same name."""
     message = f"two entries are the {noun} {name}; the first is {key_origin(first)}"
     return problem_at(f"duplicate-{noun}", message, "rename one of them", key_origin(second))

@@ -1,4 +1,4 @@
-"""What a command line or a caller says over the files: `name:=value`, and `--set nodes.talker.restart=always`."""
+"""Overrides of launch file values, from the command line (`--set nodes.talker.restart=always`) or from Python."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ SETTABLE = (
 
 @dataclass(frozen=True, slots=True)
 class Override:
-    """One value of the description, replaced."""
+    """New value for one path of the description."""
 
     path: KeyPath
     value: Value
 
 
 def parse_override(text: str) -> Override:
-    """What `--set` states: a dotted path, `=`, a value.
+    """Parse the text of `--set`: a dotted path, `=`, a value.
 
     Raises:
-        LaunchError: It is not that, or the value is not one.
+        LaunchError: The text has another form, or the value is invalid.
     """
     path, sign, value = text.partition("=")
     steps = path.strip().split(".")
@@ -47,13 +47,13 @@ def parse_override(text: str) -> Override:
 
 
 def from_caller(overrides: Mapping[str, object]) -> list[Override]:
-    """Overrides that Python code passes: dotted paths and plain data."""
+    """Return the overrides that Python code passes as dotted paths and plain data."""
     origin = Origin(StatedBy.CALLER)
     return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
 
 
 def applied(tree: Value, changes: Iterable[Override], problems: Problems) -> Value:
-    """The description with these values replaced."""
+    """Return the tree with these overrides applied; report those that do not fit."""
     for change in changes:
         tree, problem = _applied(tree, change)
         if problem is not None:
@@ -62,7 +62,7 @@ def applied(tree: Value, changes: Iterable[Override], problems: Problems) -> Val
 
 
 def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
-    """The description with one value replaced, or why it cannot be."""
+    """Return the tree with one override applied, or the tree and a problem."""
     path = override.path
     section, *_ = path
     if section not in SETTABLE:
@@ -76,40 +76,22 @@ def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
         if found is None:
             return tree, _unknown(override, f"there is no node {path[1]}", did_you_mean(str(path[1]), names))
         path = ("nodes", found, *path[2:])
-    path = _with_indices(tree, path)
-    for end in range(1, len(path)):
-        parent = tree.find(path[:end])
-        if parent is not None and not _may_hold(parent, path[end]):
-            what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
-            message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
-            return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
+    path, end = tree.followed(path)
+    if end < len(path):
+        parent = tree.nearest(path[:end])
+        what = shown(parent.data) + (f" of {len(parent.content)}" if isinstance(parent.content, list) else "")
+        message = f"{dotted(path[:end])} is {what}; it has no {path[end]}"
+        return tree, _unknown(override, message, f"set {dotted(path[:end])} itself")
     return tree.with_member(path, override.value), None
 
 
 def _node(name: str, names: list[str]) -> str | None:
-    """The node that is meant; its namespace may be left out where its name is unique."""
+    """Return the key of a node; its namespace may be left out if its name is unique."""
     wanted = name.lstrip("/")
     if wanted in names:
         return wanted
     same = [each for each in names if each.rpartition("/")[2] == wanted]
     return same[0] if len(same) == 1 else None
-
-
-def _may_hold(parent: Value, step: str | int) -> bool:
-    """Whether there is, or can be, something at one step further in."""
-    if isinstance(parent.content, list):
-        return isinstance(step, int) and step < len(parent.content)
-    return parent.content is None or isinstance(parent.content, dict)
-
-
-def _with_indices(tree: Value, path: KeyPath) -> KeyPath:
-    """The path with a number wherever it steps into a list."""
-    steps: list[str | int] = []
-    for step in path:
-        parent = tree.find(tuple(steps))
-        is_index = parent is not None and isinstance(parent.content, list) and str(step).isdecimal()
-        steps.append(int(step) if is_index else step)
-    return tuple(steps)
 
 
 def _instead(tree: Value, path: KeyPath) -> str:

@@ -1,4 +1,4 @@
-"""A launch file and its includes as a `Part` of a graph: each step takes what the one before has returned."""
+"""Turns a launch file and its includes into a `Part` of a graph: each step takes the result of the one before."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
 
-from busflow.errors import Problem, Severity
+from busflow.errors import Problem
 from busflow.launchfile.load.arguments import bind
 from busflow.launchfile.load.build import variables
 from busflow.launchfile.load.build_network import anchored
@@ -21,7 +21,7 @@ from busflow.launchfile.load.override import SETTABLE
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.key_faults import checked, without
-from busflow.launchfile.model.problems import Problems, key_origin, problem_at
+from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
 from busflow.launchfile.yaml.value import Value
 
 MAX_INCLUDE_DEPTH = 16
@@ -29,24 +29,24 @@ MAX_INCLUDE_DEPTH = 16
 
 @dataclass(frozen=True, slots=True)
 class LaunchFile:
-    """A file to read, and what is stated around it."""
+    """File to read, with the settings from outside of it."""
 
     path: Path
     profiles: Sequence[Value] = ()
-    """Those that are asked for."""
+    """Requested profiles."""
     given: Mapping[str, Value] = field(default_factory=dict[str, Value])
     """Values of its arguments."""
     entry: Value | None = None
-    """What names it in the file that includes it."""
+    """Value that names it in the including file."""
     namespace: str = "/"
     chain: tuple[Path, ...] = ()
-    """The files that led here."""
+    """Including files, from the launched one on."""
     env: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Variables of the environment that these files state."""
+    """Environment variables that these files state."""
 
 
 def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
-    """What a file and its includes add to a graph; None where it cannot be read."""
+    """Return the part of a file with its includes; None if it cannot be read."""
     problems, folder = files.problems, file.path.parent
     root = files.launch_file(file.path, file.entry)
     if root is None:
@@ -79,7 +79,7 @@ def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
 
 
 def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFile | None:
-    """The file that another one includes; None where that would go on for too long."""
+    """Return a file that another one includes; None for an include cycle or too deep nesting."""
     entry, chain = include.entry, file.chain
     stated = entry.members.get("file", entry)
     target = Path(os.path.normpath(file.path.parent / include.keys.file))
@@ -99,7 +99,7 @@ def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFil
 
 
 def _with_parameter_files(graph: Value, folder: Path, scope: Scope, files: Files) -> Value:
-    """A file or group whose nodes have the content of their `parameters_from` below their `parameters`."""
+    """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`."""
     for key, node in graph.section("nodes").items():
         if "parameters_from" in node.members:
             graph = graph.with_member(("nodes", key), _completed(node, folder, scope, files))
@@ -123,9 +123,8 @@ def _completed(node: Value, folder: Path, scope: Scope, files: Files) -> Value:
 
 
 def _unused_arguments(root: Value, scope: Scope) -> Iterator[Problem]:
-    """Arguments that no expression names: a value that is given to one changes nothing."""
+    """Yield a warning for each argument that no expression uses: its value changes nothing."""
     for name, entry in root.section("args").items():
         if name not in scope.used:
             message, fix = f"nothing uses the argument {name}", f"write ${{args.{name}}} where it is meant"
-            problem = problem_at("unused-argument", message, fix, key_origin(entry))
-            yield replace(problem, severity=Severity.WARNING)
+            yield warning_at("unused-argument", message, fix, key_origin(entry))

@@ -1,4 +1,4 @@
-"""Profiles: what is different in a launch file under a name, laid over the rest before any expression is read."""
+"""Applies profiles: named changes of a launch file, merged over it before any expression is evaluated."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from busflow.text import did_you_mean
 
 
 def from_command_line(names: Iterable[str]) -> list[Value]:
-    """The profiles that `--profile` names."""
+    """Return the profiles that `--profile` names."""
     option = "--profile "
     places = ((name, on_command_line(option + name, len(option), len(name))) for name in names)
     return [Value(name, Origin(StatedBy.COMMAND_LINE, place)) for name, place in places]
 
 
 def chosen(root: Value, asked: Sequence[Value], scope: Scope, problems: Problems) -> Value:
-    """A file under the profiles that are asked for, the last one on top; under its own `profile` if none is."""
+    """Return a file with the requested profiles applied in order; with its own `profile` if none is requested."""
     stated = root.members.get("profile")
     if not asked and stated is not None and stated.content is not None:
         resolver = Resolver(scope, problems)
@@ -33,6 +33,6 @@ def chosen(root: Value, asked: Sequence[Value], scope: Scope, problems: Problems
         if profile is None:
             fix = did_you_mean(str(each.content), known) if known else "add it below `profiles:`"
             problems.add(problem_at("unknown-profile", f"there is no profile {each.content!r}", fix, each.origin))
-        elif isinstance(profile.content, dict):  # or else it is told with the other keys
+        elif isinstance(profile.content, dict):  # otherwise it is reported with the other keys
             under = replace(under.merged(profile), origin=root.origin)
     return under

@@ -1,4 +1,4 @@
-"""`Resolver`: replaces every `${…}` in a tree of values, collecting what is wrong."""
+"""`Resolver`: replaces every `${…}` in a tree of values and collects the problems."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from busflow.validation.faults import shown
 
 @dataclass(slots=True)
 class Resolver:
-    """Replaces the expressions of values, collecting what is wrong."""
+    """Replaces the expressions in values and collects the problems."""
 
     scope: Scope
     problems: Problems
     failed: set[KeyPath] = field(default_factory=set[KeyPath])
-    """The paths whose expression could not be evaluated: they still hold its text."""
+    """Paths whose expressions failed; they still hold the text of the expression."""
 
     def resolve(self, value: Value, path: KeyPath = (), *, as_text: bool = False) -> Value:
-        """The value with every expression in it replaced.
+        """Return the value with every expression in it replaced.
 
         Args:
-            value: What may hold expressions.
-            path: Where it is, for `failed`.
-            as_text: Do not read a variable of the environment as YAML: its text is wanted.
+            value: A value that may hold expressions.
+            path: Its path, for `failed`.
+            as_text: Keep environment variables as text instead of reading them as YAML.
         """
         content = value.content
         if isinstance(content, dict):
@@ -47,13 +47,13 @@ class Resolver:
             data, through = Template(value, content, self.scope, as_text=as_text).evaluate()
         except LaunchError as error:
             self.failed.add(path)
-            self.problems.add(*error.problems, left_out=())  # who leaves out what has failed knows
+            self.problems.add(*error.problems, left_out=())  # the caller adds the failed paths to `left_out`
             return value
         origin = replace(value.origin, through=through)
         return replace(Value.of(data, origin), key=value.key)
 
     def _key(self, key: str, value: Value, path: KeyPath) -> str:
-        """A key with its expressions replaced, which it may hold below a `for_each`."""
+        """Return a key with its expressions replaced; keys may hold them only inside a `for_each`."""
         stated = Value(key, key_origin(value))
         if not self.scope.each:
             message, fix = "a key cannot hold an expression", "write it out; only below for_each keys hold expressions"

@@ -1,1 +1,1 @@
-"""Keys of a launch file, the description that they make, and problems with their places. Reads no file."""
+"""Keys of a launch file, the `LaunchDescription` made from them, and problems with their places. Reads no file."""

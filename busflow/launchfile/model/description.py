@@ -1,4 +1,4 @@
-"""`LaunchDescription`: what a launch file says, resolved and typed; data only, no plugin is imported yet."""
+"""`LaunchDescription`: the content of a launch file, resolved and typed. Data only: no plugin is imported yet."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from busflow.bus.names import resolve
 from busflow.launchfile.model.doubts import Doubt
-from busflow.launchfile.yaml.value import Origin, Value
+from busflow.launchfile.yaml.value import Origin, StatedPath, Value
 from busflow.node.supervision import RestartPolicy, Supervision
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class ClockMode(StrEnum):
-    """Which time a run lives in."""
+    """Clock of a run."""
 
     SYSTEM = "system"
     SIM = "sim"
@@ -28,7 +28,7 @@ class ClockMode(StrEnum):
 
 
 class Compression(StrEnum):
-    """How the chunks of a recording are compressed."""
+    """Compression of a recording's chunks."""
 
     ZSTD = "zstd"
     LZ4 = "lz4"
@@ -36,7 +36,7 @@ class Compression(StrEnum):
 
 
 class OnDrop(StrEnum):
-    """What it means for the run that its recording lacks a message."""
+    """Consequence for the run of a message missing from its recording."""
 
     WARN = "warn"
     FAIL = "fail"
@@ -44,10 +44,10 @@ class OnDrop(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RecordSpec:
-    """What is to be recorded of a run, and where."""
+    """Topics to record from a run, and the file to write."""
 
     to: str  # `{name}` and `{start}` stand for the run's name and the time
-    topics: tuple[str, ...] = ()  # patterns; none is all but hidden ones
+    topics: tuple[str, ...] = ()  # patterns; empty: all but hidden topics
     exclude: tuple[str, ...] = ()
     on_drop: OnDrop = OnDrop.WARN
     compression: Compression = Compression.ZSTD
@@ -69,33 +69,25 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class PluginFolder:
-    """A folder in which plugins are looked up."""
-
-    path: Path
-    origin: Origin
-
-
-@dataclass(frozen=True, slots=True)
 class EndpointSpec:
-    """The QoS a launch file states for one endpoint of a node, or for a topic."""
+    """QoS that a launch file states for one endpoint of a node, or for a topic."""
 
-    topic: str  # as written; of a TopicSpec the absolute name
-    qos: QoS  # holds only what was stated: see `model_fields_set`
+    topic: str  # as written; in a TopicSpec the absolute name
+    qos: QoS  # holds only the stated fields: see `model_fields_set`
     stated: Value  # a mapping of QoS fields, or the name of a profile
     origin: Origin  # its `place` is the topic's key
 
     def full_topic(self, node: str, namespace: str) -> str:
-        """The topic by its absolute name, as a node of this name and namespace means it."""
+        """Return the topic's absolute name, resolved for a node of this name and namespace."""
         return resolve(self.topic, node=node, namespace=namespace, remaps={}).name
 
 
 @dataclass(frozen=True, slots=True)
 class TopicSpec(EndpointSpec):
-    """The contract of a topic, by its final name."""
+    """Contract of a topic, by its final name."""
 
     type: str | None = None  # "sensor_msgs/msg/Imu"
-    history: int | None = None  # how many messages are kept for those who look later
+    history: int | None = None  # how many messages are kept for `topic echo --last`
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,22 +101,22 @@ class RemapSpec:
 
 @dataclass(frozen=True, slots=True)
 class NodeSpec:
-    """One node to run: its plugin, name, and everything the files and the command line say about it."""
+    """One node to run: its plugin, its name, and all settings from the files and the command line."""
 
     name: str
     namespace: str  # absolute: "/" or "/left"
     origin: Origin  # its `place` is the node's key
     plugin: str
     plugin_origin: Origin
-    parameters: Value  # a mapping, not validated yet: `.data` is what to validate
+    parameters: Value  # a mapping, not validated yet: validate its `.data`
     folders: tuple[Path, ...] = ()  # plugin folders, those of the node's own file first
     remap: tuple[RemapSpec, ...] = ()
     publishers: tuple[EndpointSpec, ...] = ()
     subscriptions: tuple[EndpointSpec, ...] = ()
     supervision: Supervision = field(default_factory=Supervision)
-    depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other's full name
-    process: str | None = None  # where it runs; None is the process of `busflow run` itself
-    machine: str | None = None  # and on which machine; None is the main one
+    depends_origins: Mapping[str, Origin] = field(default_factory=dict[str, Origin])  # by the other node's full name
+    process: str | None = None  # None: the main process, that of `busflow run` itself
+    machine: str | None = None  # None: the main machine
 
     @property
     def full_name(self) -> str:
@@ -134,11 +126,11 @@ class NodeSpec:
 
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
-    """A process of the run beside its main one."""
+    """Worker process of the run."""
 
     name: str
     origin: Origin  # its `place` is the process's key
-    machine: str | None = None  # None is the main one
+    machine: str | None = None  # None: the main machine
     nice: int = 0
     env: Mapping[str, str] = field(default_factory=dict[str, str])
     restart: RestartPolicy = field(default_factory=RestartPolicy)
@@ -146,33 +138,33 @@ class ProcessSpec:
 
 @dataclass(frozen=True, slots=True)
 class ClockSpec:
-    """The clock a launch file asks for."""
+    """Clock that a launch file selects."""
 
     mode: ClockMode = ClockMode.SYSTEM
-    start_s: float | None = None  # sim only: the epoch the clock starts at
-    rate: float | None = None  # sim only: its seconds per second of the wall; None is unbounded
+    start_s: float | None = None  # sim only: start time, in seconds since the epoch
+    rate: float | None = None  # sim only: simulated seconds per real second; None: unbounded
 
 
 @dataclass(frozen=True, slots=True)
 class LaunchDescription:
-    """A graph to run, from one launch file with its includes, its arguments and the command line."""
+    """Graph to run, described by one launch file with its includes, its arguments and the command line."""
 
     name: str
     nodes: tuple[NodeSpec, ...]
     topics: tuple[TopicSpec, ...] = ()
     profiles: Mapping[str, QoS] = field(default_factory=dict[str, "QoS"])
     arguments: tuple[Argument, ...] = ()
-    folders: tuple[PluginFolder, ...] = ()
+    folders: tuple[StatedPath, ...] = ()  # plugin folders
     processes: tuple[ProcessSpec, ...] = ()
-    network: NetworkSpec | None = None  # None where everything is on one machine
-    here: str | None = None  # the machine that this is; None where all of the graph is looked at as one
+    network: NetworkSpec | None = None  # None if everything is on one machine
+    here: str | None = None  # this machine; None: the whole graph is checked or run as one
     clock: ClockSpec = ClockSpec()
     seed: int | None = None
     record: RecordSpec | None = None
     expect: Value | None = None  # an `ExpectKeys` mapping, for `busflow test`
     shutdown_grace_s: float | None = None
     environment: Mapping[str, str] = field(default_factory=dict[str, str])  # variables that the files state
-    warnings: tuple[Problem, ...] = ()  # what is not wrong, but probably not meant
-    doubts: frozenset[Doubt] = frozenset()  # what its mistakes leave open; without one, nothing
+    warnings: tuple[Problem, ...] = ()  # not wrong, but probably not intended
+    doubts: frozenset[Doubt] = frozenset()  # facts unknown because of mistakes; empty without mistakes
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`

@@ -1,4 +1,4 @@
-"""Doubts: what nobody can know of a graph until the mistakes in its launch file are mended."""
+"""`Doubt`: a fact about a graph that is unknown until the mistakes in its launch file are corrected."""
 
 from __future__ import annotations
 
@@ -9,31 +9,32 @@ from busflow.errors import KeyPath
 
 
 class Doubt(StrEnum):
-    """What is not known."""
+    """Unknown part of a graph; checks that need it are left out."""
 
-    NODES = "nodes"  # which there are, and by which names they meet
-    PLUGINS = "plugins"  # where they are
-    PARAMETERS = "parameters"  # which are stated
+    NODES = "nodes"  # the set of nodes, and the names of their endpoints
+    PLUGINS = "plugins"  # their folders
+    PARAMETERS = "parameters"  # the stated ones
     QOS = "qos"
 
 
 _NAMELESS = {"name", "args", "env", "clock", "seed", "record", "expect", "shutdown", "processes", "machines", "network"}
-"""Keys of a launch file that decide neither which nodes there are nor how they are connected."""
+"""Keys of a launch file that change neither the set of nodes nor their connections."""
 _OWN = {"restart", "depends_on", "on_exit", "process", "machine"}
-"""The like of a node."""
+"""Keys of a node that change neither."""
 
 
 def doubts(left_out: Iterable[KeyPath]) -> frozenset[Doubt]:
-    """What is left open where these keys of a launch file are not known."""
+    """Return the doubts that follow if these keys of a launch file are unknown."""
     return frozenset(found for path in left_out if (found := _doubt(path)) is not None)
 
 
 def _doubt(path: KeyPath) -> Doubt | None:
     steps = [str(step) for step in path]
-    while steps[:1] == ["groups"] and len(steps) > 2:  # whose keys are those of a file
+    while steps[:1] == ["groups"] and len(steps) > 2:  # a group has the keys of a file
         steps = steps[2:]
     head = steps[0] if steps else ""
-    if head in _NAMELESS or head == "profiles" or head.startswith("x-"):  # one that is chosen is in the file's own keys
+    # A chosen profile is already merged into the file's own keys.
+    if head in _NAMELESS or head == "profiles" or head.startswith("x-"):
         return None
     if head == "plugins":
         return Doubt.PLUGINS

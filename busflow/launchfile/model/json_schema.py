@@ -1,4 +1,4 @@
-"""The JSON Schema of a launch file, with the parameters of each known plugin, for editors to complete and check."""
+"""JSON Schema of a launch file, with the parameters of each known plugin, so that editors can complete and check it."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Schema = dict[str, Any]
 _EXPRESSION: Schema = {"type": "string", "pattern": r"\$\{"}
 _NODE_NAME = r"^/?([A-Za-z_][A-Za-z0-9_]*/)*[A-Za-z_][A-Za-z0-9_]*$|\$\{"
 _BESIDE = ("description", "default", "readOnly")
-"""What is said of a value, whatever its form."""
+"""Schema keys that describe a value independently of its type."""
 
 
 class PluginSchema(NamedTuple):
-    """What the schema has to know of a plugin."""
+    """Plugin data that the schema needs."""
 
     name: str
     parameters: type[Parameters]
@@ -32,13 +32,13 @@ class PluginSchema(NamedTuple):
 
 
 class _Generator(GenerateJsonSchema):
-    """pydantic's, silent about defaults that JSON cannot hold: they are left out."""
+    """pydantic's generator without its warnings about defaults that JSON cannot hold; these are left out."""
 
     ignored_warning_kinds: set[JsonSchemaWarningKind] = {"skipped-choice", "non-serializable-default"}  # noqa: RUF012  # as pydantic has it
 
 
 def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
-    """The schema, in the draft of 2020-12.
+    """Return the schema, in draft 2020-12.
 
     >>> launch_schema()["properties"]["seed"]["description"]
     'Decides every random number of the run.'
@@ -50,7 +50,7 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     _place_qos(root, definitions)
     _place_restart(definitions)
     for file in (root, definitions["ProfileKeys"]):
-        file["properties"]["record"]["anyOf"].insert(0, {"type": "string"})  # which is short for `to`
+        file["properties"]["record"]["anyOf"].insert(0, {"type": "string"})  # short for `to`
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
     for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
         _place_includes(graph)
@@ -68,7 +68,7 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
 
 
 def _model_schema(model: type[Any], prefix: str) -> Schema:
-    """A model's schema: every value may be an expression, and its definitions carry a prefix."""
+    """Return a model's schema. Every value may be an expression; the names of its definitions get the prefix."""
     template = f"#/$defs/{prefix}{{model}}"
     try:
         schema: Schema = model.model_json_schema(ref_template=template, schema_generator=_Generator)
@@ -80,7 +80,7 @@ def _model_schema(model: type[Any], prefix: str) -> Schema:
 
 
 def _opened(schema: Schema) -> Schema:
-    """A schema in which every value inside may be written as `${…}`; titles, which only repeat names, are left out."""
+    """Return a schema that also allows `${…}` for every value inside, without titles (they only repeat names)."""
     found: Schema = {}
     for key, value in schema.items():
         if key == "title" or (key == "default" and not _in_json(value)):
@@ -99,10 +99,8 @@ def _opened(schema: Schema) -> Schema:
 
 
 def _expressible(schema: Schema) -> Schema:
-    """The schema, or an expression where it does not take any text already."""
-    form = {key: value for key, value in schema.items() if key not in _BESIDE}
-    beside = {key: value for key, value in schema.items() if key in _BESIDE}
-    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    """Allow an expression in a schema that does not allow any text already."""
+    form, beside, options = _forms(schema)
     if not form or form.get("type") == "object" or any(map(_is_any_text, options)):
         return schema
     if any(option.get("$ref", "").endswith("Keys") for option in options):
@@ -110,12 +108,19 @@ def _expressible(schema: Schema) -> Schema:
     return {**beside, "anyOf": [*options, {"$ref": "#/$defs/Expression"}]}
 
 
+def _forms(schema: Schema) -> tuple[Schema, Schema, list[Schema]]:
+    """Split a schema into the type of the value, its description, and the alternatives of its type."""
+    form = {key: value for key, value in schema.items() if key not in _BESIDE}
+    beside = {key: value for key, value in schema.items() if key in _BESIDE}
+    return form, beside, form["anyOf"] if set(form) == {"anyOf"} else [form]
+
+
 def _is_any_text(schema: Schema) -> bool:
     return schema.get("type") == "string" and not {"enum", "pattern"} & schema.keys()
 
 
 def _in_json(value: object) -> bool:
-    """Whether JSON can hold a default: it has no infinity."""
+    """Return whether JSON can hold a default; it has no infinity."""
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError):
@@ -124,17 +129,16 @@ def _in_json(value: object) -> bool:
 
 
 def _or_null(schema: Schema) -> Schema:
-    """A key of the launch file that is left empty counts as not stated."""
-    form = {key: value for key, value in schema.items() if key not in _BESIDE}
-    beside = {key: value for key, value in schema.items() if key in _BESIDE and value is not None}
-    options: list[Schema] = form["anyOf"] if set(form) == {"anyOf"} else [form]
+    """Allow null in a schema: an empty key of a launch file counts as not stated."""
+    stated = {key: value for key, value in schema.items() if key != "default" or value is not None}
+    form, beside, options = _forms(stated)
     if not form or {"type": "null"} in options:
         return {**beside, **form}
     return {**beside, "anyOf": [*options, {"type": "null"}]}
 
 
 def _place_qos(root: Schema, definitions: Schema) -> None:
-    """Every place that takes a QoS profile: its name, or its fields."""
+    """Allow a QoS profile, by name or by fields, wherever the launch file takes one."""
     fields = {"$ref": "#/$defs/QoS"}
     profile: Schema = {"anyOf": [{"enum": list(PRESETS)}, {"type": "string"}, fields]}
     for graph in (root, definitions["ProfileKeys"]):
@@ -145,7 +149,7 @@ def _place_qos(root: Schema, definitions: Schema) -> None:
 
 
 def _place_includes(graph: Schema) -> None:
-    """A file's name is short for an entry with only that."""
+    """Allow a file's name in `include` as short for an entry with only `file`."""
     name, entry = {"type": "string"}, {"$ref": "#/$defs/IncludeKeys"}
     description = graph["properties"]["include"]["description"]
     items = {"type": "array", "items": {"anyOf": [name, entry]}}
@@ -153,7 +157,7 @@ def _place_includes(graph: Schema) -> None:
 
 
 def _place_restart(definitions: Schema) -> None:
-    """A word is short for an entry with only that."""
+    """Allow one word in `restart` as short for an entry with only `policy`."""
     whole: Schema = {"$ref": "#/$defs/RestartKeys"}
     forms: list[Schema] = [{"enum": list(Restart)}, whole, {"$ref": "#/$defs/Expression"}]
     for properties in (definitions[owner]["properties"] for owner in ("NodeKeys", "DefaultKeys", "ProcessKeys")):
@@ -162,7 +166,7 @@ def _place_restart(definitions: Schema) -> None:
 
 
 def _by_plugin(plugins: Iterable[PluginSchema], definitions: Schema) -> Schema:
-    """What a node's `plugin` decides: the parameters that it may have."""
+    """Return the part of a node's schema that depends on its `plugin`: its parameters."""
     names: list[Schema] = []
     branches: list[Schema] = []
     for plugin in plugins:

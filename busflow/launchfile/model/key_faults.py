@@ -1,4 +1,4 @@
-"""What is wrong with the keys of a launch file, with what to write instead; and the keys without it."""
+"""Checks the keys of a launch file: reports wrong ones with a correction, and removes them."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from busflow.validation.faults import MOST_FAULTS, faults
 
 _ASSIGNMENT = re.compile(r"([A-Za-z_/~][\w/~-]*)\s*:?=\s*(\S+)")
 _ALIKE = 0.75
-"""From how much on a key is so like the one that is suggested that it is read as that one."""
+"""Similarity from which on an unknown key is read as the suggested one."""
 
 
 def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
-    """The keys of a launch file as a model, without those that are wrong, which are reported.
+    """Validate the keys of a launch file; report wrong ones and return the rest, as a model and as a tree.
 
     Raises:
-        LaunchError: There are too many to go on.
+        LaunchError: There are too many faults to go on.
     """
     first = True
     while True:
@@ -38,24 +38,24 @@ def checked(tree: Value, problems: Problems) -> tuple[LaunchKeys, Value]:
             return LaunchKeys.model_validate(data), tree
         except ValidationError as error:
             found = [_named(fault, tree) for fault in faults(error, LaunchKeys, data, noun="key")]
-        # What is missing only because it was wrong and left out is reported already.
-        told = [fault for fault in found if first or fault.code != "missing"]
+        # A key that is missing because it was wrong and removed is reported already.
+        new_faults = [fault for fault in found if first or fault.code != "missing"]
         first = False
-        problems.add(*located(_once(told, tree), tree, noun="key"), left_out=())
+        problems.add(*located(_once(new_faults, tree), tree, noun="key"), left_out=())
         if len(found) >= MOST_FAULTS:
             raise LaunchError([])  # the rest would only repeat what is reported
-        tree, lost = _mended(tree, found)
+        tree, lost = _corrected(tree, found)
         problems.left_out.update(lost)
 
 
 def _named(fault: Fault, tree: Value) -> Fault:
-    """The fault in a launch file's words: a key that a later version will know is not a typo."""
+    """Reword a fault for launch files; a key of a later version is not reported as a typo."""
     if not fault.path:
         message = fault.message.replace("the keys", "a launch file")
         return replace(fault, message=message, fix="write `key: value` lines, `nodes:` among them")
-    message = fault.message.replace(" or null", "")  # which is the same as not stated
+    message = fault.message.replace(" or null", "")  # null is the same as not stated
     fault = replace(fault, message=message.replace("RecordKeys", "a file such as run.mcap, or a mapping"))
-    if fault.path[-2:] == ("restart", "policy"):  # which is mostly written as one word
+    if fault.path[-2:] == ("restart", "policy"):  # mostly written as `restart: WORD`
         fault = replace(fault, message=fault.message.replace(".restart.policy", ".restart"))
     owner = _section(fault.path[:-1])
     if fault.code == "unknown" and owner is not None and fault.path[-1] in owner.later:
@@ -66,7 +66,7 @@ def _named(fault: Fault, tree: Value) -> Fault:
 
 
 def _meant(fault: Fault, value: object) -> str | None:
-    """The key that an unknown one surely is, but for how it is written, if this can be its value."""
+    """Return the key that an unknown one is a misspelling of, if that key can have this value."""
     owner, written = _section(fault.path[:-1]), str(fault.path[-1]) if fault.path else ""
     if fault.code != "unknown" or owner is None:
         return None
@@ -79,7 +79,7 @@ def _meant(fault: Fault, value: object) -> str | None:
 
 
 def _wants_list(fault: Fault) -> bool:
-    """Whether a list should be where something else is."""
+    """Return whether the fault is that a list is required."""
     return fault.code == "type" and get_origin(split(at(LaunchKeys, fault.path)[0])[0]) is list
 
 
@@ -89,7 +89,7 @@ def _section(path: KeyPath) -> type[Section] | None:
 
 
 def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | None:
-    """What to write instead."""
+    """Return the fix: what to write instead."""
     key = str(fault.path[-1])
     if fault.code == "unknown" and owner is NodeKeys and (fault.fix or "").startswith("known"):
         return f"{fault.fix}; a parameter of the node stands below parameters:"
@@ -116,11 +116,11 @@ def _instead(fault: Fault, owner: type[Section] | None, value: object) -> str | 
 
 
 _ENTRIES = {"nodes": "{{plugin: {0}}}", "topics": "{{qos: {0}}}", "args": "{{type: {1}, default: {0}}}"}
-"""What an entry is that was stated as one value, by its section."""
+"""By section, the full form of an entry that was written as a single value."""
 
 
 def _for_list(key: str, items: list[object]) -> str | None:
-    """What to write instead of a list, where names are needed."""
+    """Return the fix for a list where a mapping by name is required."""
     if key == "for_each":
         text = printable(f"{key}: {{item: {flow(items)}}}", limit=100)
         return f"write {text}, and ${{each.item}} where one is meant"
@@ -137,7 +137,7 @@ def _for_list(key: str, items: list[object]) -> str | None:
 
 
 def _type(value: object) -> str:
-    """The type of an argument that has this default."""
+    """Return the type of an argument with this default."""
     match value:
         case list():
             items = cast("list[object]", value)
@@ -149,7 +149,7 @@ def _type(value: object) -> str:
 
 
 def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
-    """The faults without those of a further entry of the same `for_each`: the same key of the same line."""
+    """Remove repeated faults of one `for_each`: those with the same key on the same line."""
     found: dict[object, Fault] = {}
     for fault in faults:
         place = tree.nearest(fault.path).key or tree.nearest(fault.path).origin.place
@@ -157,8 +157,8 @@ def _once(faults: Iterable[Fault], tree: Value) -> list[Fault]:
     return list(found.values())
 
 
-def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
-    """The tree without what is wrong, and where that was; with what is surely meant in its place."""
+def _corrected(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]:
+    """Return the tree with wrong keys corrected or removed, and the paths that were removed."""
     wrong: list[KeyPath] = []
     lost: list[KeyPath] = []
     for fault in faults:
@@ -176,5 +176,5 @@ def _mended(tree: Value, faults: Iterable[Fault]) -> tuple[Value, list[KeyPath]]
 
 
 def without(tree: Value, paths: Iterable[KeyPath]) -> Value:
-    """The tree without what is at these paths; without the whole node where its plugin is wrong."""
+    """Return the tree without these paths; where a node's plugin is wrong, without the whole node."""
     return tree.without_any(path[:-1] if path[-3::2] == ("nodes", "plugin") else path for path in paths)

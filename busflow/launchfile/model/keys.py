@@ -1,4 +1,4 @@
-"""The keys of a launch file: their types, defaults and help, from which both the checks and the JSON Schema come."""
+"""Keys of a launch file: their types, defaults and help. The checks and the JSON Schema are made from them."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"any
 """A duration: `50ms`, `1.5s`, or a number of seconds."""
 
 Qos = str | dict[str, Any]
-"""The name of a profile, or fields of one. `busflow.qos` checks them."""
+"""Name of a profile, or fields of one. `busflow.bus.qos` checks them."""
 
 
 class Section(StrictModel):
     """A mapping of a launch file. `x-` keys are the user's own; an empty key counts as not stated."""
 
     later: ClassVar[Mapping[str, str]] = {}
-    """Keys that this version does not know yet, with what to do instead."""
+    """Keys that only later versions will know, each with what to do instead."""
 
     @model_validator(mode="before")
     @classmethod
@@ -59,13 +59,13 @@ class ArgumentKeys(Section):
 
 
 class Repeatable(Section):
-    """An entry that may be there several times, or not at all."""
+    """An entry that may be repeated, or left out."""
 
     for_each: dict[str, list[Any]] = Field(
         default_factory=dict[str, list[Any]],
-        description="The entry once for each item of a list, in it ${each.name}; for several lists, of their product.",
+        description="Repeats the entry for each item of a list, as ${each.name}; several lists: for each combination.",
     )
-    when: bool = Field(default=True, description="Whether it is there: `${args.camera}`, `${args.side == 'left'}`.")
+    when: bool = Field(default=True, description="Whether to use it: `${args.camera}`, `${args.side == 'left'}`.")
 
 
 class TopicKeys(Repeatable):
@@ -90,7 +90,7 @@ _STANDARD = RestartPolicy()
 
 
 class RestartKeys(Section):
-    """When a node is started anew, and when it is given up. `restart: on-failure` alone takes the defaults."""
+    """When a node is restarted, and after how many restarts no more. `restart: on-failure` alone takes the defaults."""
 
     policy: Restart = Field(description="When: never, on-failure, or always, also when its run() returns.")
     max: int = Field(default=_STANDARD.most, ge=1, description="How many restarts within the window.")
@@ -107,7 +107,7 @@ def _restart_word(data: object) -> object:
 
 
 class DefaultKeys(Section):
-    """What holds for each node of a file or a group that does not say otherwise."""
+    """Defaults for the nodes of a file or a group."""
 
     parameters: dict[str, Any] = Field(default_factory=dict, description="The node's parameters.")
     remap: dict[str, str] = Field(default_factory=dict, description="Topics renamed for this node: `imu: /imu/data`.")
@@ -153,7 +153,7 @@ class IncludeKeys(Repeatable):
     file: str = Field(min_length=1, description="The file, relative to this one.")
     args: dict[str, Any] = Field(default_factory=dict, description="Values for the file's arguments.")
     namespace: str | None = Field(default=None, description="Put before its nodes and relative topics.")
-    profile: str | None = Field(default=None, description="The profile of the file that is to hold.")
+    profile: str | None = Field(default=None, description="The profile of the file to use.")
 
 
 def _include_list(data: object) -> object:
@@ -172,7 +172,7 @@ class ProcessKeys(Section):
     machine: str | None = Field(
         default=None, min_length=1, description="The machine it runs on, one of `machines`; main unless said."
     )
-    nice: int = Field(default=0, ge=-20, le=19, description="How much it gives way to others for the processor.")
+    nice: int = Field(default=0, ge=-20, le=19, description="Its nice value: higher leaves more CPU time to others.")
     env: dict[str, str | int | float | bool] = Field(
         default_factory=dict, description="Variables of its environment, beside those of the run."
     )
@@ -191,7 +191,7 @@ class MachineKeys(Section):
 
 
 class NetworkKeys(Section):
-    """How machines trust each other, and who else may join the run. Paths are relative to the file."""
+    """How machines trust each other, and which others may join the run. Paths are relative to the file."""
 
     listen: str | None = Field(default=None, description="Where each machine listens: tls/0.0.0.0:7447.")
     ca: str | None = Field(default=None, description="The certificate that has signed all others.")
@@ -203,7 +203,7 @@ class NetworkKeys(Section):
 
 
 class ClockKeys(Section):
-    """The time the run lives in."""
+    """The clock of the run."""
 
     mode: ClockMode = Field(
         default=ClockMode.SYSTEM, description="The system's clock, a simulated one, or that of the topic /clock."
@@ -211,7 +211,7 @@ class ClockKeys(Section):
     start: float | None = Field(default=None, ge=0, description="Where a simulated clock starts, in seconds.")
     seed: int | None = Field(default=None, ge=0, description="The same as `seed` at the top level.")
     rate: float | None = Field(
-        default=None, gt=0, description="A simulated clock's seconds per second of the wall; else as fast as can be."
+        default=None, gt=0, description="Simulated seconds per real second; without it as fast as possible."
     )
 
     @model_validator(mode="after")
@@ -238,7 +238,7 @@ Limits = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidato
 
 
 class TopicExpectationKeys(Section):
-    """What has to hold on one topic."""
+    """Expectations for one topic."""
 
     rate_hz: Limits | None = Field(default=None, description="How often it is published, on average: [9.5, 10.5].")
     max_age: Seconds | None = Field(
@@ -251,7 +251,7 @@ class TopicExpectationKeys(Section):
 
 
 class ExpectKeys(Section):
-    """What `busflow test` checks, on simulated time."""
+    """Expectations that `busflow test` checks, on simulated time."""
 
     duration: Seconds | None = Field(default=None, description="How long to run, unless `--for` says.")
     no_errors: bool = Field(default=False, description="No line of the log may be an error.")
@@ -262,11 +262,11 @@ class ExpectKeys(Section):
 
 
 Pattern = Annotated[str, AfterValidator(check_pattern)]
-"""A pattern of topics' names."""
+"""A pattern of topic names."""
 
 
 class RecordKeys(Section):
-    """What `busflow run` records, and where. `record: run.mcap` alone records all topics that are not hidden."""
+    """Topics that `busflow run` records, and the file. `record: run.mcap` alone records all topics but hidden ones."""
 
     to: str = Field(
         min_length=1, description="The file, below the working directory: runs/{name}-{start}.mcap with run and time."
@@ -287,10 +287,10 @@ def _record_file(data: object) -> object:
 
 
 class GraphKeys(Section):
-    """What a file and a group have in common."""
+    """Keys that a file and a group have in common."""
 
     namespace: str | None = Field(default=None, description="Put before all nodes and relative topics in it.")
-    defaults: DefaultKeys = Field(default=DefaultKeys(), description="What holds for every node in it, unless it says.")
+    defaults: DefaultKeys = Field(default=DefaultKeys(), description="Defaults for every node in it.")
     topics: dict[str, TopicKeys] = Field(default_factory=dict, description="Contracts of topics, by final name.")
     nodes: dict[str, NodeKeys] = Field(default_factory=dict, description="The nodes, by name or namespace/name.")
     groups: dict[str, GroupKeys] = Field(default_factory=dict, description="Nodes that share a namespace or defaults.")
@@ -304,7 +304,7 @@ class GroupKeys(GraphKeys, Repeatable):
 
 
 class ProfileKeys(GraphKeys):
-    """What is different in a launch file when the profile is chosen."""
+    """Changes to a launch file when the profile is chosen."""
 
     name: str | None = Field(default=None, min_length=1, description="The run's name; by default the file's.")
     plugins: list[str] = Field(default_factory=list, description="Folders of plugins, relative to this file.")
@@ -319,8 +319,8 @@ class ProfileKeys(GraphKeys):
     machines: dict[str, MachineKeys] = Field(
         default_factory=dict, description="Machines that nodes may run on, beside the main one."
     )
-    network: NetworkKeys = Field(default=NetworkKeys(), description="How the machines are linked, and who may join.")
-    clock: ClockKeys = Field(default=ClockKeys(), description="The time the run lives in.")
+    network: NetworkKeys = Field(default=NetworkKeys(), description="Links between machines, and others that may join.")
+    clock: ClockKeys = Field(default=ClockKeys(), description="The clock of the run.")
     seed: int | None = Field(default=None, ge=0, description="Decides every random number of the run.")
     record: Annotated[RecordKeys | None, BeforeValidator(_record_file)] = Field(
         default=None, description="What to write into a file while the graph runs."
@@ -330,14 +330,14 @@ class ProfileKeys(GraphKeys):
 
 
 class LaunchKeys(ProfileKeys):
-    """A launch file of busflow: the nodes of a graph and what they are told."""
+    """A launch file of busflow: the nodes of a graph and their settings."""
 
     later: ClassVar[Mapping[str, str]] = {
         "version": "leave it out",
     }
 
     args: dict[str, ArgumentKeys] = Field(default_factory=dict, description="Arguments, used as ${args.name}.")
-    profile: str | None = Field(default=None, description="The profile that holds where none is chosen.")
+    profile: str | None = Field(default=None, description="The profile to use if none is chosen.")
     profiles: dict[str, ProfileKeys] = Field(
         default_factory=dict[str, ProfileKeys], description="What is different under a name: `--profile NAME`."
     )
@@ -369,4 +369,4 @@ ORDER = (
     ),
     *("namespace", "clock", "seed", "record", "expect", "shutdown"),
 )
-"""The keys of a launch file in the order in which a person would write them."""
+"""Keys of a launch file in the order in which a person would write them."""

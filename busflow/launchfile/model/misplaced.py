@@ -1,7 +1,7 @@
-"""Misplaced lines: keys that stand on another level than is meant, told once and then read as they are meant.
+"""Misplaced lines: keys with wrong indentation, reported once and then read as if they were on the intended level.
 
-Only what could not stand where it does is moved, so a file that is right stays as it is. What is told of the rest of a
-file is what would still be wrong with these lines indented.
+Only a key that is not allowed where it stands is moved, so a correct file stays unchanged. The rest of the file is
+checked as if these lines were indented correctly.
 """
 
 from __future__ import annotations
@@ -17,40 +17,40 @@ from busflow.errors import KeyPath, Place
 from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.keys import LaunchKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
-from busflow.launchfile.yaml.document import Repeated, twice
-from busflow.launchfile.yaml.scalar import plain_scalar
+from busflow.launchfile.yaml.document import Repeated, duplicate_key
+from busflow.launchfile.yaml.scalar import scalar_or_text
 from busflow.launchfile.yaml.syntax import unspaced
 from busflow.launchfile.yaml.value import Value
 from busflow.text import counted
 from busflow.validation.annotations import split, step_into
 
 _GLUED = re.compile(r"([A-Za-z_]\w*):([^\s:/].*)")
-"""A key whose value follows its colon without a space."""
+"""Key and value without a space after the colon."""
 
 
-def set_right(file: Value, repeated: Repeated, problems: Problems) -> Value:
-    """A launch file with each key on the level where it can stand, and once."""
-    settler = _Settler(problems, repeated)
-    tree, _ = settler.settled(file, LaunchKeys, None)
-    for name, first, second in settler.repeated:  # where any key can stand
-        settler.repeat(name, first, second)
-    unsure = [path for path, each in tree.leaves() if each.key in settler.unsure]
+def with_keys_in_place(file: Value, repeated: Repeated, problems: Problems) -> Value:
+    """Return a launch file with each key on a level where it is allowed, and without repeated keys."""
+    placer = _Placer(problems, repeated)
+    tree, _ = placer.placed(file, LaunchKeys, None)
+    for name, first, second in placer.repeated:  # in mappings that allow any key
+        placer.repeat(name, first, second)
+    unsure = [path for path, each in tree.leaves() if each.key in placer.unsure]
     problems.left_out.update(unsure)
-    # Which plugin is meant is not known, and so nothing of what the node should have.
+    # A node whose plugin is stated twice cannot be checked: leave it out.
     return without(tree, [path for path in unsure if path[-1:] == ("plugin",)])
 
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What a mapping may hold: the keys of a model, or any names, each with an entry."""
+    """Keys that a mapping allows: those of a model, or any names, each with an entry."""
 
     keys: frozenset[str] | None = None
-    """Of a model; None where any name may stand."""
+    """Keys of a model; None if any name is allowed."""
     entry: _Kind | None = None
-    """What each name has below it, where that is a mapping."""
+    """Kind of the mapping below each name; None if the value is no mapping."""
 
     def may_hold(self, key: str, value: Value) -> bool:
-        """Whether a key can stand there, as far as its level tells."""
+        """Return whether the mapping allows this key with this value."""
         if key.startswith("x-"):
             return True
         if self.keys is not None:
@@ -62,7 +62,7 @@ class _Kind:
         return isinstance(value.content, dict) and (known is None or not own or any(each in known for each in own))
 
     def surely_holds(self, key: str, value: Value) -> bool:
-        """Whether a key that stands elsewhere is meant for here."""
+        """Return whether a key that stands elsewhere certainly belongs into this mapping."""
         if self.keys is not None:
             return key in self.keys
         known = self.entry.keys if self.entry is not None else None
@@ -70,7 +70,7 @@ class _Kind:
 
 
 def _kind(annotation: object) -> _Kind | None:
-    """What a mapping of this type may hold; None where it is no mapping."""
+    """Return the kind of a mapping of this type; None if it is no mapping."""
     annotation, _ = split(annotation)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return _Kind(frozenset(annotation.model_fields))
@@ -81,28 +81,28 @@ def _kind(annotation: object) -> _Kind | None:
 
 
 @dataclass(slots=True)
-class _Settler:
-    """Puts the keys of a file where they can stand, collecting what was wrong."""
+class _Placer:
+    """Moves the keys of a file to levels where they are allowed, and collects the problems."""
 
     problems: Problems
     repeated: Repeated
-    """Keys that stand twice, as far as they are not looked at yet."""
+    """Repeated keys that are not handled yet."""
     unsure: list[Place | None] = field(default_factory=list[Place | None])
-    """The keys whose value is one of two."""
+    """Places of keys with two different values."""
 
-    def settled(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
-        """A mapping with what belongs into it, and what is meant to stand beside it."""
+    def placed(self, stated: Value, annotation: object, around: _Kind | None) -> tuple[Value, dict[str, Value]]:
+        """Return a mapping with the keys that belong into it, and the keys that belong beside it."""
         kind = _kind(annotation)
         stated = _spaced(stated, kind, self.problems) if kind is not None else stated
         if kind is None or not isinstance(stated.content, dict):
             return stated, {}
         tree, outside, owner = replace(stated, content={}), dict[str, Value](), KeyPath()
-        strays: dict[KeyPath, dict[str, Value]] = {}
+        displaced: dict[KeyPath, dict[str, Value]] = {}
         for key, value in self._in_order(stated):
             is_right = kind.may_hold(key, value)
             if not is_right or (value.content is None and owner):
-                owner = _owner(tree, annotation, key, value, owner if is_right else None)
-                strays.setdefault(owner, {})[key] = value
+                owner = _intended_parent(tree, annotation, key, value, owner if is_right else None)
+                displaced.setdefault(owner, {})[key] = value
             elif is_right:
                 owner = ()
             if (first := tree.find((*owner, key))) is not None:
@@ -111,31 +111,31 @@ class _Settler:
                 outside[key] = value
             else:
                 tree = tree.with_member((*owner, key), value)
-        for path, moved in strays.items():
+        for path, moved in displaced.items():
             if path:
-                _tell_inner(tree, path, moved, self.problems)
-        return self._with_settled_members(tree, annotation, kind), outside
+                _report_too_shallow(tree, path, moved, self.problems)
+        return self._with_placed_members(tree, annotation, kind), outside
 
     def repeat(self, name: str, first: Value, second: Value) -> Value:
-        """What a key that stands twice states: two mappings are laid on each other, of other values the first holds."""
-        self.problems.add(twice(name, first, second), left_out=())
+        """Report a repeated key and return its value: two mappings merged, otherwise the first value."""
+        self.problems.add(duplicate_key(name, first, second), left_out=())
         if first.content is None or (isinstance(first.content, dict) and isinstance(second.content, dict)):
             return replace(first, content=first.merged(second).content)
         self.unsure.append(first.key)
         return first
 
     def _in_order(self, stated: Value) -> list[tuple[str, Value]]:
-        """The members of a mapping as its file has them, a key that stands twice too."""
+        """Return the members of a mapping in the order of the file, with every repeated key."""
         members = list(stated.members.items())
         again = [each for each in self.repeated if stated.members.get(each[0]) is each[1]]
         self.repeated = [each for each in self.repeated if each not in again]
         members += [(name, second) for name, _, second in again]
         return sorted(members, key=lambda member: _position(member[1]))
 
-    def _with_settled_members(self, tree: Value, annotation: object, kind: _Kind) -> Value:
+    def _with_placed_members(self, tree: Value, annotation: object, kind: _Kind) -> Value:
         members: dict[str, Value] = {}
         for key, value in tree.members.items():
-            members[key], beside = self.settled(value, step_into(annotation, key)[0], kind)
+            members[key], beside = self.placed(value, step_into(annotation, key)[0], kind)
             if beside and value.key is not None:
                 origin = key_origin(next(iter(beside.values())))
                 message = f"{_listed(beside)} must stand beside {key}, not below it"
@@ -145,15 +145,15 @@ class _Settler:
         return replace(tree, content=members)
 
 
-def _owner(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
-    """The way to the mapping before a key that is meant to hold it; none where there is no such one.
+def _intended_parent(tree: Value, annotation: object, key: str, value: Value, last: KeyPath | None) -> KeyPath:
+    """Return the path of the preceding mapping that a key belongs into; empty if there is none.
 
     Args:
-        tree: What stands before the key, on its level.
-        annotation: The type of it.
-        key: A key that cannot, or need not, stand there.
-        value: What it states.
-        last: Where the key before went, if this one can stand where it does.
+        tree: The entries before the key, on its level.
+        annotation: The type of `tree`.
+        key: A key that is not allowed there, or may belong elsewhere.
+        value: Its value.
+        last: Where the previous key was moved to, if this one is allowed where it stands; else None.
     """
     path: KeyPath = ()
     open_ends: list[KeyPath] = []
@@ -169,13 +169,13 @@ def _owner(tree: Value, annotation: object, key: str, value: Value, last: KeyPat
             open_ends.append(path)
         elif kind.surely_holds(key, value):
             others.append(path)
-    if last is not None:  # it is sure only that it can go on where the one before went
+    if last is not None:  # the key is allowed here: move it only along with the previous one
         return last if last in others else ()
     return open_ends[-1] if open_ends else others[0] if others else ()
 
 
-def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
-    """Keys that are meant to stand below another one."""
+def _report_too_shallow(tree: Value, path: KeyPath, moved: dict[str, Value], problems: Problems) -> None:
+    """Report keys that belong below another one."""
     owner = tree.find(path)
     first = next(iter(moved.values()))
     if owner is None or owner.key is None or first.key is None:
@@ -192,14 +192,14 @@ def _tell_inner(tree: Value, path: KeyPath, moved: dict[str, Value], problems: P
 
 
 def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
-    """A mapping in which no key has its value glued to its colon."""
+    """Return a mapping with `key:value` read as `key: value`, and report it."""
     if isinstance(stated.content, str):
         words = stated.content.split()
         glued = [found for found in map(_GLUED.fullmatch, words) if found is not None]
         fits = kind.entry is None and all(kind.keys is None or each[1] in kind.keys for each in glued)
         if not fits or not glued or len(glued) < len(words):
             return stated
-        _tell_glued(glued[0], stated.origin.place, stated, problems)
+        _report_glued(glued[0], stated.origin.place, stated, problems)
         return replace(stated, content={each[1]: _part(each, stated) for each in glued})
     members: dict[str, Value] = {}
     for key, value in stated.members.items():
@@ -208,21 +208,17 @@ def _spaced(stated: Value, kind: _Kind, problems: Problems) -> Value:
         if found is None or is_quoted or (kind.keys is not None and found[1] not in kind.keys):
             members.setdefault(key, value)
         else:
-            _tell_glued(found, place, value, problems)
+            _report_glued(found, place, value, problems)
             members.setdefault(found[1], _part(found, value))
     return replace(stated, content=members) if isinstance(stated.content, dict) else stated
 
 
 def _part(found: re.Match[str], whole: Value) -> Value:
-    """The value that is glued to its key."""
-    try:
-        content = plain_scalar(found[2])
-    except ValueError:
-        content = found[2]
-    return Value(content, whole.origin, whole.key or whole.origin.place)
+    """Return the value of `key:value`."""
+    return Value(scalar_or_text(found[2]), whole.origin, whole.key or whole.origin.place)
 
 
-def _tell_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
+def _report_glued(found: re.Match[str], place: Place | None, value: Value, problems: Problems) -> None:
     message, fix = unspaced(found[1], found[2])
     problems.add(problem_at("yaml", message, fix, value.origin, place), left_out=())
 
@@ -232,7 +228,7 @@ def _position(member: Value) -> tuple[int, int]:
 
 
 def _lines(values: Iterable[Value]) -> str:
-    """The lines that keys and what is below them take."""
+    """Name the lines of these keys and their values: `lines 3 to 5`."""
     first, last = 0, 0
     for value in values:
         places = [each.origin.place for _, each in value.leaves()] + [value.key]
@@ -242,7 +238,7 @@ def _lines(values: Iterable[Value]) -> str:
 
 
 def _listed(names: Iterable[str]) -> str:
-    """Names as a sentence has them, the first ones of many."""
+    """List names for a sentence; of many, the first two and a count."""
     *some, last = list(names)
     if len(some) > 2:
         some, last = some[:2], f"{len(some) - 1} more"

@@ -1,4 +1,4 @@
-"""Network: which machines a launch file names, where each is reached and listens, and who else may join."""
+"""`NetworkSpec`: the machines of a launch file, their addresses, and the participants that may join the run."""
 
 from __future__ import annotations
 
@@ -7,21 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from ipaddress import IPv4Address, IPv6Address, ip_address
-from pathlib import Path
 
-from busflow.launchfile.yaml.value import Origin
+from busflow.launchfile.yaml.value import Origin, StatedPath
 
 NAME = re.compile("[A-Za-z][A-Za-z0-9_-]{0,31}")
-"""What machines and those that join a run may be called: the common name of their certificate, and its file's name."""
+"""Valid names of machines and of other participants: the common name of the certificate, and the name of its file."""
 
 
 class Role(StrEnum):
-    """What a certificate lets do."""
+    """Rights of a certificate's holder."""
 
     READ = "read"
-    """Look, and receive topics; not publish, call or set."""
+    """Inspect, and receive topics; not publish, call or set."""
     ALL = "all"
-    """All that who started the run may do."""
+    """The same rights as the user that started the run."""
 
 
 TLS, TCP = "tls", "tcp"
@@ -29,7 +28,7 @@ TLS, TCP = "tls", "tcp"
 
 @dataclass(frozen=True, slots=True)
 class NetworkAddress:
-    """Where a machine is reached, or listens."""
+    """Network address at which a machine is reached, or listens."""
 
     protocol: str
     host: str
@@ -42,17 +41,17 @@ class NetworkAddress:
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only this machine can reach it."""
+        """Whether only this machine can reach the address."""
         return self.host == "localhost" if self._address is None else self._address.is_loopback
 
     @property
     def is_address(self) -> bool:
-        """Whether its host is an address, and not a name that each machine may take for another one."""
+        """Whether its host is an address, and not a name that machines may resolve differently."""
         return self.host == "localhost" or self._address is not None
 
     @property
     def is_everywhere(self) -> bool:
-        """Whether it stands for all addresses of a machine, which nobody can connect to."""
+        """Whether it stands for all addresses of a machine; no machine can connect to that."""
         return self._address is not None and self._address.is_unspecified
 
     @property
@@ -64,35 +63,30 @@ class NetworkAddress:
 
 
 @dataclass(frozen=True, slots=True)
-class StatedFile:
-    """A file that a launch file names, and where it does."""
-
-    path: Path
-    origin: Origin
-
-
-@dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """A machine of the run."""
+    """Machine of the run."""
 
     name: str
     origin: Origin  # its `place` is the machine's key
     connect: NetworkAddress | None = None
     listen: NetworkAddress | None = None
-    cert: StatedFile | None = None
-    key: StatedFile | None = None
+    cert: StatedPath | None = None
+    key: StatedPath | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class NetworkSpec:
-    """All machines of a run and what lets others join it."""
+    """Machines of a run, their certificate authority, and the rights of other participants."""
 
     machines: Mapping[str, MachineSpec]  # the main one first
-    ca: StatedFile | None = None
+    ca: StatedPath | None = None
     allow: Mapping[str, Role] = field(default_factory=dict[str, Role])
 
     def dialled_by(self, machine: str) -> list[NetworkAddress]:
-        """Where a machine connects to: of each two, the first that the file names dials the other, if it can."""
+        """Return the addresses that a machine connects to.
+
+        Of two machines, the one that the file names first connects to the other, if that one has an address.
+        """
         names = list(self.machines)
         own = names.index(machine)
         found: list[NetworkAddress] = []
@@ -103,5 +97,5 @@ class NetworkSpec:
         return found
 
     def listens(self, machine: str) -> bool:
-        """Whether anybody is to connect to a machine."""
+        """Return whether a machine accepts connections."""
         return self.machines[machine].listen is not None

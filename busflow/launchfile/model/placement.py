@@ -1,4 +1,4 @@
-"""Placement: which process of a run each node is in, and on which machine."""
+"""`Placement`: the process and machine of each node of a run."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from enum import StrEnum
 
 from busflow.errors import Problem, Severity
 from busflow.launchfile.model.description import LaunchDescription, NodeSpec, ProcessSpec
-from busflow.launchfile.model.problems import problem_at
+from busflow.launchfile.model.problems import warning_at
 
 MAIN = "main"
-"""The process that `busflow run` itself is, and the machine that it is on without `--machine`."""
+"""Name of the main process (`busflow run` itself), and of the machine that it is on without `--machine`."""
 _ON = ":"
 
 
 def process_name(machine: str, process: str) -> str:
-    """What a process is called in the whole run.
+    """Return the name of a process in the whole run.
 
     >>> process_name("main", "eyes"), process_name("arm", "eyes")
     ('eyes', 'arm:eyes')
@@ -26,7 +26,7 @@ def process_name(machine: str, process: str) -> str:
 
 
 def machine_of(process: str) -> str:
-    """The machine of a process, by its name in the whole run.
+    """Return the machine of a process, given its name in the whole run.
 
     >>> machine_of("eyes"), machine_of("arm:eyes")
     ('main', 'arm')
@@ -35,27 +35,27 @@ def machine_of(process: str) -> str:
 
 
 class ProcessLayout(StrEnum):
-    """How nodes are put into processes."""
+    """Rule that puts nodes into processes."""
 
     FILE = "file"
     """As the launch file says."""
     ONE = "one"
     """All in the main process."""
     AUTO = "auto"
-    """Each in one of its own, unless the file says which."""
+    """Each in its own process, unless the file names one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """The processes of a run on one machine and their nodes, and who is on others."""
+    """Processes of a run on one machine with their nodes, and the nodes on other machines."""
 
     nodes: Mapping[str, tuple[str, ...]]
-    """By process, the full names of its nodes; the main one first."""
+    """By process, the full names of its nodes; the main process first."""
     specs: Mapping[str, ProcessSpec]
-    """By process, what the launch file says of it; the main one has none."""
+    """By process, its settings in the launch file; the main process has none."""
     machine: str = MAIN
     elsewhere: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
-    """The processes of other machines, as `nodes`."""
+    """Processes of other machines, in the form of `nodes`."""
 
     @property
     def main(self) -> str:
@@ -63,18 +63,18 @@ class Placement:
         return process_name(self.machine, MAIN)
 
     def process_of(self, node: str) -> str:
-        """Where a node is; whatever is nowhere else is in the main process."""
+        """Return the process of a node; the main process for an unknown node."""
         everywhere = (*self.nodes.items(), *self.elsewhere.items())
         return next((process for process, nodes in everywhere if node in nodes), self.main)
 
     @property
     def others(self) -> tuple[str, ...]:
-        """All but the main one."""
+        """All processes of this machine but the main one."""
         return tuple(process for process in self.nodes if process != self.main)
 
 
 def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout.FILE) -> Placement:
-    """Where the nodes of a description run; a process without nodes is not started."""
+    """Return the placement of a description's nodes. A process without nodes is not started."""
     here = description.here or MAIN
     stated = {process_name(spec.machine or MAIN, spec.name): spec for spec in description.processes}
     specs = {name: replace(spec, name=name) for name, spec in stated.items()}
@@ -94,7 +94,7 @@ def placed(description: LaunchDescription, spread: ProcessLayout = ProcessLayout
 
 
 def _own_process(name: str, node: NodeSpec) -> ProcessSpec:
-    """The process of one node, of which the launch file says nothing."""
+    """Return the spec of a process made for one node; the launch file does not name it."""
     return ProcessSpec(name, node.origin, node.machine)
 
 
@@ -102,8 +102,8 @@ def _frozen(nodes: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
     return {process: tuple(names) for process, names in nodes.items()}
 
 
-def as_seen_from(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
-    """What is wrong with a node, as told on a machine: a driver of another one need not be installed here."""
+def for_machine(here: str | None, node: NodeSpec, problems: Sequence[Problem]) -> list[Problem]:
+    """Return a node's problems, as warnings if it runs on another machine: its driver need not be installed here."""
     where = node.machine or MAIN
     if here in {None, where}:
         return list(problems)
@@ -111,17 +111,17 @@ def as_seen_from(here: str | None, node: NodeSpec, problems: Sequence[Problem]) 
     return [replace(each, message=f"{each.message}{note}", severity=Severity.WARNING) for each in problems]
 
 
-def idle_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem]:
-    """Processes and machines that no node is in: they are not started."""
+def unused_places(descriptions: Sequence[LaunchDescription]) -> Iterator[Problem]:
+    """Report processes and machines without nodes: they are not started."""
     for description in descriptions:
         for name, machine in description.network.machines.items() if description.network else ():
             if name != MAIN and all(node.machine != name for node in description.nodes):
                 message, fix = f"no node is on the machine {name}", f"write machine: {name} below a node or a process"
-                yield replace(problem_at("unused-machine", message, fix, machine.origin), severity=Severity.WARNING)
+                yield warning_at("unused-machine", message, fix, machine.origin)
     used = {node.process for description in descriptions for node in description.nodes}
     for description in descriptions:
         for spec in description.processes:
             if spec.name not in used:
                 message = f"no node is in the process {spec.name}: it is not started"
                 fix = f"write process: {spec.name} below a node"
-                yield replace(problem_at("unused-process", message, fix, spec.origin), severity=Severity.WARNING)
+                yield warning_at("unused-process", message, fix, spec.origin)

@@ -1,9 +1,10 @@
-"""`Problems`: what is wrong with a launch file, each at its place, collected up to a number that still helps."""
+"""`Problems`: collects the problems of a launch file with their places, up to a limit."""
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from busflow.errors import Fault, InvalidParameter, KeyPath, LaunchError, Place, Problem, Severity
@@ -17,12 +18,12 @@ MOST = 100
 
 
 class Problems:
-    """The problems of one load. One too many ends it: nobody reads more, and a hostile file has thousands."""
+    """Problems of one load. More than `MOST` end the load: more do not help, and a hostile file has thousands."""
 
     def __init__(self) -> None:
         self._found: list[Problem] = []
         self.left_out: set[KeyPath] = set()
-        """The keys of a launch file of which nobody knows, because of these problems, what they should be."""
+        """Keys of the launch file whose right values are unknown because of these problems."""
 
     def __bool__(self) -> bool:
         return bool(self._found)
@@ -31,8 +32,8 @@ class Problems:
         """Keep problems, each one once.
 
         Args:
-            problems: Those that were found.
-            left_out: The keys that are not known because of them; unless said, any.
+            problems: The problems found.
+            left_out: The keys that are unknown because of them; by default any key.
 
         Raises:
             LaunchError: There are too many.
@@ -44,7 +45,7 @@ class Problems:
 
     @contextmanager
     def collecting(self) -> Generator[None]:
-        """Keep the problems that are raised inside, and go on after it."""
+        """Keep problems raised inside the block, and go on after it."""
         try:
             yield
         except LaunchError as error:
@@ -52,7 +53,7 @@ class Problems:
             self.left_out.add(())
 
     def sorted(self, files: Iterable[str]) -> tuple[Problem, ...]:
-        """The problems in the order of these files, up to a number that still helps."""
+        """Return the first `MOST` problems in the order of these files."""
         found = list(in_order(self._found[:MOST], tuple(files)))
         if len(self._found) > MOST:
             found.append(Problem("more-problems", f"there are more than {MOST} problems", "begin with these"))
@@ -60,10 +61,10 @@ class Problems:
 
 
 def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]:
-    """Problems by file, in this order, and line, each once.
+    """Sort problems by file, in this order, and by line; remove repeated ones.
 
-    Those of no file, as of the command line, come first and as they are; those in nodes' code come last, unless a
-    launch file names the node.
+    Problems outside of files, such as the command line's, come first in their order. Those in the code of nodes come
+    last, unless a launch file names the node.
     """
 
     def position(problem: Problem) -> tuple[int, int, int]:
@@ -79,13 +80,13 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
     return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
 
 
-def tell(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
-    """Log what does not keep a graph from running.
+def log_problems(problems: Iterable[Problem], log: FilteringBoundLogger, *, embedded: bool) -> None:
+    """Log problems that do not prevent a graph from running.
 
     Args:
-        problems: Those of its plan.
-        log: Where to.
-        embedded: Whether a program is around the graph: it may publish yet what no node does.
+        problems: The problems of its plan.
+        log: The log to write to.
+        embedded: Whether the graph is part of a program, which may publish the missing topics itself.
     """
     for problem in problems:
         quiet = problem.severity is not Severity.WARNING or (embedded and problem.code == "nobody-publishes")
@@ -97,29 +98,34 @@ _CODES = {"type": "wrong-type", "range": "out-of-range", "choice": "unknown-choi
 
 
 def parameter_problems(error: InvalidParameter, spec: NodeSpec) -> list[Problem]:
-    """The faults of a node's parameters, where its launch file states them."""
+    """Return the faults of a node's parameters, at the places where the launch file states them."""
     return problems(error.faults, spec.parameters, noun="parameter", subject=spec.full_name)
 
 
 def problems(faults: Iterable[Fault], stated: Value, *, noun: str, subject: str = "") -> list[Problem]:
-    """Each fault at its value, or at the nearest parent that is stated.
+    """Return each fault as a problem at its value, or at the nearest stated parent.
 
     Args:
-        faults: What is wrong with `stated.data`.
+        faults: The faults of `stated.data`.
         stated: The data with its origins.
-        noun: What one key is called: "parameter", "key", "argument".
-        subject: What the data belongs to; begins the message.
+        noun: The word for one key: "parameter", "key", "argument".
+        subject: The owner of the data; begins the message.
     """
     return [_problem(fault, stated, noun, subject) for fault in faults]
 
 
 def problem_at(code: str, message: str, fix: str | None, origin: Origin, place: Place | None = None) -> Problem:
-    """A problem at an origin, or at a `place` beside it."""
+    """Return a problem at an origin, or at a `place` beside it."""
     return Problem(code, message, fix, place or origin.place, included_from=origin.included_from)
 
 
+def warning_at(code: str, message: str, fix: str | None, origin: Origin) -> Problem:
+    """Return a problem at an origin that does not prevent a run."""
+    return replace(problem_at(code, message, fix, origin), severity=Severity.WARNING)
+
+
 def key_origin(value: Value) -> Origin:
-    """The origin of a value, pointing at its key."""
+    """Return the origin of a value, with the place of its key."""
     return Origin(value.origin.source, value.key or value.origin.place, value.origin.included_from)
 
 

@@ -1,7 +1,7 @@
-"""Reading YAML into a `Value`: from the event stream, within limits, every node with its place.
+"""Reads YAML into a `Value`: from the event stream, within limits, with the place of every value.
 
-What is read is data and no more: no aliases, anchors, tags, second documents, keys that are not scalars.
-Plain scalars mean what YAML 1.2's core schema says, so `yes`, `on` and `12:30` are text and `010` is ten.
+Only data is accepted: no aliases, anchors, tags, second documents, or keys that are not scalars.
+Plain scalars follow YAML 1.2's core schema: `yes`, `on` and `12:30` are text, and `010` is ten.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16", b"\x00\x00\xf
 
 
 Repeated: TypeAlias = list[tuple[str, Value, Value]]
-"""Keys that stand twice in a mapping: each with its first value, which holds, and a further one."""
+"""Repeated keys of mappings: each with its first value, which is used, and a further one."""
 
 
 @dataclass(slots=True)
 class Limits:
-    """What may still be read: one for all the files of a launch."""
+    """Number of values that may still be read, shared by all files of a launch."""
 
     values: int = MAX_VALUES
 
@@ -51,17 +51,17 @@ def read_file(
     limits: Limits | None = None,
     repeated: Repeated | None = None,
 ) -> Value:
-    """The content of a YAML file.
+    """Return the content of a YAML file.
 
     Args:
         path: The file.
-        shown: What an error calls it: the path as the user wrote it.
+        shown: The name of the file in errors: the path as the user wrote it.
         included_from: The `include` entries that led here, innermost first.
-        limits: What is left of a launch's limits.
-        repeated: Takes the keys that stand twice, which are an error without it.
+        limits: The remaining limits of the launch.
+        repeated: Receives repeated keys; without it they are an error.
 
     Raises:
-        LaunchError: The file cannot be read, or is not what this module takes.
+        LaunchError: The file cannot be read, or holds something that this module does not accept.
     """
     try:
         raw = _bytes(path)
@@ -79,10 +79,10 @@ def parse(
     loader: Any = None,
     repeated: Repeated | None = None,
 ) -> Value:
-    """The one document of a YAML text.
+    """Return the only document of a YAML text.
 
     Raises:
-        LaunchError: With every problem up to the first that leaves the rest unreadable.
+        LaunchError: With every problem up to the first that makes the rest unreadable.
     """
     loader = loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     limit = MAX_BYTES if loader is not yaml.SafeLoader else MAX_BYTES_WITHOUT_LIBYAML
@@ -97,9 +97,9 @@ def parse(
 
 
 def parse_value(text: str, label: str, before: str = "", *, as_text: bool = False) -> Value:
-    """The value that a command line states: a scalar, or a list or mapping in flow style.
+    """Return a value from a command line: a scalar, or a list or mapping in flow style.
 
-    What is not YAML is text, so that no shell quoting has to be quoted again.
+    A value that is not YAML is text, so that no shell quoting has to be quoted again.
 
     >>> parse_value("[1, 2.5, on]", "command line").data
     [1, 2.5, 'on']
@@ -108,12 +108,12 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
 
     Args:
         text: The value.
-        label: What an error calls the place.
-        before: What stands before the value on the line, for the excerpt.
-        as_text: It is text, whatever it looks like.
+        label: The name of the place in errors.
+        before: The text before the value on the line, for the excerpt.
+        as_text: Always read the value as text.
 
     Raises:
-        LaunchError: It opens a quote, a list or a mapping and then is not one.
+        LaunchError: The value begins a quote, a list or a mapping but is not valid.
     """
     builder = _Builder([before + text], label, StatedBy.COMMAND_LINE, shift=len(before))
     bad = _UNREADABLE.search(text)
@@ -130,7 +130,7 @@ def parse_value(text: str, label: str, before: str = "", *, as_text: bool = Fals
 
 @dataclass(slots=True)
 class _Builder:
-    """Builds values from YAML's events, counting as it goes."""
+    """Builds values from YAML's events and counts them."""
 
     lines: list[str]
     file: str
@@ -139,13 +139,13 @@ class _Builder:
     limits: Limits = field(default_factory=Limits)
     repeated: Repeated | None = None
     shift: int = 0
-    """How far to the right the text begins on its first line."""
+    """Column at which the text begins on its first line."""
     problems: list[Problem] = field(default_factory=list[Problem])
     repeats: list[Problem] = field(default_factory=list[Problem])
-    """Of keys that surely stand twice: they are reported here where nobody can look at the whole."""
+    """Certainly repeated keys, reported with `problems` if there are any: then no later check sees the whole."""
 
     def build(self, text: str, loader: Any) -> Value:
-        """The one document of `text`."""
+        """Return the only document of `text`."""
         events = event_stream(text, loader)
         root: Value | None = None
         try:
@@ -158,7 +158,7 @@ class _Builder:
         except yaml.MarkedYAMLError as error:
             self.problems.append(explain(error, text, self._place))
         except (yaml.YAMLError, ValueError, OverflowError) as error:
-            # The pure parser lets chr() complain about an escape beyond Unicode.
+            # In the pure parser, chr() raises for an escape beyond Unicode.
             self.problems.append(Problem("yaml", f"not valid YAML: {error}", None, self._place(0, 0, 1)))
         self.finish()
         if root is None or root.content is None:
@@ -166,13 +166,13 @@ class _Builder:
         return root
 
     def finish(self) -> None:
-        """Raise what was found."""
+        """Raise the problems found, if any."""
         if self.problems:
             found = [*self.problems, *self.repeats][:MAX_PROBLEMS]
             raise LaunchError([_included(problem, self.included_from) for problem in found])
 
     def scalar(self, text: str, place: Place) -> Scalar:
-        """What a plain scalar means."""
+        """Return the value of a plain scalar; keep a problem if the number is too large."""
         try:
             return plain_scalar(text)
         except ValueError as error:
@@ -217,18 +217,18 @@ class _Builder:
         return members
 
     def _repeat(self, members: dict[str, Value], name: str, second: Value) -> None:
-        """A key of a mapping once more."""
-        problem = twice(name, members[name], second)
+        """Keep a repeated key, as `repeated` or as a problem."""
+        problem = duplicate_key(name, members[name], second)
         if self.repeated is None:
             self._keep(problem)
             return
         self.repeated.append((name, members[name], second))
-        # It may be meant to stand below an empty key.
+        # With an empty key in the mapping, the repeated one may belong below that.
         if all(each.content is not None or key == name for key, each in members.items()):
             self.repeats.append(problem)
 
     def _check_plain(self, event: Any) -> None:
-        """Refuse what would make YAML more than data."""
+        """Refuse YAML features beyond plain data."""
         if isinstance(event, yaml.AliasEvent):
             self._refuse("alias", f"aliases such as *{event.anchor} are not allowed", "write the value again", event)
         elif event.anchor is not None:
@@ -250,7 +250,7 @@ class _Builder:
     def _stop(self, problem: Problem) -> NoReturn:
         self.problems.append(problem)
         self.finish()
-        raise AssertionError  # finish raises, there being a problem
+        raise AssertionError  # finish has raised the problem
 
     def _place_of(self, event: Any) -> Place:
         start, end = event.start_mark, event.end_mark
@@ -260,7 +260,7 @@ class _Builder:
         return self._place(start.line, start.column, width)
 
     def _place(self, line: int, column: int, width: int | None = None) -> Place:
-        """A stretch of a line, counted from 0; without a width it reaches to the line's end."""
+        """Return the place of a part of a line. All numbers count from 0; without a width it ends with the line."""
         excerpt = self.lines[line] if line < len(self.lines) else ""
         shift = self.shift if line == 0 else 0
         if width is None:
@@ -268,8 +268,8 @@ class _Builder:
         return Place(self.file, line + 1, column + shift + 1, max(1, width), excerpt)
 
 
-def twice(name: str, first: Value, second: Value) -> Problem:
-    """A key that stands twice."""
+def duplicate_key(name: str, first: Value, second: Value) -> Problem:
+    """Return the problem of a repeated key."""
     message = f"the key {name} stands twice; it was first at {first.key}"
     return Problem(
         "duplicate-key", message, "leave one of them out", second.key, included_from=second.origin.included_from
@@ -277,18 +277,18 @@ def twice(name: str, first: Value, second: Value) -> Problem:
 
 
 def event_stream(text: str, loader: Any = None) -> Iterator[Any]:
-    """YAML's events; each has the marks of where it stands.
+    """Return YAML's events, each with its position in the text.
 
     Raises:
-        yaml.MarkedYAMLError: On the way, where the text is not YAML.
+        yaml.MarkedYAMLError: During iteration, if the text is not YAML.
     """
     loader = loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     return yaml.parse(text, Loader=loader)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]  # a stub without types
 
 
 def _bytes(path: Path) -> bytes:
-    """A file's content; one byte more than the limit shows that it is too large."""
-    # Not blocking, and looking before reading: a FIFO would wait for ever, a device never end.
+    """Return a file's content, at most one byte more than the limit, which shows that it is too large."""
+    # Open without blocking and check the type before reading: a FIFO would block for ever, a device never end.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
     with os.fdopen(descriptor, "rb") as file:
         mode = os.fstat(descriptor).st_mode
@@ -298,7 +298,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _decoded(raw: bytes, file: str, included_from: tuple[Place, ...]) -> str:
-    """The text of a UTF-8 file, with or without a byte order mark."""
+    """Decode a UTF-8 file, with or without a byte order mark."""
     for mark, encoding in _BYTE_ORDER_MARKS.items():
         if raw.startswith(mark):
             message = f"the file is written in {encoding}"

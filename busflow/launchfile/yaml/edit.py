@@ -1,4 +1,4 @@
-"""Editing a launch file in place: one value is replaced or added, and everything else stays as it was written."""
+"""Edits a launch file in place: replaces or adds one value and keeps everything else as it was written."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _BYTE_ORDER_MARK = "\ufeff"
 
 
 def edit(text: str, path: KeyPath, value: object) -> str:
-    r"""The text of a launch file with another value at `path`.
+    r"""Return the text of a launch file with another value at `path`.
 
-    Comments, order, quotes and line ends stay, also inside a list or mapping of which only a part is another one. What
-    is not there yet is added behind its neighbours. Read the file with `newline=""`, or its line ends are not its own.
+    Comments, order, quotes and line ends stay, also inside a list or mapping that changes only in part. A new entry is
+    added after its neighbours. Read the file with `newline=""` to keep its line ends.
 
     >>> print(edit("nodes:\n  imu:  # the new one\n    rate: 10  # Hz\n", ("nodes", "imu", "rate"), 20.0), end="")
     nodes:
@@ -35,12 +35,12 @@ def edit(text: str, path: KeyPath, value: object) -> str:
         rate: 20.0  # Hz
 
     Raises:
-        LaunchError: The text is no launch file, or there is no place for the value, such as below a number.
+        LaunchError: The text is no launch file, or the value has no place in it, such as below a number.
     """
     mark = _BYTE_ORDER_MARK * text.startswith(_BYTE_ORDER_MARK)
     text = text.removeprefix(_BYTE_ORDER_MARK)
     before = parse(text.encode(errors="surrogatepass"), dotted(path))
-    path = _steps(before, path)
+    path = _possible(before, tuple(map(str, path)))
     value = Value.of(value, before.origin).data
     wanted = before.with_member(path, Value.of(_escaped(value), before.origin)).data
     for whole in (False, True):
@@ -54,23 +54,23 @@ def edit(text: str, path: KeyPath, value: object) -> str:
 
 @dataclass(slots=True)
 class _Node:
-    """A value of the text: where it begins and ends, and how it is written."""
+    """A value in the text: its start, its end, and its style."""
 
     data: Data
     start: int
     end: int
-    """Where it ends, without comments behind it."""
+    """Its end, before any comment."""
     column: int
     style: str = ""
-    """The sign it is written with: a quote, `|`, `>`, `{` for any bracket; empty for plain and block style."""
+    """Its first character: a quote, `|`, `>`, or `{` for any bracket; empty for plain and block style."""
     key_end: int | None = None
-    """As a member of a mapping: where its key ends."""
+    """End of its key, as a member of a mapping."""
     members: dict[str, _Node] = field(default_factory=dict["str", "_Node"])
     items: list[_Node] = field(default_factory=list["_Node"])
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing to see, which means null."""
+        """Whether the value has no text, which means null."""
         return self.start == self.end
 
 
@@ -97,13 +97,13 @@ def _node(event: Any, stream: Iterator[Any], key_end: int | None = None) -> _Nod
             node.members[item.value] = _node(next(stream), stream, item.end_mark.index)
         node.data = {key: each.data for key, each in node.members.items()}
         last = list(node.members.values())[-1:]
-    # A collection in block style ends for YAML where the next thing begins: behind blank lines and comments.
+    # YAML ends a block collection at the start of the next value, after blank lines and comments.
     node.end = item.end_mark.index if node.style else max((each.end for each in last), default=end)
     return node
 
 
 class _Editor:
-    """Collects what to replace in a text."""
+    """Collects the replacements in a text."""
 
     def __init__(self, text: str, root: _Node) -> None:
         self.root = root
@@ -112,14 +112,14 @@ class _Editor:
         self._splices: list[tuple[int, int, str]] = []
 
     def edited(self) -> str:
-        """The text with everything replaced."""
+        """Return the text with all replacements made."""
         text = self._text
         for start, end, new in sorted(self._splices, reverse=True):
             text = text[:start] + new + text[end:]
         return text
 
     def put(self, node: _Node, path: KeyPath, value: Data, *, whole: bool) -> None:
-        """Put a value at a path below `node`, as a whole or only where it differs."""
+        """Put a value at a path below `node`: replace all of it (`whole`), or only the parts that differ."""
         if not path:
             self._replace(node, value) if whole else self._change(node, value)
             return
@@ -134,7 +134,7 @@ class _Editor:
             self._add(node, str(step), value)
 
     def _change(self, node: _Node, value: Data) -> None:
-        """Replace what differs, and leave the rest as it is written."""
+        """Replace the parts that differ, and keep the rest as it is written."""
         if isinstance(value, dict) and node.members:
             members = cast("dict[str, Data]", value)
             for key, each in members.items():
@@ -168,12 +168,12 @@ class _Editor:
             header = _COMMENT.search(span, 0, _LINE_END.search(span + "\n").start())  # type: ignore[union-attr]  # it ends
             new += header.group() if header else ""
         elif isinstance(node.data, dict | list) and not node.style:
-            new = "  " + new  # further in than its key, whatever it was
-        new += span[len(span.rstrip()) :]  # a block text ends behind its last line
+            new = "  " + new  # indented deeper than its key in any case
+        new += span[len(span.rstrip()) :]  # a block text ends after its last line end
         self._splices.append((start, end, new))
 
     def _add(self, node: _Node, key: str, value: Data) -> None:
-        """Add a member behind the others."""
+        """Add a member after the others."""
         last = max(node.members.values(), key=lambda each: each.end, default=None)
         if node.is_empty:
             self._replace(node, {key: value})
@@ -191,15 +191,15 @@ class _Editor:
             self._insert_lines(last.end, [f"{' ' * node.column}- {flow(value)}"])
 
     def _delete(self, node: _Node) -> None:
-        """Take the lines of a member or item away; where it shares them with others, the whole has to be replaced."""
+        """Delete the lines of a member or item. If others share these lines, `edit` replaces the whole instead."""
         at = node.start if node.key_end is None else node.key_end
         self._splices.append((self._line_start(at), self._next_line(node.end), ""))
 
     def _insert_lines(self, at: int, lines: Sequence[str]) -> None:
-        """Insert lines behind the one that ends at or after `at`."""
+        """Insert lines after the line that ends at or after `at`."""
         at = at if at and _LINE_END.fullmatch(self._text[at - 1]) else self._next_line(at)
         block = "".join(line + self._line_end for line in lines)
-        if at and not _LINE_END.fullmatch(self._text[at - 1]):  # the file's last line is not ended
+        if at and not _LINE_END.fullmatch(self._text[at - 1]):  # the file's last line has no line end
             block = self._line_end + block.removesuffix(self._line_end)
         self._splices.append((at, at, block))
 
@@ -215,13 +215,13 @@ class _Editor:
         return len(line) - len(line.lstrip(" "))
 
     def _is_block(self, node: _Node) -> bool:
-        """Whether nothing but a comment follows on the line."""
+        """Return whether at most a comment follows on the line."""
         rest = self._text[node.end : self._next_line(node.end)].strip()
         return not rest or rest.startswith("#")
 
 
 def _block(members: dict[str, Data], indent: int) -> list[str]:
-    """A mapping on lines of its own; lists stay on one."""
+    """Return the lines of a mapping in block style; lists stay on one line."""
     lines: list[str] = []
     for key, value in members.items():
         head = f"{' ' * indent}{written(key)}:"
@@ -233,7 +233,7 @@ def _block(members: dict[str, Data], indent: int) -> list[str]:
 
 
 def _escaped(value: Data) -> Data:
-    """What a file has to state, so that `${` in a text is no expression."""
+    """Escape `${` in texts as `$${`, so that it is no expression."""
     match value:
         case dict():
             return {key: _escaped(each) for key, each in cast("dict[str, Data]", value).items()}
@@ -245,22 +245,19 @@ def _escaped(value: Data) -> Data:
             return value
 
 
-def _steps(tree: Value, path: KeyPath) -> KeyPath:
-    """The path with a number wherever it steps into a list.
+def _possible(tree: Value, path: KeyPath) -> KeyPath:
+    """Return the path with list indices as numbers.
 
     Raises:
-        LaunchError: There is something on the way that holds nothing.
+        LaunchError: An index is not in its list, or a step leads into a scalar.
     """
-    steps: KeyPath = ()
-    for step in map(str, path):
-        found = tree.find(steps)
-        content = found.content if found is not None else None
-        if isinstance(content, list) and (not step.isdecimal() or int(step) >= len(content)):
-            raise _refusal(path, f"there is no {step} in a list of {len(content)}", "set the whole list")
-        if content is not None and not isinstance(content, (list, dict)):
-            raise _refusal(path, f"{written(content)} stands where {step} would belong", "write it by hand")
-        steps = (*steps, int(step) if isinstance(content, list) else step)
-    return steps
+    steps, end = tree.followed(path)
+    if end == len(path):
+        return steps
+    content = tree.nearest(steps[:end]).content
+    if isinstance(content, list):
+        raise _refusal(path, f"there is no {path[end]} in a list of {len(content)}", "set the whole list")
+    raise _refusal(path, f"{flow(content)} stands where {path[end]} would belong", "write it by hand")
 
 
 def _loads_as(text: str, wanted: Data) -> bool:

@@ -1,4 +1,4 @@
-"""What a plain YAML scalar means, and how a value is written: the core schema of YAML 1.2, the command line's too."""
+"""Reads plain YAML scalars and writes values, by the core schema of YAML 1.2; the command line uses the same."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
 _INFINITY_OR_NAN = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 _PLAIN_TEXT = re.compile(r"[A-Za-z_/~.][A-Za-z0-9_/~.-]*")
 _WORDS_OF_YAML_1_1 = frozenset({"y", "n", "yes", "no", "on", "off"})
-"""Other readers take these for true and false."""
+"""Texts that readers of YAML 1.1 take for true and false."""
 _BASES = {"0o": 8, "0x": 16}
 _MOST_DIGITS = 64
-"""More than 64 bits need in any base; Python itself refuses to read some thousands."""
+"""More digits than 64 bits need in any base; Python itself refuses to read some thousands."""
 
 
 def plain_scalar(text: str) -> Scalar:
-    """The value of an unquoted scalar.
+    """Return the value of an unquoted scalar.
 
     >>> [plain_scalar(text) for text in ("yes", "12:30", "010", "1e3", "0x1f", "~", "True")]
     ['yes', '12:30', 10, 1000.0, 31, None, True]
 
     Raises:
-        ValueError: It is a number that 64 bits cannot hold.
+        ValueError: The scalar is a number that 64 bits cannot hold.
     """
     if _NULL.fullmatch(text):
         return None
@@ -52,8 +52,16 @@ def plain_scalar(text: str) -> Scalar:
     return float(text.replace(".", "")) if _INFINITY_OR_NAN.fullmatch(text) else text
 
 
+def scalar_or_text(text: str) -> Scalar:
+    """Return the value of an unquoted scalar, or the text itself if it is a number that 64 bits cannot hold."""
+    try:
+        return plain_scalar(text)
+    except ValueError:
+        return text
+
+
 def written(value: Scalar) -> str:
-    """A scalar as a launch file states it, on one line, outside and inside brackets.
+    """Write a scalar for a launch file: on one line, valid outside and inside brackets.
 
     >>> [written(value) for value in ("lab/imu", "yes", "${x}", 0.5, None, float("inf"))]
     ['lab/imu', '"yes"', '"$${x}"', '0.5', 'null', '.inf']
@@ -72,7 +80,7 @@ def written(value: Scalar) -> str:
 
 
 def flow(value: Any) -> str:
-    """A value as a launch file states it on one line.
+    """Write a value for a launch file on one line.
 
     >>> flow({"qos": ["left arm", 0.5, {}]})
     '{qos: ["left arm", 0.5, {}]}'
@@ -88,12 +96,8 @@ def flow(value: Any) -> str:
 
 
 def _text(text: str) -> str:
-    """Plain where it stays text for every reader; else in double quotes, escaped, `${` kept from being a name."""
-    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1:
-        try:
-            if plain_scalar(text) == text:
-                return text
-        except ValueError:
-            pass
+    """Write a text: plain if every reader takes it for text; else in double quotes, with `${` escaped."""
+    if _PLAIN_TEXT.fullmatch(text) and text.lower() not in _WORDS_OF_YAML_1_1 and scalar_or_text(text) == text:
+        return text
     # `printable` writes control characters as escapes, and YAML has the same ones: \x9b, \u202e, \U000e0001.
     return printable(json.dumps(text.replace("${", "$${"), ensure_ascii=False), limit=sys.maxsize)

@@ -1,4 +1,4 @@
-"""YAML's syntax errors in a launch file's words, each at the place where something can be done about it."""
+"""Explains YAML's syntax errors, each at the place where it can be corrected."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from busflow.errors import Place, Problem
 from busflow.text import counted, printable
 
 PlaceAt: TypeAlias = Callable[[int, int, int | None], Place]
-"""Line, column and width, all from 0, to a place."""
+"""Function from a line, column and width, all counted from 0, to a place."""
 
 _EXPRESSION = re.compile(r"\$\{[^}\n]*\}?")
 _MISALIGNED = ("expected <block end>", "did not find expected key", "did not find expected '-' indicator")
@@ -20,11 +20,11 @@ _LEFT_OVER = ("did not find expected <document start>", "expected '<document sta
 _KEY = re.compile(r"""\s*(- +)?(["']?)[A-Za-z_/~][^\s:,#"']*\2:(\s|$)""")
 """A line that begins with a key."""
 _GLUED = re.compile(r"\s*(?:- +)?([A-Za-z_][\w/~-]*):(?=[^\s:/])")
-"""A line that begins with a key whose value follows the colon without a space."""
+"""A line that begins with `key:value`, without a space after the colon."""
 
 
 def explain(error: yaml.MarkedYAMLError, text: str, place_at: PlaceAt) -> Problem:
-    """What is wrong, said for someone who did not write a YAML parser."""
+    """Return the problem in words that need no knowledge of YAML parsers."""
     mark = error.problem_mark or error.context_mark
     opened = error.context_mark
     if mark is None:
@@ -63,7 +63,7 @@ def explain(error: yaml.MarkedYAMLError, text: str, place_at: PlaceAt) -> Proble
 
 
 def _left_over(text: str, mark: yaml.Mark) -> tuple[str, str]:
-    """What is wrong with what stands behind a whole value, and what to do about it."""
+    """Return message and fix for text that follows a complete value."""
     found, before = text[mark.index : mark.index + 1], text[: mark.index].rstrip()[-1:]
     if found in {"]", "}"}:
         return f"no bracket is open that this {found!r} could close", "leave it out"
@@ -74,7 +74,7 @@ def _left_over(text: str, mark: yaml.Mark) -> tuple[str, str]:
 
 
 def _glued(mark: yaml.Mark, place_at: PlaceAt) -> Problem | None:
-    """A key without a space after its colon, which made its line, or the one before, a text."""
+    """Report a key without a space after its colon, on this line or the one before; YAML reads it as text."""
     for line in (mark.line, mark.line - 1):
         found = _GLUED.match(place_at(line, 0, None).excerpt) if line >= 0 else None
         if found is not None:
@@ -84,12 +84,12 @@ def _glued(mark: yaml.Mark, place_at: PlaceAt) -> Problem | None:
 
 
 def unspaced(key: str, value: str) -> tuple[str, str]:
-    """What is wrong with `key:value`, and what to do about it."""
+    """Return message and fix for `key:value`."""
     return f"a space is missing after {key}:", f"write {key}: {value}"
 
 
 def _without_colon(mark: yaml.Mark, place_at: PlaceAt) -> str:
-    """What to do about a second ':', which is often the first one missing on the line before."""
+    """Return the fix for an unexpected ':'; often a ':' is missing on the line before."""
     before = place_at(mark.line - 1, 0, None).excerpt if mark.line > 0 else ""
     if before.strip() and ":" not in before:
         return f"end line {mark.line} with a ':', or quote the text"
@@ -103,7 +103,7 @@ def _without_colon(mark: yaml.Mark, place_at: PlaceAt) -> str:
 
 
 def _alignment(mark: yaml.Mark, place_at: PlaceAt) -> str:
-    """What to do about a line that begins between the columns of those before it, or beyond them all."""
+    """Return the fix for a line that begins between the columns of the lines before it, or beyond them all."""
     deeper: tuple[int, int] | None = None  # the indentation of a line, and its number
     for line in range(mark.line - 1, -1, -1):
         excerpt = place_at(line, 0, None).excerpt
@@ -124,7 +124,7 @@ def _as_line(found: tuple[int, int]) -> str:
 
 
 def _late_quote(text: str, mark: yaml.Mark, place_at: PlaceAt) -> Problem | None:
-    """A quote that was closed by what was meant to open the next one, some lines further down."""
+    """Report a quote that was closed only by the opening of the next one, some lines below."""
     scan = cast("Callable[..., Iterator[Any]]", yaml.scan)  # pyright: ignore[reportUnknownMemberType]  # no types
     last: Any = None
     try:
@@ -143,7 +143,7 @@ def _late_quote(text: str, mark: yaml.Mark, place_at: PlaceAt) -> Problem | None
 
 
 def _in_flow(text: str, mark: yaml.Mark, place_at: PlaceAt, start: yaml.Mark) -> Problem:
-    """Something unexpected inside `{…}` or `[…]`."""
+    """Report something unexpected inside `{…}` or `[…]`."""
     opened = place_at(start.line, start.column, 1)
     dollar = mark.index - 1
     expression = _EXPRESSION.match(text, dollar) if dollar >= 0 else None
@@ -172,7 +172,7 @@ def _in_flow(text: str, mark: yaml.Mark, place_at: PlaceAt, start: yaml.Mark) ->
 
 
 def _last_line_within(start: yaml.Mark, mark: yaml.Mark, place_at: PlaceAt) -> int | None:
-    """The last line that can belong to a bracket, where one follows that begins with a key and is no deeper."""
+    """Return the last line that can belong to a bracket: the one before a key that is not indented deeper."""
     within, last = _indent(place_at(start.line, 0, None).excerpt), start.line
     for line in range(start.line + 1, mark.line + 1):
         excerpt = place_at(line, 0, None).excerpt

@@ -1,10 +1,11 @@
-"""`Value`: plain data that remembers where each part of it was stated, so that others can point there."""
+"""`Value`: plain data with the origin of each part, so that problems can point there."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from busflow.errors import KeyPath, Place
@@ -13,22 +14,22 @@ Scalar: TypeAlias = str | int | float | bool | None
 
 
 class StatedBy(StrEnum):
-    """Who stated a value."""
+    """Source of a value."""
 
     FILE = "file"
     COMMAND_LINE = "command line"
     ENVIRONMENT = "environment"
-    CALLER = "caller"  # Python code that passed `args` or `overrides`
+    CALLER = "caller"  # Python code, by `args` or `overrides`
     DEFAULT = "default"
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a value was stated.
+    """Place where a value was stated, and by which source.
 
-    >>> str(Origin(Source.FILE, Place("lab1.yaml", 12, 16)))
+    >>> str(Origin(StatedBy.FILE, Place("lab1.yaml", 12, 16)))
     'lab1.yaml:12:16'
-    >>> str(Origin(Source.FILE, Place("lab1.yaml", 12, 16), through=Origin(Source.COMMAND_LINE)))
+    >>> str(Origin(StatedBy.FILE, Place("lab1.yaml", 12, 16), through=Origin(StatedBy.COMMAND_LINE)))
     'lab1.yaml:12:16, from command line'
     """
 
@@ -40,7 +41,7 @@ class Origin:
 
     @property
     def trail(self) -> tuple[Place, ...]:
-        """The place, and the `include` entries that led there; empty where there is no place."""
+        """The place and the `include` entries that led there; empty without a place."""
         return (self.place, *self.included_from) if self.place is not None else ()
 
     def __str__(self) -> str:
@@ -48,8 +49,16 @@ class Origin:
         return f"{here}, from {self.through}" if self.through else here
 
 
+@dataclass(frozen=True, slots=True)
+class StatedPath:
+    """File or folder that a launch file names, with the place that names it."""
+
+    path: Path
+    origin: Origin
+
+
 def on_command_line(text: str, start: int, width: int) -> Place:
-    """A stretch of what a command line states, counted from 0."""
+    """Return the place of a part of a command line's text; `start` counts from 0."""
     return Place(StatedBy.COMMAND_LINE.value, 1, start + 1, max(1, width), text)
 
 
@@ -63,7 +72,7 @@ class Value:
 
     @classmethod
     def of(cls, data: Any, origin: Origin) -> Value:
-        """Plain data, all of one origin."""
+        """Make a value from plain data, all of one origin."""
         if isinstance(data, Mapping):
             items = cast("Mapping[object, object]", data).items()
             return cls({str(key): cls.of(each, origin) for key, each in items}, origin)
@@ -86,12 +95,12 @@ class Value:
         return self.content if isinstance(self.content, dict) else {}
 
     def section(self, key: str) -> Mapping[str, Value]:
-        """The members of the member `key`; empty where that is not a mapping."""
+        """Return the members of the mapping at `key`; empty if there is none."""
         found = self.members.get(key)
         return found.members if found is not None else {}
 
     def find(self, path: KeyPath) -> Value | None:
-        """What is at `path` below this value, or None."""
+        """Return the value at `path` below this one, or None."""
         found: Value | None = self
         for step in path:
             if isinstance(found.content, dict):
@@ -104,8 +113,21 @@ class Value:
                 return None
         return found
 
+    def followed(self, path: KeyPath) -> tuple[KeyPath, int]:
+        """Return the path with list indices as numbers, and how many of its steps lead to a value or a possible one."""
+        steps: KeyPath = ()
+        for step in path:
+            parent = self.find(steps)
+            content = parent.content if parent is not None else None
+            if isinstance(content, list) and (not str(step).isdecimal() or int(step) >= len(content)):
+                break
+            if content is not None and not isinstance(content, (list, dict)):
+                break
+            steps = (*steps, int(step) if isinstance(content, list) else step)
+        return (*steps, *path[len(steps) :]), len(steps)
+
     def nearest(self, path: KeyPath) -> Value:
-        """What is at `path`, or else at its nearest parent that is stated."""
+        """Return the value at `path`, or else its nearest stated parent."""
         for end in range(len(path), 0, -1):
             found = self.find(path[:end])
             if found is not None:
@@ -113,7 +135,7 @@ class Value:
         return self
 
     def leaves(self, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Value]]:
-        """Each scalar and each empty list or mapping, with its path."""
+        """Yield each scalar and each empty list or mapping, with its path."""
         if isinstance(self.content, dict) and self.content:
             for key, value in self.content.items():
                 yield from value.leaves((*path, key))
@@ -124,7 +146,7 @@ class Value:
             yield path, self
 
     def with_member(self, path: KeyPath, value: Value) -> Value:
-        """A copy in which `path` holds `value`; mappings on the way are made where there are none."""
+        """Return a copy with `value` at `path`; missing mappings on the way are made."""
         if not path:
             return replace(value, key=self.key or value.key)
         step, rest = path[0], path[1:]
@@ -138,7 +160,7 @@ class Value:
         return replace(self, content=members)
 
     def without(self, path: KeyPath) -> Value:
-        """A copy in which nothing is at `path`; without anything, an empty mapping."""
+        """Return a copy without the value at `path`; for the empty path, an empty mapping."""
         found = self.find(path[:1])
         if found is None or not path:
             return self if path else replace(self, content={})
@@ -150,16 +172,16 @@ class Value:
         return replace(self, content={key: each for key, each in members.items() if each is not None})
 
     def without_any(self, paths: Iterable[KeyPath]) -> Value:
-        """A copy without what is at these paths, or at the nearest parent of one that is not there."""
+        """Return a copy without the values at these paths; for a missing path, without its nearest stated parent."""
         tree = self
-        # The last items of a list go first, so that the numbers of the others stay right.
+        # Remove the last items of a list first, so that the indices of the others stay right.
         for path in sorted(paths, key=lambda path: [f"{step:0>9}" for step in path], reverse=True):
             stated = next(path[:end] for end in range(len(path), -1, -1) if tree.find(path[:end]) is not None)
             tree = tree.without(stated)
         return tree
 
     def merged(self, over: Value) -> Value:
-        """This value with `over` laid on it: mappings merge key by key, everything else is replaced."""
+        """Return this value overridden by `over`: mappings merge key by key, everything else is replaced."""
         if not (isinstance(self.content, dict) and isinstance(over.content, dict)):
             return over
         members = dict(self.content)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from busflow.clock import SystemClock
 from busflow.errors import InspectionUnavailable, LaunchError, NoSuchRun, NotAllowed, Severity
-from busflow.launchfile.check.credentials import Credentials, examined
+from busflow.launchfile.check.credentials import Credentials, credential_faults
 from busflow.launchfile.load.load import examine
-from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role, StatedFile
+from busflow.launchfile.model.network import TLS, NetworkAddress, NetworkSpec, Role
 from busflow.text import did_you_mean, printable
 from busflow.wire.machines.probe import why_not_linked
 from busflow.wire.zenoh.network import Network
@@ -120,9 +120,9 @@ def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
         return None
     machine = network.machines.get(who)
     cert, key = (None, None) if machine is None else (machine.cert, machine.key)
-    cert = cert or StatedFile(network.ca.path.with_name(f"{who}.pem"), network.ca.origin)
-    key = key or StatedFile(network.ca.path.with_name(f"{who}.key"), network.ca.origin)
-    found = list(examined(who, (network.ca, cert, key), [], SystemClock().now()))
+    cert = cert or replace(network.ca, path=network.ca.path.with_name(f"{who}.pem"))
+    key = key or replace(network.ca, path=network.ca.path.with_name(f"{who}.key"))
+    found = list(credential_faults(who, (network.ca, cert, key), [], SystemClock().now()))
     if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
         raise LaunchError(errors)
     return Credentials(network.ca.path, cert.path, key.path)

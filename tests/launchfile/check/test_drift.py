@@ -1,4 +1,4 @@
-"""Where a running node is no longer what its launch file says, and saving what it is."""
+"""`Drift`: parameters of a running node that differ from its launch file, and saving them."""
 
 import math
 
@@ -64,14 +64,14 @@ def nodes(file):
     return {spec.full_name: spec for spec in load(file).nodes}
 
 
-def test_the_values_of_the_file_and_the_defaults_are_no_drift(file):
+def test_values_as_stated_are_no_drift(file):
     left = nodes(file)["/left"]
     same = {"rate_hz": 5.0, "name": "left", "noise.imu": 0.2, "noise.joints": 0.0, "limits": [0.0, 1.0]}
     assert drifts(left, same) == ()
     assert drifts(left, {}) == ()
 
 
-def test_a_drift_says_what_the_file_states_and_where(file):
+def test_drift_names_stated_value_and_place(file):
     left = nodes(file)["/left"]
     rate, joints, limits = drifts(left, {"rate_hz": 20.0, "noise.joints": math.nan, "limits": [0.0, 2.0]})
     assert (rate.name, rate.stated, rate.value) == ("rate_hz", 5.0, 20.0)
@@ -85,7 +85,7 @@ def test_a_name_that_is_no_parameter_is_refused(file):
         drifts(nodes(file)["/left"], {"noise.imo": 1.0})
 
 
-def test_what_is_written_back_is_what_the_file_then_says(file):
+def test_written_back_values_load_again(file):
     specs = nodes(file)
     left = {"rate_hz": 20.0, "noise.imu": 0.5, "noise.joints": 0.1, "limits": [1.0, 2.0], "name": "${x} # y"}
     right = {"rate_hz": 8.0, "noise.imu": 0.3}
@@ -99,21 +99,21 @@ def test_what_is_written_back_is_what_the_file_then_says(file):
     ) + ("    parameters:\n      rate_hz: 8.0\n      noise:\n        imu: 0.3\n")
 
 
-def test_a_node_of_another_file_is_not_written_into_this_one(file):
+def test_node_of_another_file_is_refused(file):
     (file.parent / "outer.yaml").write_text("include: lab.yaml\n")
     (drift,) = drifts(nodes(file.parent / "outer.yaml")["/left"], {"rate_hz": 20.0})
     with pytest.raises(LaunchError, match=r"(?s)/left is not stated in .*outer\.yaml.*save into .*lab\.yaml"):
         written_back("include: lab.yaml\n", file.parent / "outer.yaml", [drift])
 
 
-def test_a_node_of_that_place_in_another_file_is_another_node(file):
+def test_same_place_in_another_file_is_refused(file):
     (drift,) = drifts(nodes(file)["/left"], {"rate_hz": 20.0})
     other = FILE.replace("left:", "lift:")
     with pytest.raises(LaunchError, match="is not stated in"):
         written_back(other, file.parent / "other.yaml", [drift])
 
 
-def test_nodes_on_one_line_are_told_apart(file):
+def test_nodes_on_one_line_are_distinguished(file):
     text = "plugins: [.]\nnodes: {left: {plugin: sensor}, right: {plugin: sensor}}\n"
     file.write_text(text)
     (drift,) = drifts(nodes(file)["/right"], {"rate_hz": 20.0})
@@ -122,7 +122,7 @@ def test_nodes_on_one_line_are_told_apart(file):
 
 
 @pytest.mark.parametrize("namespace", ["", "namespace: robot\n"])
-def test_one_of_several_nodes_of_a_for_each_gets_an_entry_of_its_own(file, namespace):
+def test_for_each_node_gets_its_own_entry(file, namespace):
     text = namespace + (
         "plugins: [.]\nnodes:\n  sensor:\n    for_each: {side: [left, right]}\n"
         "    namespace: ${each.side}\n    plugin: sensor\n    parameters: {rate_hz: 5}\n"
@@ -137,7 +137,7 @@ def test_one_of_several_nodes_of_a_for_each_gets_an_entry_of_its_own(file, names
     assert file.read_text() == text + "  left/sensor:\n    parameters:\n      rate_hz: 30.0\n"
 
 
-def test_where_a_for_each_is_in_a_namespace_that_is_computed_nothing_is_written(file):
+def test_computed_namespace_refuses_writing_back(file):
     text = (
         "plugins: [.]\nargs: {name: {type: str, default: robot}}\nnamespace: ${args.name}\nnodes:\n"
         "  sensor_${each.side}:\n    for_each: {side: [left, right]}\n    plugin: sensor\n"
@@ -149,7 +149,7 @@ def test_where_a_for_each_is_in_a_namespace_that_is_computed_nothing_is_written(
 
 
 @virtual_time
-async def test_what_was_set_while_it_ran_is_saved(file):
+async def test_values_set_during_a_run_are_saved(file):
     async with harness(file) as lab:
         lab.set_parameters("left", {"noise.imu": 0.7})
         rows = runtime_of(lab.node("left")).parameters.describe()

@@ -53,7 +53,7 @@ def test_the_command_line_beats_the_default(folder, text: str, name: str, value:
     assert str(argument.value.origin) == "command line"
 
 
-def test_a_text_from_the_command_line_is_never_read_as_yaml(folder):
+def test_string_argument_is_never_read_as_yaml(folder):
     text = "args: {name: {type: str}}\nnodes: {talker: {plugin: talker}}\n"
     for value in ("010", "true", "[a", '"x"', "~", "", "a: b"):
         (name,) = folder.load(text, assignments=[f"name:={value}"]).arguments
@@ -86,14 +86,14 @@ def test_a_caller_passes_typed_values(folder, value: object):
         ("side:=\x1b[2J", 7, "the value holds the control character U+001B", "leave it out"),
     ],
 )
-def test_a_wrong_argument_is_told_at_its_column(folder, text: str, column: int, message: str, fix: str | None):
+def test_wrong_argument_is_reported_at_its_column(folder, text: str, column: int, message: str, fix: str | None):
     report = folder.report(FILE, assignments=[text])
     first, _, _, *remedy = report.splitlines()
     assert first == f"command line:1:{column}: error: {message}"
     assert remedy == ([f"  fix: {fix}"] if fix else [])
 
 
-def test_a_wrong_argument_of_a_caller_has_no_place(folder):
+def test_wrong_argument_of_caller_has_no_place(folder):
     assert folder.report(FILE, args={"rate_hz": "50", "count": True, "zzz": 1}) == (
         "error: unknown argument zzz\n  known: count, debug, gains, names, rate_hz, side\n"
         "error: argument rate_hz must be a number, got text '50'\n  fix: remove the quotes\n"
@@ -101,13 +101,13 @@ def test_a_wrong_argument_of_a_caller_has_no_place(folder):
     )
 
 
-def test_the_declared_arguments_can_be_read_without_values_and_though_the_rest_is_wrong(folder):
+def test_arguments_are_readable_in_a_wrong_file(folder):
     folder.write("args:\n  rate: {type: float, help: How often.}\nnodes: {a: {pluggin: 1}}\n")
     (argument,) = read_arguments("lab1.yaml", {})
     assert (argument.name, argument.type, argument.required, argument.help) == ("rate", "float", True, "How often.")
 
 
-def test_arguments_with_more_mistakes_than_anyone_reads_are_none_for_a_help(folder):
+def test_too_many_mistakes_leave_no_arguments(folder):
     folder.write("args:\n" + "".join(f"  a{n}: {{type: int, default: x}}\n" for n in range(200)))
     assert read_arguments("lab1.yaml", {}) == ()
 
@@ -131,7 +131,7 @@ SKIPPED = {
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
-def test_values_of_arguments_are_coerced_as_ros_2_launch_does(folder, case: dict[str, Any]):
+def test_arguments_are_coerced_as_in_ros_2_launch(folder, case: dict[str, Any]):
     if case["id"] in SKIPPED:
         pytest.skip(SKIPPED[case["id"]])
     kind = case["input"]["to"]

@@ -1,4 +1,4 @@
-"""Expansion: `for_each` makes the product of its lists, and `when` decides what is there."""
+"""Expansion: `for_each` makes the product of its lists, and `when` includes or omits entries."""
 
 import json
 from itertools import product
@@ -27,14 +27,14 @@ def names(found: LaunchDescription) -> list[str]:
     return [each.full_name for each in found.nodes]
 
 
-def test_a_node_is_there_once_for_each_item(folder):
+def test_for_each_makes_one_node_per_item(folder):
     found = folder.load(ARMS)
     assert names(found) == ["/left/imu", "/right/imu"]
     assert [each.parameters.data for each in found.nodes] == [{"frame": "left_imu"}, {"frame": "right_imu"}]
     assert [rule.replacement for each in found.nodes for rule in each.remap] == ["/imu/left", "/imu/right"]
 
 
-def test_each_value_tells_where_its_item_comes_from(folder):
+def test_value_keeps_the_origin_of_its_item(folder):
     left, right = folder.load(ARMS, assignments=["sides:=[left, right]"]).nodes
     assert str(left.parameters.find(("frame",)).origin) == "lab1.yaml:10:25, from command line"
     assert (str(left.origin), str(right.origin)) == ("lab1.yaml:5:3", "lab1.yaml:5:3")
@@ -60,7 +60,7 @@ def test_below_a_for_each_keys_may_hold_expressions(folder):
     assert [(rule.match, rule.replacement) for rule in found.nodes[3].remap] == [("right/force", "/force/n2")]
 
 
-def test_topics_and_includes_are_there_once_for_each_item(folder):
+def test_for_each_repeats_topics_and_includes(folder):
     folder.write("nodes: {imu: {plugin: talker}}\n", "imu.yaml")
     found = folder.load("""
         include:
@@ -99,7 +99,7 @@ def test_several_variables_make_the_product(lists: list[list[int]], tmp_path_fac
     assert [tuple(each.parameters.data.values()) for each in found.nodes[:-1]] == combinations
 
 
-def test_a_small_file_cannot_make_more_nodes_than_a_large_one_could_hold(folder):
+def test_expansion_is_limited(folder):
     numbers = list(range(100))
     report = folder.report(f"""
         nodes:
@@ -111,7 +111,7 @@ def test_a_small_file_cannot_make_more_nodes_than_a_large_one_could_hold(folder)
 
 
 @pytest.mark.parametrize(("camera", "expected"), [("true", ["/camera", "/imu"]), ("false", ["/imu"])])
-def test_when_decides_what_is_there(folder, camera, expected):
+def test_when_includes_or_omits_an_entry(folder, camera, expected):
     folder.write("nodes: {never: {plugin: '${env.NO}'}}", "never.yaml")
     text = """
         args: {camera: {type: bool}}
@@ -127,13 +127,13 @@ def test_when_decides_what_is_there(folder, camera, expected):
     assert len(found.topics) == (camera == "true")
 
 
-def test_a_node_that_is_left_out_does_not_need_what_its_expressions_need(folder):
+def test_omitted_node_needs_no_variables(folder):
     text = "nodes:\n  a: {plugin: talker}\n  b: {plugin: talker, when: false, parameters: {p: '${env.PORT}'}}\n"
     assert names(folder.load(text)) == ["/a"]
     assert "the environment variable PORT is not set" in folder.report(text.replace("when: false", "when: true"))
 
 
-def test_one_of_two_nodes_of_a_name_is_there(folder):
+def test_when_chooses_between_nodes_of_one_name(folder):
     text = """
         nodes:
           camera:
@@ -145,7 +145,7 @@ def test_one_of_two_nodes_of_a_name_is_there(folder):
     assert (camera.full_name, camera.plugin) == ("/camera", "simulated_camera")
 
 
-def test_the_outer_file_and_the_command_line_turn_nodes_of_an_included_file_on_and_off(folder):
+def test_including_file_and_command_line_override_when(folder):
     folder.write("nodes: {a: {plugin: x}, b: {plugin: x, when: false}}", "inner.yaml")
     text = "include: inner.yaml\nnodes: {a: {when: false}, b: {when: true}}\n"
     assert names(folder.load(text)) == ["/b"]

@@ -1,4 +1,4 @@
-"""Expressions: closed, typed, bounded, and wrong at a column."""
+"""Expressions: closed, typed, limited, with mistakes at their column."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ ENV = {"LAB": "home", "RATE": "50", "EMPTY": "", "OCTAL": "010", "BYTES": "\udcf
 
 
 def resolve(text: str, *, as_text: bool = False, broken: frozenset[str] = frozenset()) -> tuple[Value, str]:
-    """A text with its expressions replaced, and the report of what is wrong with them."""
+    """Return a text with its expressions replaced, and the report of its problems."""
     quoted = "'" + text.replace("'", "''") + "'"
     given_args = {name: Value.of(data, Origin(StatedBy.COMMAND_LINE)) for name, data in ARGS.items()}
     problems = Problems()
@@ -72,18 +72,18 @@ def resolve(text: str, *, as_text: bool = False, broken: frozenset[str] = frozen
         ("${[1, [2, 'x']]}", [1, [2, "x"]]),
     ],
 )
-def test_what_an_expression_stands_for(text: str, expected: object):
+def test_expression_is_replaced_by_its_value(text: str, expected: object):
     value, report = resolve(text)
     assert report == ""
     assert value.data == expected
     assert type(value.data) is type(expected)
 
 
-def test_a_variable_of_the_environment_is_text_where_text_is_wanted():
+def test_environment_variable_stays_text_where_wanted():
     assert resolve("${env.RATE}", as_text=True)[0].data == "50"
 
 
-def test_a_value_remembers_what_it_was_taken_from():
+def test_value_keeps_the_origin_of_its_name():
     value, _ = resolve("${args.rate}")
     assert str(value.origin) == "f.yaml:1:4, from command line"
     assert str(resolve("${env.LAB}")[0].origin) == "f.yaml:1:4, from environment"
@@ -132,7 +132,7 @@ def test_a_value_remembers_what_it_was_taken_from():
         ("${1 == 1 " + "and 1 == 1 " * 100 + "}", 7, "an expression has at most 1000 characters", "make it shorter"),
     ],
 )
-def test_what_is_wrong_is_told_at_its_column(text: str, column: int, message: str, fix: str | None):
+def test_wrong_expression_is_reported_at_its_column(text: str, column: int, message: str, fix: str | None):
     _, report = resolve(text)
     first, *_ = report.splitlines()
     assert first == f"f.yaml:1:{column}: error: {message}"
@@ -140,7 +140,7 @@ def test_what_is_wrong_is_told_at_its_column(text: str, column: int, message: st
     assert fix is None or f"\n  fix: {fix}" in report
 
 
-def test_an_argument_that_is_wrong_itself_is_not_told_again():
+def test_broken_argument_is_not_reported_again():
     value, report = resolve("${args.rate} ${args.other}", broken=frozenset({"rate"}))
     assert report == ""
     assert value.data == "${args.rate} ${args.other}"
@@ -171,6 +171,6 @@ def test_any_text_is_resolved_or_refused(text: str):
 
 
 @given(st.text(st.characters(exclude_characters="$", exclude_categories=["Cs", "Cc", "Zl", "Zp"])))
-def test_a_text_without_an_expression_stays_as_it_is(text: str):
+def test_text_without_expression_is_unchanged(text: str):
     value, report = resolve(f"a{text}")
     assert (value.data, report) == (f"a{text}", "")

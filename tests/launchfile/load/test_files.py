@@ -1,4 +1,4 @@
-"""Files that a launch file names and that are not there: what was probably meant."""
+"""Missing files and folders: the suggestions for them."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from busflow.launchfile.load.load import examine
 TALKER = "nodes:\n  talker:\n    plugin: talker\n"
 
 
-def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
+def test_missing_launch_file_suggests_a_neighbour(folder):
     folder.write(TALKER)
     _, problems = examine("lab2.yaml", environment={})
     assert [each.render() for each in problems] == [
@@ -15,7 +15,7 @@ def test_a_missing_launch_file_has_no_place_but_a_neighbour(folder):
     ]
 
 
-def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
+def test_suggested_file_is_relative_to_the_naming_file(folder):
     folder.write(TALKER, "configs/lab1.yaml")
     folder.write("include: lab.yaml\n", "configs/all.yaml")
     folder.write("include: configs/lab.yaml\n", "above.yaml")
@@ -32,7 +32,7 @@ def test_a_missing_file_s_neighbour_is_named_as_it_can_be_written_there(folder):
 @pytest.mark.parametrize(
     ("asked", "there"), [("lab1", "configs/lab1.yaml"), ("lab1.yaml", "configs/lab1.yaml"), ("lab1", "lab1.yaml")]
 )
-def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there: str):
+def test_bare_name_suggests_a_launch_file(folder, asked: str, there: str):
     folder.write(TALKER, there)
     _, problems = examine(asked, environment={})
     assert [each.fix for each in problems] == [f"did you mean {there!r}?"]
@@ -41,7 +41,7 @@ def test_a_launch_file_may_be_meant_by_its_name_alone(folder, asked: str, there:
 @pytest.mark.parametrize(
     ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
 )
-def test_a_missing_folder_of_a_launch_file_has_a_neighbour_too(folder, path: str, fix: str):
+def test_missing_folder_suggests_a_neighbour(folder, path: str, fix: str):
     folder.write(TALKER, "lab/lab1.yaml")
     _, problems = examine(path, environment={})
     assert [each.fix for each in problems] == [fix]

@@ -1,4 +1,4 @@
-"""Groups and defaults: what several nodes share is stated once."""
+"""Groups and defaults: settings that several nodes share."""
 
 import pytest
 from hypothesis import given, settings
@@ -24,11 +24,11 @@ ARMS = """
     """
 
 
-def test_the_nodes_of_a_group_are_in_its_namespace(folder):
+def test_nodes_of_a_group_share_its_namespace(folder):
     assert [each.full_name for each in folder.load(ARMS).nodes] == ["/head", "/arms/left", "/arms/r/right"]
 
 
-def test_the_nearer_default_wins_and_the_node_wins_over_all(folder):
+def test_nearer_default_wins_and_node_overrides_all(folder):
     parameters = {each.name: each.parameters.data for each in folder.load(ARMS).nodes}
     assert parameters == {
         "head": {"rate": 1, "noise": {"imu": 1, "joints": 1}},
@@ -37,14 +37,14 @@ def test_the_nearer_default_wins_and_the_node_wins_over_all(folder):
     }
 
 
-def test_a_default_is_told_where_it_is_stated(folder):
+def test_default_is_reported_where_it_is_stated(folder):
     left = next(each for each in folder.load(ARMS).nodes if each.name == "left")
     assert str(left.parameters.find(("rate",)).origin) == "lab1.yaml:9:26"
     assert str(left.parameters.find(("noise", "imu")).origin) == "lab1.yaml:3:38"
     assert str(left.origin) == "lab1.yaml:11:7"
 
 
-def test_a_file_of_parameters_lies_over_the_defaults(folder):
+def test_parameter_file_overrides_defaults(folder):
     folder.write("a: file\nb: file\n", "p.yaml")
     found = folder.load("""
         defaults: {parameters: {a: default, b: default, c: default}}
@@ -53,13 +53,13 @@ def test_a_file_of_parameters_lies_over_the_defaults(folder):
     assert found.nodes[0].parameters.data == {"a": "file", "b": "node", "c": "default"}
 
 
-def test_defaults_are_not_those_of_included_files(folder):
+def test_defaults_do_not_reach_included_files(folder):
     folder.write("nodes: {inner: {plugin: talker}}\n", "inner.yaml")
     found = folder.load("defaults: {parameters: {a: 1}}\ninclude: inner.yaml\nnodes: {x: {plugin: talker}}\n")
     assert {each.name: each.parameters.data for each in found.nodes} == {"inner": {}, "x": {"a": 1}}
 
 
-def test_a_group_has_topics_includes_and_groups_of_its_own(folder):
+def test_group_may_hold_topics_includes_and_groups(folder):
     folder.write("nodes: {inner: {plugin: talker}}\ntopics: {t: {qos: {depth: 1}}}\n", "inner.yaml")
     found = folder.load("""
         namespace: robot
@@ -90,7 +90,7 @@ def test_a_group_has_topics_includes_and_groups_of_its_own(folder):
 
 
 @pytest.mark.parametrize(("when", "expected"), [("true", ["/a", "/b"]), ("false", ["/a"])])
-def test_a_group_that_is_left_out_is_left_out_whole(folder, when, expected):
+def test_omitted_group_omits_all_its_entries(folder, when, expected):
     folder.write("nodes: {}", "inner.yaml")
     text = f"""
         nodes: {{a: {{plugin: talker}}}}
@@ -105,7 +105,7 @@ def test_a_group_that_is_left_out_is_left_out_whole(folder, when, expected):
     assert len(found.topics) == len(expected) - 1
 
 
-def test_an_entry_without_a_plugin_changes_a_node_of_a_group_or_of_a_for_each(folder):
+def test_entry_without_plugin_changes_an_expanded_node(folder):
     found = folder.load("""
         nodes:
           left/imu: {parameters: {b: 2}}
@@ -146,7 +146,7 @@ def test_namespaces_compose_however_deep_the_groups_are(outer, groups, inner, tm
     assert found.nodes[0].namespace == expected
 
 
-def test_what_a_node_of_a_group_waits_for_is_in_the_group_too(folder):
+def test_dependencies_of_a_group_node_are_in_it(folder):
     found = folder.load("""
         namespace: robot
         groups:

@@ -1,4 +1,4 @@
-"""The language of `${…}` and `--filter`: what it reads, that it agrees with Python, and that no text gets further."""
+"""Language of `${…}` and `--filter`: its grammar, its agreement with Python, and its limits."""
 
 import subprocess
 import sys
@@ -70,7 +70,7 @@ def value(text: str) -> object:
         ("a % 0 == a % 0", False),
     ],
 )
-def test_what_an_expression_is_worth(text: str, expected: object):
+def test_expression_evaluates(text: str, expected: object):
     assert value(text) == expected
     assert type(value(text)) is type(expected)
 
@@ -124,13 +124,13 @@ def test_what_an_expression_is_worth(text: str, expected: object):
         ("a" * (MAX_LENGTH + 1), 0, f"an expression has at most {MAX_LENGTH} characters"),
     ],
 )
-def test_what_is_refused_and_where(text: str, start: int, message: str):
+def test_wrong_expression_is_refused_at_its_column(text: str, start: int, message: str):
     with pytest.raises(InvalidExpression) as caught:
         value(text)
     assert (caught.value.message, caught.value.start) == (message, start)
 
 
-def test_a_launch_file_does_not_calculate_and_ends_an_expression_at_its_brace():
+def test_launch_file_dialect_has_no_arithmetic():
     found = parse("x ${'}' in [s]} y }", LAUNCH, 4)
     assert (found.evaluate(NAMES), found.end, found.is_operand) == (False, 15, False)
     assert [parse(f"{text}}}", LAUNCH).is_operand for text in ("a", "(a)", "-1", "not yes", "[a]")] == [
@@ -146,7 +146,7 @@ def test_a_launch_file_does_not_calculate_and_ends_an_expression_at_its_brace():
         assert caught.value.start == start
 
 
-def test_what_is_missing_from_a_scope_is_a_lookup_error():
+def test_missing_value_is_a_lookup_error():
     for text in ("nope == 1", "max(none) > 0"):
         with pytest.raises(LookupError):
             value(text)
@@ -171,7 +171,7 @@ PIECES += ["+", "-", "*", "/", "%", "len(", "max(", "true", "}", ".", "=", "yes"
 @example("-" * 999, "")
 @example("9" * 5000, "")
 @example("\\N{x}" * 100, "")
-def test_any_text_is_an_expression_or_refused_at_a_place_in_it(text: str, end: str):
+def test_any_text_is_an_expression_or_refused(text: str, end: str):
     for dialect in (FILTER, LAUNCH):
         mistake = None
         try:
@@ -213,7 +213,7 @@ CONDITIONS = st.recursive(
 
 @given(NUMBERS | CONDITIONS)
 @example("1 < a - 1 <= c % 4 and not yes or not a < c < 2")
-def test_it_agrees_with_python(text: str):
+def test_expressions_agree_with_python(text: str):
     names = {name: each for name, each in NAMES.items() if name.isidentifier()}
     try:
         expected = eval(text, {"abs": abs, "len": len}, names)  # noqa: S307 - the texts are made above, of these pieces
@@ -238,7 +238,7 @@ def counted_calls() -> Iterator[list[int]]:
 
 
 @given(st.sampled_from(PIECES), st.sampled_from(PIECES), st.sampled_from(PIECES))
-def test_the_work_grows_with_the_length_alone(first: str, second: str, third: str):
+def test_parsing_time_is_linear(first: str, second: str, third: str):
     for times in (1, 10, 10_000):
         text = f"{first} {second} {third} " * times
         with counted_calls() as calls, suppress(InvalidExpression, LookupError):
@@ -246,7 +246,7 @@ def test_the_work_grows_with_the_length_alone(first: str, second: str, third: st
         assert calls[0] < 400 + 60 * min(len(text), MAX_LENGTH)
 
 
-def test_it_is_imported_without_anything_heavy():
+def test_import_is_light():
     heavy = {"pydantic", "numpy", "yaml", "asyncio", "structlog"}
     code = f"import sys, busflow.launchfile.load.language; print({heavy!r} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""Loading: files, includes and command line become one description, in a fixed order of precedence."""
+"""Tests of `load.py` and `build.py`: files, includes and command line become one description."""
 
 import json
 from pathlib import Path
@@ -70,7 +70,7 @@ def test_a_whole_file_becomes_a_description(folder):
     assert talker.folders == (Path("plugins"),)
 
 
-def test_a_file_without_a_name_is_called_like_the_file(folder):
+def test_run_name_defaults_to_the_file_name(folder):
     assert folder.load(TALKER).name == "lab1"
 
 
@@ -80,12 +80,12 @@ def test_keys_without_a_value_count_as_not_stated(folder):
     assert found.seed is None
 
 
-def test_x_keys_are_the_users_own_at_every_level(folder):
+def test_x_keys_are_allowed_at_every_level(folder):
     found = folder.load("x-a: [1]\n" + TALKER + "    x-b: {c: [1]}\nclock: {x-d: 1}\n")
     assert found.nodes[0].full_name == "/talker"
 
 
-def test_the_command_line_beats_the_file_which_beats_its_includes(folder):
+def test_command_line_overrides_file_overrides_includes(folder):
     folder.write(
         """
         args: {rate: {type: float, default: 1}}
@@ -122,13 +122,13 @@ def test_the_command_line_beats_the_file_which_beats_its_includes(folder):
     }
 
 
-def test_a_later_override_and_one_from_python_win_in_their_order(folder):
+def test_later_override_wins_also_from_python(folder):
     how = {"overrides": {"nodes.talker.restart": "always", "seed": 1}, "sets": ["seed=2", "seed=3"]}
     found = folder.load(TALKER, **how)
     assert (found.seed, found.nodes[0].supervision.restart.when) == (3, Restart.ALWAYS)
 
 
-def test_the_resolved_file_is_one_launch_file_without_expressions(folder):
+def test_resolved_file_loads_and_has_no_expressions(folder):
     folder.write("", "plugins/talker.py")
     folder.write("x: 1\n", "p.yaml")
     folder.write("args: {n: {type: int}}\nnodes: {in: {plugin: talker, parameters: {n: '${args.n}'}}}\n", "in.yaml")
@@ -153,7 +153,7 @@ def test_the_resolved_file_is_one_launch_file_without_expressions(folder):
     assert again.resolved.data == found.resolved.data
 
 
-def test_problems_of_every_stage_are_in_one_report_by_line(folder):
+def test_problems_of_all_stages_are_sorted_together(folder):
     report = folder.report(
         """
         args: {rate: {type: float, default: fast}}
@@ -184,7 +184,7 @@ def test_problems_of_every_stage_are_in_one_report_by_line(folder):
     ]
 
 
-def test_a_description_of_what_is_right_comes_beside_the_problems(folder):
+def test_examine_returns_description_beside_problems(folder):
     folder.write(TALKER + "  second: {plugin: 5}\nseed: x\n")
     found, problems = examine("lab1.yaml", environment={})
     assert found is not None
@@ -195,14 +195,14 @@ def test_a_description_of_what_is_right_comes_beside_the_problems(folder):
 
 
 @pytest.mark.parametrize("name", ["$(touch x)", "`touch x`", "a; touch x", "../x", "\\e]0;x\\a", "\\0", "名前", ""])
-def test_a_hostile_node_name_is_refused_and_shown_harmlessly(folder, name: str):
+def test_hostile_node_name_is_refused_and_escaped(folder, name: str):
     report = folder.report(f'nodes:\n  "{name}": {{plugin: talker}}\n')
     assert report.startswith("lab1.yaml:2:3: error: ")
     assert all(line == printable(line) for line in report.split("\n"))
 
 
 @given(st.data())
-def test_any_tree_of_known_words_loads_or_is_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject):
+def test_any_tree_loads_or_is_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject):
     words = st.sampled_from(
         ["nodes", "plugin", "talker", "args", "type", "default", "float", "qos", "topics", "depth", "/imu", "include",
          "lab1.yaml", "parameters", "parameters_from", "remap", "namespace", "clock", "mode", "sim", "seed", "x-a",

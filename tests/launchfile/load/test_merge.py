@@ -1,4 +1,4 @@
-"""Parts of several files: what may be said twice, and namespaces as ROS 2 composes them."""
+"""Merging parts of several files: repeated settings, and namespaces as ROS 2 composes them."""
 
 import json
 from pathlib import Path
@@ -38,7 +38,7 @@ def test_one_file_included_twice_needs_two_namespaces(folder):
     assert [each.full_name for each in found.nodes] == ["/talker", "/left/talker"]
 
 
-def test_a_node_without_a_plugin_changes_the_included_one_of_that_name(folder):
+def test_node_without_plugin_changes_the_included_node(folder):
     folder.write("namespace: left\n" + TALKER + "    parameters: {a: 1, b: 1}\n", "a.yaml")
     (found,) = folder.load("include: [a.yaml]\nnodes:\n  left/talker: {parameters: {a: 2}, restart: always}\n").nodes
     assert (found.parameters.data, found.supervision.restart.when.value) == ({"a": 2, "b": 1}, "always")

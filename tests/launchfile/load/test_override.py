@@ -1,4 +1,4 @@
-"""Overrides: `--set path=value`, told at their column where they are wrong."""
+"""Overrides: `--set path=value`, with mistakes reported at their column."""
 
 import re
 from pathlib import Path
@@ -46,7 +46,7 @@ def test_a_value_is_set_by_its_path(folder, text: str, path: str, expected: obje
     assert str(list(found.leaves())[-1][1].origin) == "command line"
 
 
-def test_what_is_not_set_keeps_its_origin(folder):
+def test_other_values_keep_their_origin(folder):
     found = folder.load(FILE, sets=["nodes.talker.parameters.gains.1=9"]).nodes[0].parameters
     assert [str(value.origin) for _, value in found.find(("gains",)).leaves()] == ["lab1.yaml:5:60", "command line"]
 
@@ -81,7 +81,7 @@ def test_what_is_not_set_keeps_its_origin(folder):
         ("nodes.talker.parameters.gains=[1", 31, "this bracket is never closed with ']'", "write ] where it ends"),
     ],
 )
-def test_a_wrong_override_is_told_at_its_column(folder, text: str, column: int, message: str, fix: str | None):
+def test_wrong_override_is_reported_at_its_column(folder, text: str, column: int, message: str, fix: str | None):
     first, _, _, *remedy = folder.report(FILE, sets=[text]).splitlines()
     assert first == f"command line:1:{column}: error: {message}"
     assert [line.strip().removeprefix("fix: ") for line in remedy] == ([fix] if fix else [])
@@ -93,18 +93,18 @@ def test_an_index_must_be_within_its_list(folder):
 
 
 @pytest.mark.parametrize("text", ["nodes.talker", "nodes..rate=1", "=1", "a." * 100 + "b=1", ""])
-def test_what_is_not_a_path_and_a_value_is_refused(folder, text: str):
+def test_malformed_override_is_refused(folder, text: str):
     report = folder.report(FILE, sets=[text])
     assert report.startswith("command line:1:1: error: this is not path=value\n")
     assert "\n  fix: write a path and a value: nodes.talker.parameters.rate_hz=50" in report
 
 
 @pytest.mark.parametrize("overrides", [{"nodes.nobody.restart": "always"}, {"seed": "x"}, {"nodes.talker": 5}])
-def test_a_wrong_override_from_python_has_no_place(folder, overrides: dict[str, Any]):
+def test_wrong_override_from_python_has_no_place(folder, overrides: dict[str, Any]):
     assert folder.report(FILE, overrides=overrides).startswith("error: ")
 
 
-def test_the_page_lists_what_can_be_set():
+def test_docs_list_the_settable_keys():
     page = (Path(__file__).parents[3] / "docs/launch-files.md").read_text()
     stated = re.search(
         r"`--set` takes a path of keys with dots between them: (.*?), and what is below them\.", page, re.DOTALL

@@ -1,4 +1,4 @@
-"""A launch file with its includes and its files of parameters, as one part of a graph."""
+"""`Part`: a launch file with its includes and its parameter files."""
 
 from busflow.launchfile.load.files import MAX_FILES
 from busflow.launchfile.load.load import examine
@@ -13,7 +13,7 @@ def node(folder, text: str, **how: object) -> NodeSpec:
     return found
 
 
-def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):
+def test_parameters_override_their_parameter_files(folder):
     folder.write("joints: [a, b]\nnoise: {imu: 1, joints: 1}\n", "config/one.yaml")
     folder.write("noise: {imu: 2}\nrate: ${args.rate}\n", "config/two.yaml")
     found = node(
@@ -29,7 +29,7 @@ def test_parameter_files_lie_under_the_parameters_and_over_each_other(folder):
     assert [str(place) for place in value.origin.included_from] == ["lab1.yaml:5:40"]
 
 
-def test_a_wrong_expression_in_a_parameter_file_is_told_there_and_its_parameter_left_out(folder):
+def test_wrong_expression_in_parameter_file_removes_its_parameter(folder):
     folder.write("a: ${args.nope}\nb: 1\n", "joints.yaml")
     folder.write(TALKER + "    parameters_from: joints.yaml\n")
     found, problems = examine("lab1.yaml", environment={})
@@ -38,7 +38,7 @@ def test_a_wrong_expression_in_a_parameter_file_is_told_there_and_its_parameter_
     assert found.nodes[0].parameters.data == {"b": 1}
 
 
-def test_namespaces_of_file_include_node_and_key_are_composed(folder):
+def test_namespaces_of_file_include_and_node_compose(folder):
     folder.write(
         "namespace: arm\nnodes:\n  a: {plugin: p, namespace: c}\n  d/b: {plugin: p}\ntopics: {t: {qos: sensor_data}}\n",
         "part.yaml",
@@ -63,7 +63,7 @@ def test_namespaces_of_file_include_node_and_key_are_composed(folder):
     assert [each.topic for each in found.topics] == ["/robot/left/arm/t", "/right/arm/t"]
 
 
-def test_an_included_file_is_found_beside_the_one_that_names_it(folder):
+def test_include_is_relative_to_its_file(folder):
     folder.write("", "b/plugins/p.py")
     folder.write("include: [../c/inner.yaml]\n", "b/outer.yaml")
     folder.write("plugins: [../b/plugins]\nnodes: {n: {plugin: p}}\n", "c/inner.yaml")
@@ -73,7 +73,7 @@ def test_an_included_file_is_found_beside_the_one_that_names_it(folder):
     assert [str(place) for place in found.nodes[0].origin.included_from] == ["b/outer.yaml:1:11", "lab1.yaml:1:10"]
 
 
-def test_a_node_looks_for_its_plugin_in_the_folders_of_its_own_file_first(folder):
+def test_plugin_folders_of_the_own_file_come_first(folder):
     for name in ("one", "two"):
         folder.write("", f"{name}/p.py")
     folder.write("plugins: [two]\nnodes: {b: {plugin: p}}\n", "b.yaml")

@@ -1,4 +1,4 @@
-"""Profiles and `env`: a file under another name, and the variables that it states."""
+"""Profiles, and the variables that `env` states."""
 
 from functools import reduce
 from typing import Any
@@ -35,7 +35,7 @@ def test_without_a_choice_no_profile_holds(folder):
     assert found.nodes[0].parameters.data == {"rate": 1.0, "a": "file"}
 
 
-def test_a_profile_lies_over_the_file_and_under_the_command_line(folder):
+def test_profile_overrides_file_but_not_command_line(folder):
     found = folder.load(LAB, profiles=["ci"], sets=["seed=8"])
     assert ([each.name for each in found.nodes], found.seed, found.clock.mode) == (["talker"], 8, ClockMode.SIM)
     assert str(found.nodes[0].parameters.find(("a",)).origin) == "lab1.yaml:12:61"
@@ -47,7 +47,7 @@ def test_several_profiles_hold_together(folder):
     assert folder.load(LAB, profiles=["fast"], assignments=["rate:=20"]).nodes[0].parameters.data["rate"] == 20.0
 
 
-def test_a_file_states_the_profile_that_holds_where_none_is_chosen(folder):
+def test_file_states_its_default_profile(folder):
     text = "    profile: ${env.LAB_PROFILE:-fast}" + LAB
     assert folder.load(text).nodes[0].parameters.data["rate"] == 10.0
     assert folder.load(text, profiles=["ci"]).nodes[0].parameters.data["rate"] == 1.0
@@ -61,7 +61,7 @@ def test_an_include_chooses_the_profile_of_its_file(folder):
     assert folder.load("include: inner.yaml\n").seed is None
 
 
-def test_a_profile_that_is_not_there_is_told_where_it_is_asked_for(folder):
+def test_unknown_profile_is_reported_at_its_request(folder):
     assert folder.report(LAB, profiles=["sci"]) == (
         "command line:1:11: error: there is no profile 'sci'\n"
         "  --profile sci\n"
@@ -82,7 +82,7 @@ def merged(below: Any, above: Any) -> Any:
 
 
 @given(base=trees, overlays=st.lists(trees, max_size=3))
-def test_profiles_lie_over_each_other_in_the_order_in_which_they_are_chosen(base: Any, overlays: list[Any]):
+def test_last_chosen_profile_wins(base: Any, overlays: list[Any]):
     data = base | {"profiles": {str(n): each for n, each in enumerate(overlays)}}
     root = Value.of(data, Origin(StatedBy.CALLER))
     problems = Problems()
@@ -91,12 +91,12 @@ def test_profiles_lie_over_each_other_in_the_order_in_which_they_are_chosen(base
     assert under.without(("profiles",)).data == reduce(merged, overlays, base)
 
 
-def test_a_profile_that_nobody_has_chosen_is_read_without_what_it_would_need():
+def test_unchosen_profile_needs_no_variables():
     profiles = Value.of({"ci": {"seed": "${env.NO}", "name": "x"}}, Origin(StatedBy.CALLER))
     assert readable(profiles, Scope({}), Limits()).data == {"ci": {"name": "x"}}
 
 
-def test_variables_that_a_file_states_are_those_of_its_expressions_and_of_its_includes(folder):
+def test_stated_variables_reach_expressions_and_includes(folder):
     folder.write(
         'env: {ROBOT: inner, B: 2}\nnodes: {b: {plugin: "${env.ROBOT}", parameters: {b: "${env.B}"}}}', "b.yaml"
     )

@@ -1,4 +1,4 @@
-"""Doubts: what the mistakes of a launch file leave open, from the keys that are left out because of them."""
+"""Doubts: unknown facts about a graph, derived from the keys that mistakes removed."""
 
 import pytest
 
@@ -26,11 +26,11 @@ from busflow.launchfile.model.doubts import Doubt, doubts
         (("x-own", "nodes"), None),
     ],
 )
-def test_what_a_key_that_is_not_known_leaves_open(path, expected):
+def test_doubt_of_each_key(path, expected):
     assert doubts([path]) == ({expected} if expected else set())
 
 
-def test_a_mapping_that_stands_twice_leaves_nothing_open_elsewhere(folder):
+def test_repeated_mapping_causes_no_doubt_elsewhere(folder):
     folder.write("""\
         plugins: [plugins]
         clock: {mode: sim}

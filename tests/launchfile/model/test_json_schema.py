@@ -1,4 +1,4 @@
-"""The JSON Schema, judged by an independent reading of the standard: what loads fits, and only that."""
+"""JSON Schema, checked by an independent validator: a file fits if and only if it loads."""
 
 import json
 import math
@@ -46,13 +46,13 @@ def fits(text: str) -> bool:
     return VALIDATOR.is_valid(yaml.safe_load(text))
 
 
-def test_the_schema_is_one_and_is_json():
+def test_schema_is_valid_json_schema():
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
     assert SCHEMA["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     json.dumps(SCHEMA, allow_nan=False)
 
 
-def test_the_schema_is_a_function_of_its_plugins():
+def test_schema_depends_only_on_its_plugins():
     assert launch_schema() == launch_schema()
     assert "sensor.parameters" in SCHEMA["$defs"]
     assert "sensor.parameters" not in launch_schema()["$defs"]
@@ -87,7 +87,7 @@ def test_the_schema_is_a_function_of_its_plugins():
         "plugins:\nnodes:\nargs:\n",
     ],
 )
-def test_what_loads_fits(text: str):
+def test_loadable_files_fit_the_schema(text: str):
     VALIDATOR.validate(yaml.safe_load(text))
 
 
@@ -126,11 +126,11 @@ def test_what_loads_fits(text: str):
         "record: {to: run.mcap, compression: gzip}",
     ],
 )
-def test_what_does_not_load_does_not_fit(text: str):
+def test_wrong_files_do_not_fit_the_schema(text: str):
     assert not fits(text)
 
 
-def test_an_editor_finds_descriptions_defaults_and_names():
+def test_schema_gives_editors_descriptions_defaults_and_names():
     rate = SCHEMA["$defs"]["sensor.parameters"]["properties"]["rate_hz"]
     assert (rate["description"], rate["default"]) == ("How often to publish.", 10.0)
     plugin = SCHEMA["$defs"]["NodeKeys"]["properties"]["plugin"]
@@ -140,13 +140,13 @@ def test_an_editor_finds_descriptions_defaults_and_names():
 
 
 @pytest.mark.parametrize(("section", "name"), [(LaunchKeys, ""), (NodeKeys, "NodeKeys"), (IncludeKeys, "IncludeKeys")])
-def test_the_schema_has_every_key_of_the_model_with_its_help(section: Any, name: str):
+def test_schema_describes_every_key_of_the_model(section: Any, name: str):
     described = SCHEMA["$defs"][name] if name else SCHEMA
     assert set(described["properties"]) == set(section.model_fields)
     for key, value in described["properties"].items():
         assert "description" in value or key in {"clock", "shutdown"}
 
 
-def test_the_projects_own_launch_files_fit_the_schema():
+def test_launch_files_of_the_project_fit():
     for path in (Path(__file__).parents[3] / "configs").glob("*.yaml"):
         jsonschema.Draft202012Validator(launch_schema()).validate(yaml.safe_load(path.read_text()))

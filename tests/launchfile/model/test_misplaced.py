@@ -1,4 +1,4 @@
-"""What is not misplaced stays where it is, however odd; the gallery of mistakes has what is."""
+"""Misplaced keys: correct keys stay in place, however odd; the gallery of mistakes has the wrong ones."""
 
 import pytest
 
@@ -16,7 +16,7 @@ from busflow.launchfile.load.load import examine
         'nodes:\n  sonar:\n    plugin: talker\n    parameters: {url: "http://x", "a:b": }\n',
     ],
 )
-def test_names_that_look_like_keys_stay_where_they_are(text: str, folder):
+def test_names_like_keys_stay_in_place(text: str, folder):
     folder.write(text)
     description, problems = examine("lab1.yaml", environment={})
     assert [problem.render() for problem in problems] == []
@@ -24,7 +24,7 @@ def test_names_that_look_like_keys_stay_where_they_are(text: str, folder):
     assert [node.plugin for node in description.nodes] == ["talker"] * len(description.nodes)
 
 
-def test_the_rest_of_a_file_is_told_as_if_its_lines_were_indented(folder):
+def test_rest_is_checked_as_if_correctly_indented(folder):
     report = folder.report(
         """\
         nodes:

@@ -1,4 +1,4 @@
-"""Where nodes run: as the launch file says, all in one process, or each in its own."""
+"""Placement of nodes: as the launch file says, all in one process, or each in its own."""
 
 import pytest
 
@@ -43,19 +43,19 @@ def test_every_node_is_in_one_process(described, spread, expected):
         assert [placement.process_of(node) for node in nodes] == [process] * len(nodes)
 
 
-def test_a_node_called_as_a_process_gets_one_of_another_name(folder):
+def test_node_named_like_a_process_gets_another(folder):
     folder.write("processes: {a: {}}\nnodes: {a: {plugin: p}, main: {plugin: p}, x: {plugin: p, process: a}}\n")
     nodes = placed(load("lab1.yaml"), ProcessLayout.AUTO).nodes
     assert nodes == {"main": (), "a-1": ("/a",), "main-1": ("/main",), "a": ("/x",)}
 
 
-def test_what_is_said_of_a_process_is_known(described):
+def test_settings_of_a_process_are_kept(described):
     eyes, _ = described.processes
     assert (eyes.nice, eyes.env, eyes.restart.when) == (5, {"THREADS": "1"}, "on-failure")
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "told"),
+    ("text", "place", "expected"),
     [
         ("processes: {eyes: {}}\nnodes: {a: {plugin: p, process: eye}}", "2:33", "there is no process eye"),
         ("processes: {main: {}}\nnodes: {a: {plugin: p}}", "1:13", "main is the process that busflow run itself is"),
@@ -64,8 +64,8 @@ def test_what_is_said_of_a_process_is_known(described):
         ("processes: {a: {cpus: 1}}\nnodes: {a: {plugin: p}}", "1:17", "unknown key processes.a.cpus"),
     ],
 )
-def test_a_mistake_is_told_where_it_is(folder, text, place, told):
+def test_placement_mistake_is_reported_at_its_place(folder, text, place, expected):
     folder.write(text)
     _, problems = examine("lab1.yaml")
     assert [str(problem.place) for problem in problems] == [f"lab1.yaml:{place}"]
-    assert told in problems[0].message
+    assert expected in problems[0].message

@@ -1,4 +1,4 @@
-"""Problems: collected, bounded, in the order of the files."""
+"""Problems: collected, limited in number, in the order of the files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from busflow.launchfile.model.problems import MOST, Problems, parameter_problems
 from busflow.node.parameters import Parameters, validate
 
 
-def test_problems_come_by_file_then_line_and_those_without_a_place_first():
+def test_problems_are_sorted_by_file_and_line():
     problems = Problems()
     assert not problems
     for file, line in (("b", 1), ("a", 9), ("a", 2)):
@@ -20,7 +20,7 @@ def test_problems_come_by_file_then_line_and_those_without_a_place_first():
     assert problems
 
 
-def test_one_too_many_ends_the_search_and_is_told():
+def test_too_many_problems_end_the_search():
     problems = Problems()
     problems.add(*(Problem("x", str(n)) for n in range(MOST)))
     with problems.collecting():
@@ -31,7 +31,7 @@ def test_one_too_many_ends_the_search_and_is_told():
     assert found[-1].message == f"there are more than {MOST} problems"
 
 
-def test_what_is_raised_inside_is_kept():
+def test_collecting_keeps_raised_problems():
     problems = Problems()
     with problems.collecting():
         raise LaunchError([Problem("x", "inside")])
@@ -55,7 +55,7 @@ def report(folder, text: str, **how: object) -> str:
     return "\n".join(problem.render() for problem in parameter_problems(caught.value, spec))
 
 
-def test_each_fault_is_told_at_its_value_or_its_key(folder):
+def test_fault_is_reported_at_its_value_or_key(folder):
     found = report(
         folder,
         """
@@ -86,12 +86,12 @@ def test_each_fault_is_told_at_its_value_or_its_key(folder):
     )
 
 
-def test_a_parameter_that_nothing_states_is_told_at_the_node(folder):
+def test_missing_parameter_is_reported_at_the_node(folder):
     found = report(folder, "nodes:\n  talker:\n    plugin: talker\n")
     assert found.startswith("lab1.yaml:2:3: error: /talker: parameter name is required\n    talker:\n    ^^^^^^\n")
 
 
-def test_a_value_from_an_argument_is_told_with_its_origin(folder):
+def test_value_from_an_argument_names_its_origin(folder):
     text = """
         args:
           rate: {type: float, default: 1}
@@ -108,7 +108,7 @@ def test_a_value_from_an_argument_is_told_with_its_origin(folder):
     )
 
 
-def test_a_value_of_the_command_line_is_told_there(folder):
+def test_command_line_value_is_reported_there(folder):
     text = "nodes:\n  talker: {plugin: talker, parameters: {name: x}}\n"
     assert report(folder, text, sets=["nodes.talker.parameters.rate_hz=fast"]) == (
         "command line:1:33: error: /talker: rate_hz must be a number, got text 'fast'\n"
@@ -117,6 +117,6 @@ def test_a_value_of_the_command_line_is_told_there(folder):
     )
 
 
-def test_a_fault_in_an_included_file_names_who_included_it(folder):
+def test_fault_names_the_including_file(folder):
     folder.write("nodes:\n  talker: {plugin: talker, parameters: {name: 5}}\n", "inner.yaml")
     assert report(folder, "include: [inner.yaml]\n").splitlines()[-1] == "  included from lab1.yaml:1:11"

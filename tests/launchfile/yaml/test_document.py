@@ -81,16 +81,16 @@ def test_both_parsers_read_the_same(loader: object):
         ("a: 1\n".encode("utf-16"), "1:1: error: the file is written in UTF-16"),
     ],
 )
-def test_each_mistake_is_told_where_it_is_by_both_parsers(text: str | bytes, begin: str, loader: object):
+def test_both_parsers_report_a_mistake_at_its_place(text: str | bytes, begin: str, loader: object):
     assert refused(text, loader).startswith(f"lab1.yaml:{begin}")
 
 
-def test_several_mistakes_are_told_together():
+def test_several_mistakes_are_reported_together():
     report = refused("a: 1\na: 2\nb: &x 1\nc: 99999999999999999999\n")
     assert [line.split(":")[1] for line in report.splitlines() if line.startswith("lab1")] == ["2", "3", "4"]
 
 
-def test_a_byte_order_mark_of_utf_8_is_read_over():
+def test_utf_8_byte_order_mark_is_skipped():
     assert read(b"\xef\xbb\xbfa: 1") == {"a": 1}
 
 
@@ -111,7 +111,7 @@ def test_columns_count_characters_not_bytes():
 
 @pytest.mark.parametrize("loader", LOADERS)
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "[{a: "])
-def test_nesting_is_refused_beyond_its_limit_and_read_up_to_it(opening: str, loader: object):
+def test_nesting_is_read_up_to_its_limit(opening: str, loader: object):
     assert "nested deeper than 64 levels" in refused(opening * 20_000, loader)
     assert read("[" * MAX_DEPTH + "]" * MAX_DEPTH, loader) is not None
 
@@ -146,8 +146,8 @@ def test_nesting_is_refused_beyond_its_limit_and_read_up_to_it(opening: str, loa
         "digits",
     ],
 )
-def test_hostile_files_are_refused_at_once_and_told_briefly(text: str):
-    assert len(refused(text)) < 20_000  # what takes longer the longer it gets would not end within a test's time
+def test_hostile_files_are_refused_fast_and_briefly(text: str):
+    assert len(refused(text)) < 20_000  # quadratic time would exceed the test's limit
 
 
 def test_64_mib_are_refused_without_reading_them(tmp_path: Path):
@@ -160,7 +160,7 @@ def test_64_mib_are_refused_without_reading_them(tmp_path: Path):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 16 << 10
 
 
-def test_without_libyaml_the_limit_is_lower_and_says_why():
+def test_size_limit_is_lower_without_libyaml():
     text = "a: " + "x" * MAX_BYTES_WITHOUT_LIBYAML
     assert "128 KiB, because PyYAML was built without libyaml" in refused(text, yaml.SafeLoader)
 
@@ -173,7 +173,7 @@ def test_several_files_share_one_limit_of_values():
 
 
 @pytest.mark.parametrize("kind", ["missing", "folder", "fifo", "device", "link", "secret", "nul"])
-def test_what_is_not_a_readable_file_is_refused_without_waiting(kind: str, tmp_path: Path):
+def test_unreadable_file_is_refused_without_waiting(kind: str, tmp_path: Path):
     path = tmp_path / "lab1.yaml"
     if kind == "folder":
         path.mkdir()
@@ -194,7 +194,7 @@ def test_what_is_not_a_readable_file_is_refused_without_waiting(kind: str, tmp_p
 
 
 def outcome(text: str | bytes, loader: object) -> tuple[object, str]:
-    """What is read, and the report of what is not."""
+    """Return the data of a text, or the report of its problems."""
     try:
         return read(text, loader), ""
     except LaunchError as error:
@@ -212,10 +212,10 @@ def test_any_bytes_are_read_or_refused(raw: bytes):
 
 
 @given(st.text(st.sampled_from("ab:-?[]{},&*!|>'\"%@`#$~ \n\t\\01.é\x1b"), max_size=40))
-def test_any_text_is_read_or_refused_whatever_the_parser(text: str):
+def test_both_parsers_read_or_refuse_any_text(text: str):
     (one, first), (other, second) = outcome(text, yaml.CSafeLoader), outcome(text, yaml.SafeLoader)
     assert all(line == printable(line) for line in f"{first}\n{second}".split("\n"))
-    # The two differ in what they refuse, in tabs and odd keys; what both read, they read the same.
+    # The parsers differ in what they refuse (tabs, odd keys), not in what they read.
     assert repr(one) == repr(other) or first or second
 
 
@@ -235,7 +235,7 @@ def test_any_text_is_read_or_refused_whatever_the_parser(text: str):
         ("1e3", 1000.0),
     ],
 )
-def test_a_value_of_a_command_line_is_a_scalar_or_in_flow_style(text: str, value: object):
+def test_command_line_value_is_scalar_or_flow(text: str, value: object):
     assert parse_value(text, "command line").data == value
 
 
@@ -249,7 +249,7 @@ def test_a_value_of_a_command_line_is_a_scalar_or_in_flow_style(text: str, value
         ("[" * 100_000, "1:72: error: nested deeper than 64 levels"),
     ],
 )
-def test_a_wrong_value_of_a_command_line_is_told_at_its_column(text: str, begin: str):
+def test_wrong_command_line_value_names_its_column(text: str, begin: str):
     with pytest.raises(LaunchError) as caught:
         parse_value(text, "command line", "--set=")
     assert str(caught.value).startswith(f"command line:{begin}")

@@ -1,4 +1,4 @@
-"""Editing a launch file in place: the value is there, and nothing else has changed."""
+"""Editing a launch file in place: the value is in the text, and nothing else has changed."""
 
 import math
 
@@ -51,7 +51,7 @@ def loaded(text):
 
 
 def changed_lines(before, after):
-    """The lines that went and those that came."""
+    """Return the removed and the added lines."""
     old, new = before.splitlines(), after.splitlines()
     return [each for each in old if each not in new], [each for each in new if each not in old]
 
@@ -136,7 +136,7 @@ def test_the_same_value_changes_nothing():
         ("a: 1\n", ("a",), "line\nend\x07", 'a: "line\\nend\\u0007"\n'),
     ],
 )
-def test_how_it_is_written(text, path, value, expected):
+def test_values_are_written_as_expected(text, path, value, expected):
     assert edit(text, path, value) == expected
 
 
@@ -152,7 +152,7 @@ def test_how_it_is_written(text, path, value, expected):
         ("a: |\n  no line end follows", ("b",), 2, "cannot be written"),
     ],
 )
-def test_what_has_no_place_is_refused(text, path, value, said):
+def test_edit_without_a_place_is_refused(text, path, value, said):
     with pytest.raises(LaunchError, match=said):
         edit(text, path, value)
 
@@ -176,7 +176,7 @@ COMMENTS = st.sampled_from(["", " # one", "   # two: [x]", " # 'three"])
 
 @st.composite
 def documents(draw, depth=0):
-    """The lines of a mapping in block style, with members in both styles, comments and blank lines."""
+    """Draw the lines of a mapping in block style, with members in both styles, comments and blank lines."""
     lines = []
     for key in draw(st.lists(KEYS, min_size=1, max_size=4, unique=True)):
         indent = "  " * depth
@@ -232,7 +232,7 @@ def escaped(value):
 
 
 def shape(data):
-    """Data as text that tells 1 from 1.0 and true, and does not know the order of keys."""
+    """Return data as text that distinguishes 1, 1.0 and true and ignores the order of keys."""
     if isinstance(data, dict):
         return "{" + ",".join(f"{key!r}:{shape(data[key])}" for key in sorted(data)) + "}"
     return "[" + ",".join(map(shape, data)) + "]" if isinstance(data, list) else repr(data)
@@ -246,7 +246,7 @@ def at(data, path):
 
 @given(documents(), st.data(), VALUES, st.sampled_from(["\n", "\r\n"]), st.booleans())
 @example(["a:", "- k: 1 # one", "b: 2"], None, {"k": 5}, "\n", False)
-def test_the_edited_text_holds_the_value_and_every_other_line_and_comment(lines, data, value, line_end, ends):
+def test_edit_keeps_all_other_lines_and_comments(lines, data, value, line_end, ends):
     ends = ends or lines[-1].endswith("  text")  # a block text that no line end follows cannot be followed by anything
     text = line_end.join(lines) + line_end * ends
     before = loaded(text)
@@ -270,7 +270,7 @@ def test_the_edited_text_holds_the_value_and_every_other_line_and_comment(lines,
 
 
 def common(one, other):
-    """How many lines are the same from the first on."""
+    """Return how many lines are equal from the first on."""
     return next(
         (n for n, (left, right) in enumerate(zip(one, other, strict=False)) if left != right), min(len(one), len(other))
     )

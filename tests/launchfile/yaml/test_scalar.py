@@ -1,4 +1,4 @@
-"""Plain scalars: YAML 1.2's core schema, by its own words and by what ROS 2 reads differently."""
+"""Plain scalars: YAML 1.2's core schema, and the differences from ROS 2's parser."""
 
 import json
 import math
@@ -62,13 +62,13 @@ def test_not_a_number():
 @pytest.mark.parametrize(
     "text", ["9223372036854775808", "-9223372036854775809", "9" * 5000, "0x" + "f" * 5000, "1e999"]
 )
-def test_a_number_that_64_bits_cannot_hold_is_refused(text: str):
+def test_integer_beyond_64_bits_is_refused(text: str):
     with pytest.raises(ValueError, match=r"does not fit in 64 bits|beyond what a float can hold"):
         plain_scalar(text)
 
 
 @given(st.text(max_size=12))
-def test_every_text_means_something_or_is_refused_and_a_text_means_itself(text: str):
+def test_any_text_is_a_scalar_or_refused(text: str):
     try:
         value = plain_scalar(text)
     except ValueError:
@@ -77,14 +77,14 @@ def test_every_text_means_something_or_is_refused_and_a_text_means_itself(text: 
 
 
 @given(st.one_of(st.none(), st.booleans(), st.integers(-(2**63), 2**63 - 1), st.floats(allow_nan=False)))
-def test_what_a_yaml_writer_writes_is_read_back(value: object):
+def test_scalars_from_pyyaml_are_read_back(value: object):
     written = repr(value).lower().replace("inf", ".inf") if value is not None else "null"
     assert plain_scalar(written) == value
     assert type(plain_scalar(written)) is type(value)
 
 
 @given(st.text())
-def test_a_quoted_text_is_read_back_as_it_is(text: str):
+def test_quoted_text_is_read_back_unchanged(text: str):
     document = yaml.safe_dump({"key": text}, default_style='"', allow_unicode=False)
     assert parse(document.encode(), "file").data == {"key": text}
 
@@ -108,7 +108,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
-def test_scalars_agree_with_rcl_where_yaml_1_2_does(case: dict[str, str]):
+def test_scalars_agree_with_rcl(case: dict[str, str]):
     if (number := case["id"].rpartition("/")[2]) in SKIPPED:
         pytest.skip(SKIPPED[number])
     kind, expected = case["expect"]

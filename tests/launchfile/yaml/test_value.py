@@ -1,4 +1,4 @@
-"""Values: plain data with origins, merged and changed without touching what they came from."""
+"""Values: plain data with origins, merged and changed without changing the originals."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ TREES = st.recursive(
 
 
 def merged(below: Any, above: Any) -> Any:
-    """The rule, on plain data."""
+    """Merge plain data by the same rule."""
     if isinstance(below, dict) and isinstance(above, dict):
         return {**below, **{k: merged(below[k], v) if k in below else v for k, v in above.items()}}
     return above
@@ -28,7 +28,7 @@ def test_plain_data_survives(data: Any):
 
 
 @given(TREES, TREES)
-def test_mappings_merge_key_by_key_and_all_else_is_replaced(below: Any, above: Any):
+def test_only_mappings_are_merged(below: Any, above: Any):
     first, second = Value.of(below, FILE), Value.of(above, COMMAND)
     assert first.merged(second).data == merged(below, above)
     assert (first.data, second.data) == (below, above)
@@ -43,7 +43,7 @@ def test_each_leaf_of_a_merge_keeps_its_origin(below: Any, above: Any):
 
 
 @given(TREES)
-def test_every_leaf_is_found_by_its_path_and_can_be_set_and_left_out(data: Any):
+def test_every_leaf_is_found_set_and_removed(data: Any):
     tree = Value.of(data, FILE)
     for path, leaf in tree.leaves():
         found = tree.find(path)
@@ -58,9 +58,17 @@ def test_every_leaf_is_found_by_its_path_and_can_be_set_and_left_out(data: Any):
         assert tree.data == data
 
 
-def test_the_nearest_stated_parent_answers_for_what_is_not_stated():
+def test_nearest_finds_the_closest_stated_parent():
     tree = Value.of({"a": {"b": 1}}, FILE)
     assert tree.nearest(("a", "c", 0)).data == {"b": 1}
     assert tree.nearest(("x",)) is tree
     assert tree.find(("a", "b", "c")) is None
     assert tree.find(("a", 5)) is None
+
+
+def test_followed_path_ends_at_scalars_and_missing_items():
+    tree = Value.of({"a": [{"b": 1}], "c": None}, FILE)
+    assert tree.followed(("a", "0", "new", "d")) == (("a", 0, "new", "d"), 4)
+    assert tree.followed(("a", "1", "b")) == (("a", "1", "b"), 1)
+    assert tree.followed(("a", "0", "b", "c")) == (("a", 0, "b", "c"), 3)
+    assert tree.followed(("c", "d")) == (("c", "d"), 2)

@@ -23,11 +23,11 @@ def credentials(folder: Path, name: str) -> Credentials:
 def test_a_certificate_is_trusted_by_those_of_its_authority_and_for_its_addresses(authority: Authority):
     authority.add("arm", addresses=["192.0.2.7", "arm.local", "2001:db8::1"])
     shown = credentials(authority.folder, "arm")
-    assert common_name(shown.seen_by_others()) == "arm"
+    assert common_name(shown.verified_by_peer()) == "arm"
     for host in ("192.0.2.7", "arm.local", "2001:db8::1", "arm"):
-        shown.seen_by_others(host)
+        shown.verified_by_peer(host)
     with pytest.raises(ssl.SSLCertVerificationError):
-        shown.seen_by_others("192.0.2.8")
+        shown.verified_by_peer("192.0.2.8")
 
 
 def test_that_of_another_authority_is_not(authority: Authority, tmp_path: Path):
@@ -35,7 +35,7 @@ def test_that_of_another_authority_is_not(authority: Authority, tmp_path: Path):
     other.add("arm")
     shown = Credentials(authority.folder / "ca.pem", other.folder / "arm.pem", other.folder / "arm.key")
     with pytest.raises(ssl.SSLCertVerificationError):
-        shown.seen_by_others()
+        shown.verified_by_peer()
 
 
 def test_keys_are_their_owner_s(authority: Authority):

@@ -1,4 +1,4 @@
-"""The gallery of mistakes: each launch file of `mistakes.txt`, and its whole report as a person sees it."""
+"""Tests of `syntax.py`, `misplaced.py` and `key_faults.py`: each launch file of `mistakes.txt` and its whole report."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,7 @@ def titled(entry: str) -> str:
 
 
 @pytest.mark.parametrize("entry", GALLERY, ids=titled)
-def test_the_whole_report_of_a_mistake(entry: str, folder):
+def test_report_of_each_mistake_is_as_shown(entry: str, folder):
     _, *parts = re.split(r"^--- (.+)\n", entry, flags=re.MULTILINE)
     files = dict(zip(parts[::2], parts[1::2], strict=True))
     report = files.pop("report").strip("\n")
@@ -25,6 +25,6 @@ def test_the_whole_report_of_a_mistake(entry: str, folder):
     assert "\n".join(problem.render() for problem in problems) == report
 
 
-def test_the_gallery_holds_every_kind_of_mistake_once():
+def test_gallery_has_each_mistake_once():
     titles = [titled(entry) for entry in GALLERY]
     assert len(titles) == len(set(titles)) >= 50

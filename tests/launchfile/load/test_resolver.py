@@ -1,4 +1,4 @@
-"""What ROS 2's launch does with conditions, substitutions and parameters, and what busflow does in its place."""
+"""`Resolver`: replaced expressions, and ROS 2's cases of conditions, substitutions and parameters."""
 
 import json
 from pathlib import Path
@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from busflow.errors import LaunchError
+from busflow.launchfile.load.expression import Scope
+from busflow.launchfile.load.resolver import Resolver
+from busflow.launchfile.model.problems import Problems
+from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 
 CASES: list[dict[str, Any]] = json.loads((Path(__file__).parents[2] / "cases" / "i_launch.json").read_text())["cases"]
-OF_OTHER_FILES = {"coerce", "ns_push", "ns_make_absolute", "node_parameter_from_substitution"}
-"""Kinds whose cases are tested with the module that does it."""
+OF_OTHER_MODULES = {"coerce", "ns_push", "ns_make_absolute", "node_parameter_from_substitution"}
+"""Kinds of cases that other test modules test."""
 SKIPPED = {
     "substitution": "another grammar: an expression is ${…}, never $(…), and calls nothing",
     "eval": "upstream runs Python here; an expression of busflow compares and combines, it does not calculate",
@@ -28,25 +32,25 @@ SKIPPED = {
     "yaml/log": "a launch file of busflow runs nothing, and logs nothing",
     "1": "a number is not a condition: 1 and 0 are refused where true or false is meant",
 }
-"""By kind, by id, or by an operand: why a case is not busflow's."""
-TESTED = [case for case in CASES if case["kind"] not in OF_OTHER_FILES]
+"""Reason why a case does not apply to busflow, by kind, by id, or by an operand."""
+TESTED = [case for case in CASES if case["kind"] not in OF_OTHER_MODULES]
 
 
 def reason(case: dict[str, Any]) -> str | None:
-    """Why a case does not apply."""
+    """Return why a case does not apply."""
     operands = case.get("input") if isinstance(case.get("input"), list) else [case.get("input")]
     numbers = case["kind"] in {"and", "or", "not"} and {"0", "1"} & {str(each) for each in operands or []}
     return SKIPPED.get(case["id"]) or SKIPPED.get(case["kind"]) or (SKIPPED["1"] if numbers else None)
 
 
 def when(folder, value: str) -> bool:
-    """Whether a node with this `when` is there."""
+    """Return whether a node with this `when` is part of the graph."""
     nodes = folder.load(f"nodes:\n  it: {{plugin: talker, when: {value}}}\n  other: {{plugin: talker}}\n").nodes
     return "it" in [node.name for node in nodes]
 
 
 @pytest.mark.parametrize("case", TESTED, ids=lambda case: case["id"])
-def test_what_upstream_decides_is_decided_in_the_same_way(folder, case: dict[str, Any]):
+def test_upstream_launch_cases_agree(folder, case: dict[str, Any]):
     if (why := reason(case)) is not None:
         pytest.skip(why)
     given, expected = case["input"], case["expect"]
@@ -72,6 +76,24 @@ def _operand(text: str) -> str:
     return text.lower() if text.lower() in {"true", "false"} else json.dumps(text)
 
 
-def test_every_reason_is_one_of_a_case_that_is_skipped():
+def test_every_reason_belongs_to_a_skipped_case():
     used = {reason(case) for case in TESTED}
     assert set(SKIPPED.values()) <= used
+
+
+def test_failed_expression_keeps_its_text_and_path():
+    origin = Origin(StatedBy.CALLER)
+    resolver = Resolver(Scope({"HOST": "arm"}), Problems())
+    found = resolver.resolve(Value.of({"host": "${env.HOST}", "other": ["${env.NONE}"]}, origin))
+    assert found.data == {"host": "arm", "other": ["${env.NONE}"]}
+    assert resolver.failed == {("other", 0)}
+
+
+def test_key_holds_expressions_only_inside_for_each():
+    origin = Origin(StatedBy.CALLER)
+    entry = Value.of({"${each.side}/arm": 1}, origin)
+    inside = Resolver(Scope({}, each={"side": Value("left", origin)}), Problems())
+    assert inside.resolve(entry).data == {"left/arm": 1}
+    outside = Resolver(Scope({}), problems := Problems())
+    outside.resolve(entry)
+    assert [each.message for each in problems.sorted(())] == ["a key cannot hold an expression"]

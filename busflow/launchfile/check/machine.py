@@ -1,4 +1,4 @@
-"""Here: a launch file as one of its machines runs it."""
+"""Selects the machine that this process runs on, and checks its credentials."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 
 def on_machine(description: LaunchDescription, machine: str | None, *, together: bool) -> LaunchDescription:
-    """The description as a machine runs it, which its `here` says; as it was, where all of it runs here.
+    """Return the description with `here` set to this machine; unchanged if all of the graph runs here.
 
     Args:
-        description: what a launch file describes.
-        machine: which machine this is; None for the main one.
-        together: all of the graph is to run here, whatever the file says.
+        description: The description of a launch file.
+        machine: The name of this machine; None for the main one.
+        together: Whether all of the graph runs here, whatever the file says.
 
     Raises:
-        LaunchError: there is no such machine, or what it shows to the others will not do.
+        LaunchError: The machine is unknown, or other machines would refuse its credentials.
     """
     network = description.network
     if machine is not None and (network is None or machine not in network.machines):

@@ -1,0 +1,61 @@
+"""Building the network: addresses, credentials and rights of machines, and their mistakes."""
+
+import pytest
+
+from busflow.launchfile.load.load import examine, load
+
+
+def test_listen_address_and_credentials_of_a_machine(machines):
+    found = machines.network.machines
+    assert {name: each.listen and str(each.listen) for name, each in found.items()} == {
+        "main": None,
+        "arm": "tls/192.0.2.7:7447",
+        "head": "tls/0.0.0.0:7001",
+    }
+    assert {name: (str(each.cert.path), str(each.key.path)) for name, each in found.items()} == {
+        "main": ("certs/main.pem", "certs/main.key"),
+        "arm": ("certs/arm.pem", "certs/arm.key"),
+        "head": ("keys/h.pem", "certs/head.key"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "expected"),
+    [
+        ("machines: {arm: {connect: 'tcp/192.0.2.7:7447'}}", "open-endpoint", "fix: write tls/192.0.2.7:7447"),
+        ("machines: {arm: {connect: 'udp/192.0.2.7:7447'}}", "bad-endpoint", "machines are not linked by udp"),
+        ("machines: {arm: {connect: 192.0.2.7}}", "bad-endpoint", "write it as tls/192.0.2.7:7447"),
+        ("machines: {arm: {connect: 'tls/192.0.2.7:70000'}}", "bad-endpoint", "a port of 1 to 65535"),
+        ("machines: {arm: {connect: 'tls/h:1#ca=/etc/x'}}", "bad-endpoint", "is no endpoint"),
+        ("machines: {arm: {connect: 'tls/0.0.0.0:7447'}}", "bad-endpoint", "nobody can connect to it"),
+        ("machines: {arm: {connect: 'tls/arm.local:7447'}}", "no-endpoint", "add listen: tls/0.0.0.0:7447"),
+        ("machines: {arm: {}}", "no-endpoint", "nobody can connect to the machine arm"),
+        ("machines: {arm: {connect: 'tls/192.0.2.7:7447'}}", "no-certificates", "busflow certs new"),
+        ("machines: {a b: {connect: 'tls/192.0.2.7:7447'}}", "invalid-name", "is no name of a machine"),
+        ("network: {ca: ca.pem, allow: {main: read}}", "invalid-name", "main is a machine, which may do all"),
+        ("network: {ca: ca.pem, allow: {viewer: write}}", "unknown-choice", "read, all"),
+        ("nodes: {b: {plugin: p, machine: amr}}", "unknown-machine", "there is no machine amr"),
+        ("processes: {x: {machine: amr}}", "unknown-machine", "there is no machine amr"),
+        (
+            (
+                "machines: {arm: {connect: 'tcp/127.0.0.1:7447'}}\nprocesses: {x: {}}\n"
+                "nodes: {b: {plugin: p, machine: arm, process: x}}"
+            ),
+            "other-machine",
+            "write machine: arm below processes: x",
+        ),
+    ],
+)
+def test_network_mistake_is_reported_with_its_fix(folder, text, code, expected):
+    folder.write(f"{text}\n" + ("" if "nodes:" in text else "nodes: {a: {plugin: p}}\n"))
+    _, problems = examine("lab1.yaml")
+    found = [problem for problem in problems if problem.code == code]
+    assert found, [problem.render() for problem in problems]
+    assert expected in "\n".join(problem.render() for problem in found)
+    assert found[0].place is not None
+
+
+def test_paths_are_relative_to_the_included_file(folder):
+    folder.write("network: {ca: keys/ca.pem, listen: 'tls/0.0.0.0:7447'}\n", "robots/net.yaml")
+    folder.write("include: robots/net.yaml\nnodes: {a: {plugin: p}}\n")
+    assert str(load("lab1.yaml").network.ca.path) == "robots/keys/ca.pem"
