@@ -90,11 +90,11 @@ def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
             users[end.token.type, end.token.hash].append(end.node)
         if len(users) < 2:
             continue
-        told = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
+        listed = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
         if len(topic.types) > 1:
-            text, fix = f"{topic.name} carries {' and '.join(told)}", "use one type on all ends, or remap one of them"
+            text, fix = f"{topic.name} carries {' and '.join(listed)}", "use one type on all ends, or remap one of them"
         else:
-            text = f"{topic.name} carries {len(users)} definitions of {' and '.join(told)}"
+            text = f"{topic.name} carries {len(users)} definitions of {' and '.join(listed)}"
             fix = "use the same definition of the type everywhere; who has another one receives nothing"
         yield Problem("type-mismatch", text, fix)
 

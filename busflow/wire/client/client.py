@@ -92,7 +92,7 @@ class Peer:
     @property
     def alive(self) -> bool:
         """Whether the run is still there."""
-        return self.run.lives(self.session)
+        return self.run.is_alive(self.session)
 
     def require(self, what: str) -> None:
         """Find out whether who has joined may do more than look.
@@ -123,15 +123,15 @@ class Peer:
         for reply in self._replies(question, arguments, self._patience_s):
             if reply.ok is None:
                 continue
-            who = str(reply.ok.key_expr)
+            process = str(reply.ok.key_expr)
             if reply.ok.attachment is not None:
-                messages.setdefault(who, []).append(Received.of(reply.ok))
+                messages.setdefault(process, []).append(Received.of(reply.ok))
                 continue
-            told = _told(reply.ok.payload.to_bytes())
-            if "answer" in told:
-                found.append((told["answer"], messages.pop(who, [])))
+            answer = _parsed(reply.ok.payload.to_bytes())
+            if "answer" in answer:
+                found.append((answer["answer"], messages.pop(process, [])))
             else:
-                refusals.append(refusal(str(told.get("kind")), str(told.get("error"))))
+                refusals.append(refusal(str(answer.get("kind")), str(answer.get("error"))))
         if not found:
             raise (
                 refusals[0]
@@ -191,9 +191,9 @@ class Peer:
         if key not in self._types:
             which = {} if type_hash is None else {"hash": type_hash}
             for answer in self.ask("types", names=[name], **which):
-                for told in answer.values():
-                    if type_hash in (None, told["hash"]):
-                        self._types[key] = ForeignType(name, told["hash"], told["description"])
+                for offered in answer.values():
+                    if type_hash in (None, offered["hash"]):
+                        self._types[key] = ForeignType(name, offered["hash"], offered["description"])
         if key not in self._types:
             raise NoSuchTarget(f"the run does not say what {name} is")
         return self._types[key]
@@ -284,12 +284,12 @@ class Peer:
 
         found: dict[str, ServiceKind] = {}
         for answer in self.ask("services", names=list(names)):
-            for name, told in answer.items():
+            for name, kind in answer.items():
                 request, response = (
-                    ForeignType(f"{told['type']}_{part}", told[part.lower()]["hash"], told[part.lower()]["description"])
+                    ForeignType(f"{kind['type']}_{part}", kind[part.lower()]["hash"], kind[part.lower()]["description"])
                     for part in ("Request", "Response")
                 )
-                found[name] = ServiceKind(name, told["type"], told["hash"], request, response)
+                found[name] = ServiceKind(name, kind["type"], kind["hash"], request, response)
         return found
 
     def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:
@@ -378,7 +378,7 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
         peer.close()
 
 
-def _told(payload: bytes) -> dict[str, Any]:
+def _parsed(payload: bytes) -> dict[str, Any]:
     """What a process answered; a refusal where that is no answer."""
     try:
         found = json.loads(payload)

@@ -55,8 +55,8 @@ class TopicView:
     def kinds(self) -> tuple[tuple[str, str | None], ...]:
         """Its types, each with the hash that somebody on its ends tells; None where nobody does."""
         ends = (*self.publishers, *self.subscriptions)
-        told = dict.fromkeys((each.token.type, each.token.told_hash) for each in ends)
-        return tuple(told) or tuple((name, None) for name in self.types)
+        kinds = dict.fromkeys((each.token.type, each.token.known_hash) for each in ends)
+        return tuple(kinds) or tuple((name, None) for name in self.types)
 
     @property
     def hidden(self) -> bool:
@@ -118,15 +118,15 @@ class GraphView:
 
 def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> GraphView:
     """The graph that tokens, and the answers to `graph` of the processes, make up together."""
-    told = _Told(answers)
+    described = _Answers(answers)
     tokens = sorted(tokens, key=lambda token: (token.topic, token.node_name, token.entity_id))
     ends: dict[TokenKind, list[EndView]] = {kind: [] for kind in TokenKind}
     for token in tokens:
         if token.kind is not TokenKind.NODE:
-            ends[token.kind].append(EndView(token, _qos(token), told.end(token)))
-    names = {token.node_name for token in tokens} | set(told.nodes)
-    nodes = {name: _node(name, ends, told.nodes.get(name, {})) for name in sorted(names)}
-    topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], told.topics)
+            ends[token.kind].append(EndView(token, _qos(token), described.end(token)))
+    names = {token.node_name for token in tokens} | set(described.nodes)
+    nodes = {name: _node(name, ends, described.nodes.get(name, {})) for name in sorted(names)}
+    topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], described.topics)
     return GraphView(nodes, topics, _topics(ends[TokenKind.SERVICE], ends[TokenKind.CLIENT], {}))
 
 
@@ -147,7 +147,7 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith(HIDDEN) for part in name.split("/"))
 
 
-class _Told:
+class _Answers:
     """The answers of the processes, by what they are about."""
 
     def __init__(self, answers: Sequence[Mapping[str, Any]]) -> None:
@@ -170,19 +170,19 @@ class _Told:
 
 
 def _topics(
-    firsts: Sequence[EndView], seconds: Sequence[EndView], told: Mapping[str, Mapping[str, Any]]
+    firsts: Sequence[EndView], seconds: Sequence[EndView], details: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, TopicView]:
-    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(told))
+    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(details))
     found: dict[str, TopicView] = {}
     for name in names:
         ends = [end for end in (*firsts, *seconds) if end.token.topic == name]
-        types = {end.token.type: None for end in ends} or {str(told[name]["type"]): None}
+        types = {end.token.type: None for end in ends} or {str(details[name]["type"]): None}
         found[name] = TopicView(
             name,
             tuple(types),
             tuple(end for end in firsts if end.token.topic == name),
             tuple(end for end in seconds if end.token.topic == name),
-            told.get(name, {}),
+            details.get(name, {}),
         )
     return found
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import zenoh
 
 MOST_BYTES = 64 * 1024 * 1024
-"""What may wait to be read, however few messages that is; a single larger one may."""
+"""Limit of the bytes that wait to be read, whatever their number; a single larger message may wait."""
+_UNSIGNED = Attachment(0, 0, b"")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +38,10 @@ class Received:
         """What came from Zenoh."""
         attachment = sample.attachment
         try:
-            told = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
+            found = _UNSIGNED if attachment is None else Attachment.decode(attachment.to_bytes())
         except MalformedMessage:  # whoever signs in another way is still heard
-            told = Attachment(0, 0, b"")
-        return cls(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
+            found = _UNSIGNED
+        return cls(sample.payload.to_bytes(), found.sequence, found.stamp_ns, found.gid)
 
 
 class Listener:

@@ -40,8 +40,8 @@ class PresentRun:
     def missing(self) -> Mapping[str, str]:
         """The machines that its own one is not linked to, and why."""
         here = [process for process in self.processes if process["pid"] == self.run.card.pid and "machines" in process]
-        told = [each.items() for process in here for each in [process["machines"]]]
-        return {name: how["reason"] for machines in told for name, how in machines if not how["linked"]}
+        machines = [process["machines"] for process in here]
+        return {name: how["reason"] for each in machines for name, how in each.items() if not how["linked"]}
 
     @property
     def state(self) -> str:
@@ -60,17 +60,17 @@ class PresentRun:
         )
 
 
-def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
+def ask_runs(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
     """Every run of this user, the oldest first, each asked what it is.
 
     Raises:
         InspectionUnavailable: A folder where runs would be is not safe.
     """
     for run in runs():
-        yield call(run, patience_s)
+        yield ask_run(run, patience_s)
 
 
-def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
+def ask_run(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
     """One run, asked what it is."""
     from busflow.clock import perf_counter
 

@@ -170,14 +170,14 @@ class Authority:
             .sign(self._key, _hash())
         )
         _save(self.folder / name, cert, key)
-        return self._told(path)
+        return self._check(path)
 
     def made(self) -> list[Made]:
         """Every certificate of the folder, by name, the authority's own left out."""
         paths = sorted(path for path in self.folder.glob("*.pem") if path.stem != AUTHORITY)
-        return [self._told(path) for path in paths]
+        return [self._check(path) for path in paths]
 
-    def _told(self, path: Path) -> Made:
+    def _check(self, path: Path) -> Made:
         from cryptography.exceptions import InvalidSignature
 
         cert = _read(path)

@@ -29,7 +29,7 @@ class RemoteRun:
 
     name: str
     """What `--run` was given."""
-    who: str
+    identity: str
     file: Path
     role: Role
     """What who joins may do."""
@@ -52,7 +52,7 @@ class RemoteRun:
             reasons = asyncio.run(self._reasons()) or str(error)
             raise InspectionUnavailable(f"no machine of {printable(self.file)} is reached: {reasons}") from None
 
-    def lives(self, session: zenoh.Session) -> bool:
+    def is_alive(self, session: zenoh.Session) -> bool:
         """Whether a machine of it is still there, for who has joined it by this session."""
         return bool(session.info.routers_zid())
 
@@ -64,7 +64,7 @@ class RemoteRun:
         """
         if self.role is not Role.ALL:
             raise NotAllowed(
-                f"{self.who} may look, and not {what}; network: {{allow: {{{self.who}: all}}}} in "
+                f"{self.identity} may look, and not {what}; network: {{allow: {{{self.identity}: all}}}} in "
                 f"{printable(self.file)} changes that"
             )
 
@@ -76,8 +76,8 @@ class RemoteRun:
         return self
 
     async def _reasons(self) -> str:
-        told = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
-        return "; ".join(each for each in told if not each.endswith(": "))
+        reasons = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
+        return "; ".join(each for each in reasons if not each.endswith(": "))
 
 
 def remote_run(text: str) -> RemoteRun:
@@ -87,7 +87,7 @@ def remote_run(text: str) -> RemoteRun:
         NoSuchRun: the file names no machine that can be reached, or nobody of that name.
         LaunchError: the file cannot be read, or the certificate will not do.
     """
-    who, _, stated = text.partition(AT)
+    identity, _, stated = text.partition(AT)
     file = Path(stated)
     description, problems = examine(file)
     network = None if description is None else description.network
@@ -95,16 +95,16 @@ def remote_run(text: str) -> RemoteRun:
         if description is None:
             raise LaunchError(problems)
         raise NoSuchRun(f"{printable(file)} has no network section: its runs are reached from their own machine alone")
-    if who not in network.allow and who not in network.machines:
+    if identity not in network.allow and identity not in network.machines:
         known = [*network.allow, *network.machines]
         raise NoSuchRun(
-            f"{printable(file)} lets nobody in who is called {printable(who)!r}; {did_you_mean(who, known)}"
+            f"{printable(file)} lets nobody in who is called {printable(identity)!r}; {did_you_mean(identity, known)}"
         )
     ways = tuple(_ways(network))
     if not ways:
         raise NoSuchRun(f"{printable(file)} does not say where a machine is reached; add connect to one of them")
-    credentials = _credentials(network, who) if any(end.protocol == TLS for _, end in ways) else None
-    return RemoteRun(text, who, file, network.allow.get(who, Role.ALL), credentials, ways)
+    credentials = _credentials(network, identity) if any(end.protocol == TLS for _, end in ways) else None
+    return RemoteRun(text, identity, file, network.allow.get(identity, Role.ALL), credentials, ways)
 
 
 def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
@@ -114,15 +114,15 @@ def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
             yield name, end
 
 
-def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
+def _credentials(network: NetworkSpec, identity: str) -> Credentials | None:
     """What somebody shows of themselves: a machine its own, others what bears their name beside the `ca`."""
     if network.ca is None:
         return None
-    machine = network.machines.get(who)
+    machine = network.machines.get(identity)
     cert, key = (None, None) if machine is None else (machine.cert, machine.key)
-    cert = cert or StatedFile(network.ca.path.with_name(f"{who}.pem"), network.ca.origin)
-    key = key or StatedFile(network.ca.path.with_name(f"{who}.key"), network.ca.origin)
-    found = list(examined(who, (network.ca, cert, key), [], SystemClock().now()))
+    cert = cert or StatedFile(network.ca.path.with_name(f"{identity}.pem"), network.ca.origin)
+    key = key or StatedFile(network.ca.path.with_name(f"{identity}.key"), network.ca.origin)
+    found = list(examined(identity, (network.ca, cert, key), [], SystemClock().now()))
     if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
         raise LaunchError(errors)
     return Credentials(network.ca.path, cert.path, key.path)

@@ -63,13 +63,13 @@ class Barrier:
         loop = asyncio.get_running_loop()
         self._loop = loop
 
-        def hear(sample: zenoh.Sample) -> None:
+        def on_sample(sample: zenoh.Sample) -> None:
             alive = sample.kind == zenoh.SampleKind.PUT
             with suppress(RuntimeError):  # the loop has ended: there is nobody to tell
                 loop.call_soon_threadsafe(self._on_token, str(sample.key_expr), alive)
 
         self._mirror.presence.on_change.append(self._look_soon)
-        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         for word in (f"{_SHOWN}/**", f"{_LINKED}/{self._zid}/*"):
             key = f"{QUERY_PREFIX}/*/{word}"
             self._ways.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
@@ -89,7 +89,7 @@ class Barrier:
             elif (process, self._others[process][0]) not in self._linked_to_us:
                 found.append(f"{process} does not see all nodes of {self._process}")
         sessions = {self._others[process][0] for process in others if process in self._others}
-        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unheard(sessions)]
+        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unconnected(sessions)]
 
     async def passed(self, others: Collection[str], *, unless: asyncio.Event) -> None:
         """Wait until these processes and this one can hear each other, or until nobody wants that any more."""
@@ -110,7 +110,7 @@ class Barrier:
         process, word, *rest = text.removeprefix(f"{QUERY_PREFIX}/").split("/")
         if process == self._process:
             if word == _SHOWN and rest[0] != self._zid:
-                self._tell(process, alive)
+                self._notify(process, alive)
             return
         if word == _LINKED:
             (self._linked_to_us.add if alive else self._linked_to_us.discard)((process, rest[1]))
@@ -125,14 +125,14 @@ class Barrier:
             self._gone.discard(process)
             if known is None or known[0] != session:
                 self._unlink(process)
-                self._tell(process, True)
+                self._notify(process, True)
         elif known == (session, count):  # else it was replaced before this came
             del self._others[process]
             self._gone.add(process)
             self._unlink(process)
-            self._tell(process, False)
+            self._notify(process, False)
 
-    def _tell(self, process: str, there: bool) -> None:
+    def _notify(self, process: str, there: bool) -> None:
         if self._on_change is not None:
             self._on_change(process, there)
 

@@ -26,7 +26,7 @@ from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.text import printable
-from busflow.wire.mirror.late_joiners import Latecomers, has_expired
+from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 
@@ -42,11 +42,11 @@ _BULKY_RING = 16
 _MOST_RING = 4096
 _TOGETHER = 8
 """Messages that are published before the handlers have their turn, if every queue has room for so many."""
-_STRANGERS = 256
+_MOST_SENDERS = 256
 _PATIENCE_S = 5.0
-_LAST_WORDS_S = 0.05
+_GRACE_S = 0.05
 """A token's end overtakes the messages in the ring: the drain has this long to bring the next one."""
-_MOST_LAST_WORDS = 20
+_MOST_GRACES = 20
 _MOST_DEPTH = 10_000
 """What a publisher elsewhere may have kept here for late joiners, whatever it says."""
 
@@ -84,7 +84,7 @@ class Inlet:
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._latecomers = Latecomers(topic, key, self._publishers, connection, asked=latched)
+        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, asked=latched)
         self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
@@ -102,11 +102,11 @@ class Inlet:
                 self._plain[token.gid] = publisher
             if token.gid in self._gone:
                 self._sequences[token.gid] = self._gone.pop(token.gid)
-            self._latecomers.welcome(token.gid)
+            self._late_joiners.welcome(token.gid)
 
     def serve(self, subscription: Subscription[Any]) -> None:
         """Let a subscription that has just come have what publishers keep, also where nobody here asked for it yet."""
-        self._latecomers.serve(subscription)
+        self._late_joiners.serve(subscription)
 
     def ignore(self, token: Token) -> None:
         """Receive nothing of a publisher that does not fit; what it sends is counted as incompatible."""
@@ -115,25 +115,25 @@ class Inlet:
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
         """A publisher of another process has gone; it leaves the topic when what it sent has come out of the ring."""
-        self._await_last_words(token, then, _MOST_LAST_WORDS)
+        self._leave_later(token, then, _MOST_GRACES)
 
-    def _await_last_words(self, token: Token, then: Callable[[], None], patience: int) -> None:
+    def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
         publisher = self._publishers.get(token.gid)
         seen = 0 if publisher is None else publisher.published
         loop = asyncio.get_running_loop()
-        loop.call_later(_LAST_WORDS_S, self._leave, token, publisher, seen, then, patience)
+        loop.call_later(_GRACE_S, self._leave, token, publisher, seen, then, patience)
 
     def _leave(
         self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], patience: int
     ) -> None:
         if self._closed:
             return
-        speaking = patience > 0 and publisher is not None and publisher.published != seen
-        if speaking or self._emptying:
-            self._await_last_words(token, then, max(0, patience - 1))
+        arriving = patience > 0 and publisher is not None and publisher.published != seen
+        if arriving or self._emptying:
+            self._leave_later(token, then, max(0, patience - 1))
             return
         self._ignored.discard(token.gid)
-        if token.gid in self._sequences and len(self._gone) < _STRANGERS:
+        if token.gid in self._sequences and len(self._gone) < _MOST_SENDERS:
             self._gone[token.gid] = self._sequences[token.gid]
         self._expel(token.gid)
         then()
@@ -142,12 +142,12 @@ class Inlet:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
         self._sequences.pop(gid, None)
-        self._latecomers.forget(gid)
+        self._late_joiners.forget(gid)
         if publisher is not None:
             publisher.close()
 
     @property
-    def deserted(self) -> bool:
+    def is_unused(self) -> bool:
         """Whether nobody out there publishes here any more."""
         return not self._publishers
 
@@ -156,7 +156,7 @@ class Inlet:
         self._closed = True
         if self._feeder is not None:
             self._feeder.cancel()
-        self._latecomers.close()
+        self._late_joiners.close()
         self._way.undeclare()
         self._let_watch()
         self._thread.join(_PATIENCE_S)
@@ -245,12 +245,12 @@ class Inlet:
             if self._closed:
                 return
             attachment = sample.attachment
-            told = b"" if attachment is None else attachment.to_bytes()
-            publisher = plain.get(gid := told[GID_AT:])
+            signature = b"" if attachment is None else attachment.to_bytes()
+            publisher = plain.get(gid := signature[GID_AT:])
             if publisher is None:
                 self._publish_carefully(sample)
                 continue
-            (sequence,) = SEQUENCE.unpack_from(told)  # there are 33 bytes, or it would be nobody's gid
+            (sequence,) = SEQUENCE.unpack_from(signature)  # there are 33 bytes, or it would be nobody's gid
             if sequences.get(gid) != sequence - 1:
                 self._publish_carefully(sample)
                 continue
@@ -271,7 +271,7 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:
                 self._refuse(error)
             finally:
-                self._latecomers.present = None
+                self._late_joiners.present = None
 
     async def _send(self, publisher: Publisher[Any], message: Message) -> None:
         try:
@@ -279,7 +279,7 @@ class Inlet:
         except (WouldBlock, NotRunning) as error:
             self._refuse(error)
         finally:
-            self._latecomers.present = None
+            self._late_joiners.present = None
 
     def _refuse(self, error: Exception) -> None:
         self.losses["refused"] += 1
@@ -304,31 +304,31 @@ class Inlet:
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
         """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
-        known = told = None
+        known = decoded = None
         if attachment:
-            told = Attachment.decode(attachment)
-            if told.gid in self._ignored:
+            decoded = Attachment.decode(attachment)
+            if decoded.gid in self._ignored:
                 self.losses["incompatible"] += 1
                 return None
-            known = self._publishers.get(told.gid)
-            self._count_lost(told)
+            known = self._publishers.get(decoded.gid)
+            self._count_lost(decoded)
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
-        elif told is not None:
-            if has_expired(found, told, self._bus.clock):
+        elif decoded is not None:
+            if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if told.gid in self._sequences:  # else there are more strangers than are kept in mind
-                self._latecomers.hear(told.gid, told.sequence)
+            if decoded.gid in self._sequences:  # else there are more strangers than are kept in mind
+                self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
 
-    def _count_lost(self, told: Attachment) -> None:
-        last = self._sequences.get(told.gid)
-        if last is not None and told.sequence > last + 1:
-            self.losses["lost"] += told.sequence - last - 1
-        if last is not None or len(self._sequences) < _STRANGERS:  # there may be any number of strangers
-            self._sequences[told.gid] = told.sequence if last is None else max(last, told.sequence)
+    def _count_lost(self, attachment: Attachment) -> None:
+        last = self._sequences.get(attachment.gid)
+        if last is not None and attachment.sequence > last + 1:
+            self.losses["lost"] += attachment.sequence - last - 1
+        if last is not None or len(self._sequences) < _MOST_SENDERS:  # there may be any number of strangers
+            self._sequences[attachment.gid] = attachment.sequence if last is None else max(last, attachment.sequence)
 
 
 def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:

@@ -33,7 +33,7 @@ _MOST = 10_000
 """Messages that are taken in answer, and that may wait."""
 
 
-class Latecomers:
+class LateJoiners:
     """Those of one topic."""
 
     def __init__(
@@ -63,7 +63,7 @@ class Latecomers:
         self._had: dict[bytes, int] = {}
         self._gates: list[Gate] = []
 
-    def hear(self, gid: bytes, sequence: int) -> None:
+    def note(self, gid: bytes, sequence: int) -> None:
         """A message is about to be handed out, maybe of a publisher whose token is yet to come."""
         self.present = gid, sequence
         self.first.setdefault(gid, sequence)
@@ -133,11 +133,11 @@ class Latecomers:
         support = self._connection.supports(self._topic.type)
         for attachment, payload in found:
             try:
-                told = Attachment.decode(attachment)
-                publisher = self._publishers.get(told.gid)
-                if publisher is not None and told.gid in asked and not has_expired(publisher, told, self._topic.clock):
+                sent = Attachment.decode(attachment)
+                publisher = self._publishers.get(sent.gid)
+                if publisher is not None and sent.gid in asked and not has_expired(publisher, sent, self._topic.clock):
                     item = publisher.as_kept(support.decode(payload))
-                    gate.kept.setdefault(told.gid, {})[told.sequence] = item
+                    gate.kept.setdefault(sent.gid, {})[sent.sequence] = item
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1
         for gid in asked:
@@ -161,23 +161,23 @@ class Latecomers:
 class Gate:
     """Stands before a latecomer's queue, until what was published earlier is in it and from then on."""
 
-    def __init__(self, target: Subscription[Any], latecomers: Latecomers) -> None:
+    def __init__(self, target: Subscription[Any], late_joiners: LateJoiners) -> None:
         self.target = target
         self.questions = 0
         """How many are yet to be answered; it is shut as long as there are any."""
         self.kept: dict[bytes, dict[int, Any]] = {}
         """What was told in answer, by publisher and number."""
-        self._latecomers = latecomers
+        self._late_joiners = late_joiners
         self._waiting: deque[Any] = deque()
-        self._first = dict(latecomers.first)
+        self._first = dict(late_joiners.first)
         """By publisher, the number of the first message that comes here without being asked for."""
         self._given: dict[bytes, int] = {}
         """By publisher, up to which number the latecomer has been given what may still be on its way here."""
 
     @classmethod
-    def of(cls, target: Subscription[Any], latecomers: Latecomers) -> Gate:
+    def of(cls, target: Subscription[Any], late_joiners: LateJoiners) -> Gate:
         """The gate before a subscription."""
-        gate = target.link if isinstance(target.link, Gate) else cls(target, latecomers)
+        gate = target.link if isinstance(target.link, Gate) else cls(target, late_joiners)
         target.link = gate
         return gate
 
@@ -193,7 +193,7 @@ class Gate:
 
     def carry(self, item: Any) -> None:
         """Bring what is published now, behind what was earlier, unless it was among that."""
-        gid, sequence = self._latecomers.present or (b"", 0)
+        gid, sequence = self._late_joiners.present or (b"", 0)
         if gid:
             self._first.setdefault(gid, sequence)
         if gid and sequence <= self._given.get(gid, 0):
@@ -221,7 +221,7 @@ class Gate:
             self.target.receive(self._waiting.popleft())
 
 
-def has_expired(publisher: Publisher[Any], told: Attachment, clock: Clock) -> bool:
+def has_expired(publisher: Publisher[Any], sent: Attachment, clock: Clock) -> bool:
     """Whether a message has outlived its lifespan on its way, or where it was kept, by the time of day."""
     lifespan_s = publisher.endpoint.qos.lifespan_s
-    return lifespan_s is not None and clock.now().nanoseconds - told.stamp_ns > lifespan_s * NS_PER_S
+    return lifespan_s is not None and clock.now().nanoseconds - sent.stamp_ns > lifespan_s * NS_PER_S

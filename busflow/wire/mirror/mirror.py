@@ -30,7 +30,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.node.parameter_store import ParameterStore
 from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
-from busflow.wire.mirror.remote_publishers import Neighbours
+from busflow.wire.mirror.remote_publishers import RemotePublishers
 from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
@@ -74,11 +74,9 @@ class Mirror:
         self._log = graph.log.bind("busflow")
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
-        sender, replier = (
-            SenderThread(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier")
-        )
+        sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
-        self._neighbours = Neighbours(self._connection)
+        self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
         self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
         self._zid = str(session.info.zid())
@@ -101,18 +99,18 @@ class Mirror:
         answers = Answers(
             self._session,
             self._process,
-            {name: self._once_looked(question) for name, question in self._questions.all().items()},
+            {name: self._after_matching(question) for name, question in self._questions.all().items()},
             sender=self._connection.replier,
             log=self._log,
             on_loop=self._on_loop,
         )
 
-        def hear(sample: zenoh.Sample) -> None:
+        def on_sample(sample: zenoh.Sample) -> None:
             self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         self._graph.rosout.announce(self._wanted_of_rosout())
 
-        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
         self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
@@ -128,7 +126,7 @@ class Mirror:
         self._history.close()
         self._questions.close()
         self._session.close()  # which ends what waits in recv() and put()
-        self._neighbours.close()
+        self._remote_publishers.close()
         self._services.close()
         self._connection.sender.close()
         self._connection.replier.close()
@@ -145,12 +143,12 @@ class Mirror:
         """How many tokens this process shows."""
         return len(self._nodes) + len(self._subscriptions) + len(self._outlets) + self._services.shown
 
-    def unheard(self, sessions: Collection[str]) -> list[str]:
+    def unconnected(self, sessions: Collection[str]) -> list[str]:
         """The topics published here that one of these sessions receives, and that do not get there yet."""
         wanted = self._presence.received(sessions)
         return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
 
-    def _once_looked(self, question: Question) -> Question:
+    def _after_matching(self, question: Question) -> Question:
         """A question, answered once it is seen who listens: who asks what there was may go on with what comes then."""
 
         def answer(arguments: Mapping[str, Any]) -> object:
@@ -182,7 +180,7 @@ class Mirror:
         except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
             origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
             self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
-        self._presence.tell()
+        self._presence.notify()
 
     def _show(self, end: End) -> None:
         topic = self._graph.bus.topics[end.topic]
@@ -191,7 +189,7 @@ class Mirror:
             former = _predecessor(end, self._outlets, topic.publishers)
             if former is None:
                 token = self._token_of(end)
-                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.tell)
+                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.notify)
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -201,7 +199,7 @@ class Mirror:
             self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
         else:
             self._subscriptions[end] = self._subscriptions.pop(former)
-        self._neighbours.serve(end, is_new=former is None)
+        self._remote_publishers.serve(end, is_new=former is None)
 
     def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher):
@@ -212,10 +210,10 @@ class Mirror:
             token = self._subscriptions.pop(end, None)
             if token is not None:
                 token.undeclare()
-            self._neighbours.leave(self._graph.bus.topics[end.topic])
+            self._remote_publishers.leave(self._graph.bus.topics[end.topic])
         else:
             self._services.detach(end)
-        self._presence.tell()
+        self._presence.notify()
 
     def _token(self, kind: TokenKind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
         """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""
@@ -264,19 +262,19 @@ class Mirror:
         if token.session == self._zid:
             return
         try:
-            self._hear(text, token, alive=alive)
+            self._handle(text, token, alive=alive)
         finally:
             self._presence.note(text, token, alive=alive)
 
-    def _hear(self, text: str, token: Token, *, alive: bool) -> None:
+    def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
-            self._services.hear(text, token, alive=alive)
+            self._services.on_token(text, token, alive=alive)
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif alive:
-            self._neighbours.come(token)
+            self._remote_publishers.come(token)
         else:
-            self._neighbours.go(token)
+            self._remote_publishers.go(token)
 
     def _announce_parameters(self) -> None:
         """Let every node tell of its parameters from now on: somebody outside listens."""
@@ -290,7 +288,7 @@ class Mirror:
             with suppress(RuntimeError):  # the loop has ended meanwhile: there is nobody to tell
                 loop.call_soon_threadsafe(work, *arguments)
 
-    def _tell_bug(self, error: Exception) -> None:
+    def _log_bug(self, error: Exception) -> None:
         """What nobody foresaw; from any thread."""
         self._on_loop(lambda: self._log.error("busflow's wire failed at something", exc_info=error))
 
@@ -325,12 +323,12 @@ class Presence:
             self.tokens.pop(text, None)
         elif len(self.tokens) < _MOST:
             self.tokens[text] = token
-        self.tell()
+        self.notify()
 
-    def tell(self) -> None:
+    def notify(self) -> None:
         """Something has changed that somebody may wait for."""
-        for hear in tuple(self.on_change):
-            hear()
+        for listener in tuple(self.on_change):
+            listener()
 
     def count(self, session: str) -> int:
         """How many tokens of a session are there."""

@@ -111,11 +111,11 @@ class Outlet:
         self._ways.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
-        def hear(status: Any) -> None:
+        def on_match(status: Any) -> None:
             on_loop(self._want, status.matching)
 
         way: Any = self._way
-        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(hear, indirect=False))
+        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(on_match, indirect=False))
         self._want(way.matching_status.matching)
 
     def _want(self, wanted: bool) -> None:

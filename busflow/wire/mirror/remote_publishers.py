@@ -23,7 +23,7 @@ _MOST = 10_000
 """Endpoints of other processes that are kept in mind: whoever shows more is at fault, or means harm."""
 
 
-class Neighbours:
+class RemotePublishers:
     """What publishers elsewhere send to the subscriptions here."""
 
     def __init__(self, connection: Connection) -> None:
@@ -45,7 +45,7 @@ class Neighbours:
         self._refused.discard(str(token))
         inlet = self._inlets.get(token.topic)
         if self._known.pop(str(token), None) is not None and inlet is not None:
-            inlet.dismiss(token, lambda: self._close_if_deserted(token.topic))
+            inlet.dismiss(token, lambda: self._close_if_unused(token.topic))
 
     def serve(self, subscription: Subscription[Any], *, is_new: bool) -> None:
         """A subscription has come: let those in who publish its topic, or out who do not fit.
@@ -98,8 +98,8 @@ class Neighbours:
         """
         support = self._connection.supports(topic.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            told = f"another definition of {token.type}" if token.type == support.name else token.type
-            raise BusflowError(f"it publishes {told}, not {support.name}")
+            offered = f"another definition of {token.type}" if token.type == support.name else token.type
+            raise BusflowError(f"it publishes {offered}, not {support.name}")
         endpoint = remote_endpoint(token, topic)
         for subscription in topic.subscriptions:
             check_qos(endpoint, subscription.endpoint)
@@ -109,7 +109,7 @@ class Neighbours:
         inlet = self._inlets.get(token.topic)
         if inlet is not None:
             inlet.ignore(token)
-            self._close_if_deserted(token.topic)
+            self._close_if_unused(token.topic)
         if str(token) not in self._refused:
             self._refused.add(str(token))
             self._log.warning(f"{token.node_name} in another process is not received on {token.topic}: {why}")
@@ -124,7 +124,7 @@ class Neighbours:
                     found.ignore(token)
         return found
 
-    def _close_if_deserted(self, topic: str) -> None:
+    def _close_if_unused(self, topic: str) -> None:
         inlet = self._inlets.get(topic)
-        if inlet is not None and inlet.deserted:
+        if inlet is not None and inlet.is_unused:
             self._inlets.pop(topic).close()

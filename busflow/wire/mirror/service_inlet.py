@@ -92,7 +92,7 @@ class RemoteServer:
     def _ask(self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes) -> None:
         """In the sender's thread: a link that is stalled would hold up the loop."""
 
-        def hear(reply: zenoh.Reply) -> None:
+        def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 self._on_loop(self._succeed, call, reply.ok.payload.to_bytes())
             elif reply.err is not None:
@@ -104,7 +104,7 @@ class RemoteServer:
         with suppress(zenoh.ZError):  # the session is closed: the run ends
             self._session.get(
                 self._key if call.limit_s is None else f"{self._key}?{PATIENCE}={call.limit_s}",
-                zenoh.handlers.Callback(hear, drop=end, indirect=False),
+                zenoh.handlers.Callback(on_reply, drop=end, indirect=False),
                 payload=payload,
                 attachment=attachment,
                 target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -121,6 +121,6 @@ class RemoteServer:
         except MalformedMessage as error:
             call.fail(ServiceFailed(f"{self._service.name}: what {self.node} answered is no answer: {error}"))
 
-    def _fail(self, call: Call[Any, Any], told: bytes) -> None:
+    def _fail(self, call: Call[Any, Any], reply: bytes) -> None:
         if self._waiting.pop(call, None) is not None:
-            call.fail(service_refusal(self._service.name, self.node, told))
+            call.fail(service_refusal(self._service.name, self.node, reply))

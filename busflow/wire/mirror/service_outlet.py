@@ -45,11 +45,11 @@ class ServiceOutlet:
         self._request, self._response = map(connection.supports, (service_type.Request, service_type.Response))
         self._tasks: set[asyncio.Task[None]] = set()
 
-        def hear(query: zenoh.Query) -> None:
+        def on_query(query: zenoh.Query) -> None:
             connection.on_loop(self._begin, query)
 
         self._way = connection.session.declare_queryable(
-            key, zenoh.handlers.Callback(hear, indirect=False), complete=True
+            key, zenoh.handlers.Callback(on_query, indirect=False), complete=True
         )
 
     def close(self) -> None:
@@ -107,6 +107,6 @@ def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None
         query.reply(query.key_expr, payload, attachment=attachment)
 
 
-def _reply_error(query: zenoh.Query, told: bytes) -> None:
+def _reply_error(query: zenoh.Query, text: bytes) -> None:
     with replying(query):
-        query.reply_err(told)
+        query.reply_err(text)

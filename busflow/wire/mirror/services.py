@@ -84,7 +84,7 @@ class ServiceMirror:
         for outlet in self._outlets.pop(shown, ()):
             outlet.close()
 
-    def hear(self, text: str, token: Token, *, alive: bool) -> None:
+    def on_token(self, text: str, token: Token, *, alive: bool) -> None:
         """A server of another process has come or gone."""
         if alive:
             self._remote[text] = token
@@ -108,8 +108,8 @@ class ServiceMirror:
             return
         support = self._supports(service.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            told = "of another definition" if token.type == support.name else f"as {token.type}"
-            self._log.warning(f"{token.node_name} in another process answers {service.name} {told}: it is not asked")
+            how = "of another definition" if token.type == support.name else f"as {token.type}"
+            self._log.warning(f"{token.node_name} in another process answers {service.name} {how}: it is not asked")
             return
         try:
             key, gid = self._key(service.name, service.type), self._gids[service.name]

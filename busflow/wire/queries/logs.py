@@ -62,14 +62,14 @@ class ParameterLog:
     def follow(self, store: ParameterStore) -> None:
         """Remember the changes of a node's parameters from now on."""
 
-        def hear(_old: Parameters, result: SetResult) -> None:
+        def keep(_old: Parameters, result: SetResult) -> None:
             for change in result.changed:
                 self._last += 1
-                told = {"name": change.name, "old": change.old, "new": change.new}
+                values = {"name": change.name, "old": change.old, "new": change.new}
                 place = {"sequence": self._last, "stamp_ns": self._clock.now().nanoseconds, "node": store.node}
-                self._changes.append(place | told)
+                self._changes.append(place | values)
 
-        store.on_change.append(hear)
+        store.on_change.append(keep)
 
     def since(self, sequence: int | None) -> dict[str, Any]:
         """The changes after one of this number, all that are known where it is 0, and none for None: `{last, changes}`.

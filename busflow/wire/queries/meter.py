@@ -116,7 +116,7 @@ class Meter:
         self._origins = Origins(topic)
         self._since_ns = clock.monotonic_ns()
 
-    def hear(self, message: Message) -> None:
+    def on_message(self, message: Message) -> None:
         """Count a message, as it is published."""
         tally = self._tally()
         tally.add(self._clock.monotonic_ns())
@@ -175,7 +175,7 @@ class Meters:
             if len(self._meters) >= _MOST:
                 raise BusflowError(f"{_MOST} meters are read already; end some of the commands that do")
             meter = self._meters[key] = Meter(topic, self._bus.clock, self._size_of(topic) if sizes else None)
-            self._bus.tap(topic, meter.hear)
+            self._bus.tap(topic, meter.on_message)
             self._expire_later(key)
         self._read_at[key] = self._bus.clock.monotonic_ns()
         return meter.read()
@@ -183,7 +183,7 @@ class Meters:
     def close(self) -> None:
         """Take every meter off."""
         for meter in self._meters.values():
-            self._bus.untap(meter.topic, meter.hear)
+            self._bus.untap(meter.topic, meter.on_message)
         self._meters.clear()
 
     def _expire_later(self, key: tuple[str, str]) -> None:
@@ -198,4 +198,4 @@ class Meters:
             return
         del self._read_at[key]
         meter = self._meters.pop(key)
-        self._bus.untap(meter.topic, meter.hear)
+        self._bus.untap(meter.topic, meter.on_message)

@@ -170,8 +170,8 @@ class Questions:
             (support.encode(message), Attachment(first + place, 0, _NO_GID).encode())
             for place, message in enumerate(messages)
         ]
-        told = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
-        return WithMessages(told | {"count": len(replies)} | _described(support), replies)
+        state = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
+        return WithMessages(state | {"count": len(replies)} | _described(support), replies)
 
     def measure(self, arguments: Mapping[str, Any]) -> object:
         """What went over `topic` since this `reader` last asked, with `sizes` or without, and the ledger there."""
@@ -183,8 +183,8 @@ class Questions:
         """The last `count` lines of the log, oldest first, of `node` or of all, from `level` (a number) on."""
         level, node = int(arguments.get("level", 0)), arguments.get("node")
         lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
-        told = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
-        return told | {"process": self._process}
+        found = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
+        return found | {"process": self._process}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
         """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""

@@ -64,13 +64,13 @@ class Answers:
         self._questions, self._sender, self._log, self._on_loop = questions, sender, log, on_loop
         self._room = threading.Semaphore(_MOST_WAITING)
         self._key = f"{QUERY_PREFIX}/{process}/"
-        self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._hear, indirect=False))
+        self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._on_query, indirect=False))
 
     def close(self) -> None:
         """Answer no more."""
         self._way.undeclare()
 
-    def _hear(self, query: zenoh.Query) -> None:
+    def _on_query(self, query: zenoh.Query) -> None:
         """In Zenoh's thread: bring a question to the loop."""
         if self._room.acquire(blocking=False):
             self._on_loop(self._answer, query)
@@ -81,11 +81,11 @@ class Answers:
         self._room.release()
         # The reply leaves through the sender: a link whose reader has stopped would hold up the loop.
         name = str(query.key_expr).rpartition("/")[2]
-        messages, told = self._told(name, query)
-        size = len(told) + sum(len(payload) for payload, _ in messages)
-        self._sender.hand(partial(_reply, query, self._key + name, messages, told), size)
+        messages, answer = self._result(name, query)
+        size = len(answer) + sum(len(payload) for payload, _ in messages)
+        self._sender.hand(partial(_reply, query, self._key + name, messages, answer), size)
 
-    def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
+    def _result(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
         try:
             found = self._question(name)(_arguments(query))
             answer = found if isinstance(found, WithMessages) else WithMessages(found, ())
@@ -117,11 +117,11 @@ def _arguments(query: zenoh.Query) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", found)
 
 
-def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], told: bytes) -> None:
+def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], answer: bytes) -> None:
     with replying(query):
         for payload, attachment in messages:
             query.reply(key, payload, attachment=attachment)
-        query.reply(key, told)
+        query.reply(key, answer)
 
 
 @contextmanager

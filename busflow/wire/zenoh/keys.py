@@ -72,7 +72,7 @@ class Token:
         return f"{self.namespace.rstrip('/')}/{self.node}"
 
     @property
-    def told_hash(self) -> str | None:
+    def known_hash(self) -> str | None:
         """The hash of its type; None where it tells none."""
         return None if self.hash in ("", _NO_HASH) else self.hash
 

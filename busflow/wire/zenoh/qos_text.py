@@ -80,7 +80,7 @@ def from_text(text: str) -> WireQoS:
         raise MalformedMessage(f"{text[:200]!r} is no QoS in the form of ROS 2's tokens") from None
 
 
-def as_qos(told: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
+def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
     """What a token says, as a profile of at most that depth.
 
     Raises:
@@ -88,10 +88,10 @@ def as_qos(told: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
     """
     from busflow.bus.qos import QoS  # whoever only shows a token does not pay for pydantic
 
-    limits = {"deadline": told.deadline_ns, "lifespan": told.lifespan_ns, "lease": told.lease_ns}
+    limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}
     words: dict[str, object] = {word: limit / _NS_PER_S for word, limit in limits.items() if limit}
-    words |= {"reliability": told.reliability, "durability": told.durability, "liveliness": told.liveliness}
-    return QoS.model_validate({"depth": min(max(1, told.depth), most_depth), **words})
+    words |= {"reliability": stated.reliability, "durability": stated.durability, "liveliness": stated.liveliness}
+    return QoS.model_validate({"depth": min(max(1, stated.depth), most_depth), **words})
 
 
 def _number(numbers: dict[int, str], word: str, default: str) -> str:

@@ -16,11 +16,11 @@ def encode_refusal(error: Exception) -> bytes:
     return json.dumps({"kind": type(error).__name__, "error": str(error)}).encode()
 
 
-def service_refusal(service: str, node: str, told: bytes) -> ServiceError:
+def service_refusal(service: str, node: str, reply: bytes) -> ServiceError:
     """The error for what a server's process told; nothing is a server that went without a word."""
     try:
-        said = json.loads(told)
-        kind, text = str(said["kind"]), str(said["error"])
+        parsed = json.loads(reply)
+        kind, text = str(parsed["kind"]), str(parsed["error"])
     except (ValueError, KeyError, TypeError):
         return ServiceGone(f"{service}: {node} did not answer")
     return _of_kind(kind, ServiceError, ServiceFailed)(text)

@@ -78,7 +78,7 @@ class FoundRun:
         """
         return open_session(self.directory, patience_s=patience_s)
 
-    def lives(self, _session: zenoh.Session) -> bool:
+    def is_alive(self, _session: zenoh.Session) -> bool:
         """Whether it is still there, for who has joined it by this session."""
         return self in runs()
 
@@ -155,7 +155,7 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
     for folder in _folders(environment, search=True):
         try:
             if os.path.lexists(folder):
-                found += _living(_own(folder))
+                found += _alive_runs(_own(folder))
         except InspectionUnavailable as error:  # whoever takes our name in /tmp must not hide what runs elsewhere
             unsafe.append(error)
     if unsafe and not found:
@@ -187,7 +187,7 @@ def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
         except (InspectionUnavailable, OSError) as error:
             found.append(Folder(path, exists=True, fault=str(error)))
             continue
-        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _lives(each))))
+        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _is_alive(each))))
     return found
 
 
@@ -288,7 +288,7 @@ def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
 
 def _is_free(path: Path) -> bool:
     """Whether no run has this directory; what a dead one left is removed. The folder's lock is held."""
-    if path.is_symlink() or (path.exists() and not path.is_dir()) or _lives(path):
+    if path.is_symlink() or (path.exists() and not path.is_dir()) or _is_alive(path):
         return False
     _remove(path)
     return True
@@ -302,18 +302,18 @@ def _directories(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
 
 
-def _living(folder: Path) -> list[FoundRun]:
+def _alive_runs(folder: Path) -> list[FoundRun]:
     directories = _directories(folder)
-    living = [path for path in directories if _lives(path)]
+    living = [path for path in directories if _is_alive(path)]
     if len(living) < len(directories):
         with suppress(OSError), _alone(folder, wait=False) as alone:  # what cannot be removed is not shown either
             for path in directories:
-                if alone and not _lives(path):
+                if alone and not _is_alive(path):
                     _remove(path)
     return [FoundRun(path, card) for path in living if not path.name.startswith(".") and (card := _card(path))]
 
 
-def _lives(path: Path) -> bool:
+def _is_alive(path: Path) -> bool:
     """Whether a run holds the directory's lock."""
     try:
         lock = os.open(path / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
@@ -341,9 +341,9 @@ def _card(path: Path) -> RunCard | None:
     """What the run says of itself; None while it has not yet said anything, or where that is no card."""
     try:
         with (path / _CARD).open("rb") as file:
-            told: Any = json.loads(file.read(_CARD_BYTES))
-        words = {field: told.get(field, "") for field in ("name", "file", "version")}
-        numbers = {field: told[field] for field in ("pid", "since_ns")}
+            found: Any = json.loads(file.read(_CARD_BYTES))
+        words = {field: found.get(field, "") for field in ("name", "file", "version")}
+        numbers = {field: found[field] for field in ("pid", "since_ns")}
     except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         return None
     fits = all(type(word) is str for word in words.values())

@@ -73,7 +73,7 @@ async def _serve(
     from busflow_ui.foxglove.admission import is_local
     from busflow_ui.foxglove.bridge import Bridge
 
-    bridge = Bridge(peer, topics, read_only=read_only, tell=tell)
+    bridge = Bridge(peer, topics, read_only=read_only, print_line=tell)
     try:
         port = await bridge.open(host, port, admission)
         if not is_local(host):
