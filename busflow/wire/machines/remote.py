@@ -1,4 +1,4 @@
-"""Remote: a run on other machines, as somebody finds it whom its launch file lets in by a certificate."""
+"""Remote: a run on other machines, joined with a certificate that its launch file admits."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RemoteRun:
-    """A run that a launch file names the machines of."""
+    """A run whose machines a launch file names."""
 
     name: str
-    """What `--run` was given."""
+    """The value of `--run`."""
     identity: str
     file: Path
     role: Role
-    """What who joins may do."""
+    """The rights of a client with this identity."""
     credentials: Credentials | None
     ways: tuple[tuple[str, NetworkAddress], ...]
-    """Each machine that can be reached, and where."""
+    """Each reachable machine and its address."""
     card: RunCard = field(default=RunCard("", 0, 0))
-    """What the run says of itself; empty until it was asked."""
+    """Description of the run; empty until the run has been asked."""
 
     def open(self, patience_s: float) -> zenoh.Session:
-        """Join it.
+        """Join the run.
 
         Raises:
             InspectionUnavailable: no machine can be reached, or none trusts who wants to join; it says why.
@@ -53,11 +53,11 @@ class RemoteRun:
             raise InspectionUnavailable(f"no machine of {printable(self.file)} is reached: {reasons}") from None
 
     def is_alive(self, session: zenoh.Session) -> bool:
-        """Whether a machine of it is still there, for who has joined it by this session."""
+        """Return whether a machine of the run is still linked, for a client that has joined by this session."""
         return bool(session.info.routers_zid())
 
     def require(self, what: str) -> None:
-        """Find out whether who joins may do more than look.
+        """Check that this identity may do more than look.
 
         Raises:
             NotAllowed: they may not; the run would leave it unanswered.
@@ -69,7 +69,7 @@ class RemoteRun:
             )
 
     def answered(self, answers: Iterable[Mapping[str, object]]) -> RemoteRun:
-        """The run with what its processes answered to `run`."""
+        """Return the run with the description in its processes' answers to `run`."""
         words = RunCard.__dataclass_fields__
         for answer in answers:
             return replace(self, card=RunCard(**{name: answer[name] for name in words}))  # pyright: ignore[reportArgumentType]  # as its process made it
@@ -81,7 +81,7 @@ class RemoteRun:
 
 
 def remote_run(text: str) -> RemoteRun:
-    """The run that `viewer@robot.yaml` means: that of the launch file, with the certificate of that name.
+    """Return the run that `viewer@robot.yaml` names: the launch file's, joined with that certificate.
 
     Raises:
         NoSuchRun: the file names no machine that can be reached, or nobody of that name.
@@ -115,7 +115,7 @@ def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
 
 
 def _credentials(network: NetworkSpec, identity: str) -> Credentials | None:
-    """What somebody shows of themselves: a machine its own, others what bears their name beside the `ca`."""
+    """Return the credentials of an identity: a machine's own, otherwise the files of its name beside the `ca`."""
     if network.ca is None:
         return None
     machine = network.machines.get(identity)

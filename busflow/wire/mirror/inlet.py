@@ -1,9 +1,9 @@
-"""Inlet: one topic's way into the process. What others publish there comes onto the loop.
+"""Inlet: brings one topic's messages from other processes onto the event loop.
 
-A ring takes what arrives and loses its oldest when the loop is busy; it never blocks the link, which other topics
-share. A thread waits for the first message and rings for the loop, which then empties the ring by itself while the
-thread rests: two threads that took turns at every message would spend most of their time on the interpreter's lock
-(26 µs a message; 6 µs so). When the ring is empty, the thread waits again.
+A ring buffer takes what arrives and loses its oldest when the loop is busy; it never blocks the link, which other
+topics share. A thread waits for the first message and wakes the loop, which then empties the buffer by itself while the
+thread rests. Two threads that took turns at every message would spend most of their time on the interpreter's lock (26
+µs a message, against 6 µs). When the buffer is empty, the thread waits again.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -38,24 +38,24 @@ if TYPE_CHECKING:
 
 _RING = 256
 _BULKY_RING = 16
-"""For images, clouds and maps: a ring of the usual length would hold gigabytes."""
+"""Buffer size for images, clouds and maps; the usual size would hold gigabytes."""
 _MOST_RING = 4096
 _TOGETHER = 8
-"""Messages that are published before the handlers have their turn, if every queue has room for so many."""
+"""Messages published before the handlers run, if every queue has room for so many."""
 _MOST_SENDERS = 256
 _PATIENCE_S = 5.0
 _GRACE_S = 0.05
-"""A token's end overtakes the messages in the ring: the drain has this long to bring the next one."""
+"""The end of a token overtakes messages in the buffer: the loop has this long to take the next one."""
 _MOST_GRACES = 20
 _MOST_DEPTH = 10_000
-"""What a publisher elsewhere may have kept here for late joiners, whatever it says."""
+"""Limit of the messages that a remote publisher may have kept here for late joiners, whatever its token states."""
 
 
 class Inlet:
-    """Publishes on the bus what publishers in other processes publish; each of them is a publisher of the topic."""
+    """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
 
     def __init__(self, topic: Topic[Any], connection: Connection, *, gone: dict[bytes, int]) -> None:
-        """Begin to listen.
+        """Start to receive.
 
         Args:
             topic: where it is published.
@@ -69,12 +69,12 @@ class Inlet:
         self._log, self._on_loop = connection.log, connection.on_loop
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
-        """Those of them that keep nothing for latecomers, and whose messages do not expire."""
+        """The publishers that keep nothing for late joiners and whose messages do not expire."""
         self._ignored: set[bytes] = set()
         self._sequences: dict[bytes, int] = {}
         self._gone = gone
         self._emptied = threading.Lock()
-        """Held, but for the moment in which the loop hands the ring back to the thread."""
+        """Held, except while the loop hands the buffer back to the thread."""
         self._emptied.acquire()
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
@@ -92,7 +92,7 @@ class Inlet:
     # Who is there.
 
     def admit(self, token: Token, endpoint: Endpoint) -> None:
-        """Let a publisher of another process publish here; once is enough."""
+        """Add a remote publisher to the topic; calling it again has no effect."""
         self._ignored.discard(token.gid)
         if token.gid not in self._publishers:
             publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
@@ -105,16 +105,16 @@ class Inlet:
             self._late_joiners.welcome(token.gid)
 
     def serve(self, subscription: Subscription[Any]) -> None:
-        """Let a subscription that has just come have what publishers keep, also where nobody here asked for it yet."""
+        """Give a new subscription what publishers keep, also if nothing here has asked for it yet."""
         self._late_joiners.serve(subscription)
 
     def ignore(self, token: Token) -> None:
-        """Receive nothing of a publisher that does not fit; what it sends is counted as incompatible."""
+        """Receive nothing of an incompatible publisher; its messages are counted as incompatible."""
         self._ignored.add(token.gid)
         self._expel(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
-        """A publisher of another process has gone; it leaves the topic when what it sent has come out of the ring."""
+        """Remove a remote publisher that has gone, once its messages in the buffer have been taken."""
         self._leave_later(token, then, _MOST_GRACES)
 
     def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
@@ -148,11 +148,11 @@ class Inlet:
 
     @property
     def is_unused(self) -> bool:
-        """Whether nobody out there publishes here any more."""
+        """Whether no remote publisher is left."""
         return not self._publishers
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop receiving."""
         self._closed = True
         if self._feeder is not None:
             self._feeder.cancel()
@@ -166,7 +166,7 @@ class Inlet:
     # What arrives.
 
     def _watch(self) -> None:
-        """In the inlet's own thread: wait for a message, then until the loop has emptied the ring."""
+        """Wait for a message, then until the loop has emptied the buffer; runs in the inlet's own thread."""
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._arrivals.recv())
@@ -188,7 +188,7 @@ class Inlet:
             self._take(first)
 
     def _take(self, sample: zenoh.Sample | None) -> None:
-        """Publish what is there for a while; the rest has to wait until the loop has had its turn."""
+        """Publish waiting messages for a while; the rest waits until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
         room = min([_TOGETHER, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
@@ -206,7 +206,7 @@ class Inlet:
                 asyncio.get_running_loop().call_soon(self._begin, sample)
 
     async def _feed(self, sample: zenoh.Sample | None) -> None:
-        """Publish as the nodes keep up; meanwhile the ring fills, and loses its oldest."""
+        """Publish as fast as the nodes accept messages; meanwhile the buffer fills and loses its oldest."""
         try:
             while sample is not None and not self._closed:
                 if (arrival := self._read(sample)) is not None:
@@ -218,7 +218,7 @@ class Inlet:
             self._let_watch()
 
     def _together(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
-        """As many as there is room for, and the one after them."""
+        """Return as many samples as there is room for, and the one after them."""
         found: list[zenoh.Sample] = []
         receive = self._arrivals.try_recv
         try:
@@ -236,7 +236,7 @@ class Inlet:
             return None  # the session is closed
 
     def _publish(self, together: list[zenoh.Sample]) -> None:
-        """Publish as many as every queue has room for; the handlers get them when this returns.
+        """Publish as many messages as every queue has room for; handlers get them when this returns.
 
         The next message of a plain publisher is dealt with here, and takes 1 µs less than any other.
         """
@@ -287,7 +287,7 @@ class Inlet:
             self._log.warning(f"what arrives on {self._topic.name} from another process has no room: {error}")
 
     def _read(self, sample: zenoh.Sample) -> tuple[Publisher[Any], Message] | None:
-        """The message of a sample, and who publishes it here; None where it is not for this process."""
+        """Return a sample's message and its publisher here; None if it is not for this process."""
         self.received += 1
         attachment = sample.attachment
         try:
@@ -303,7 +303,7 @@ class Inlet:
             self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
-        """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
+        """Return the sender; a message with a foreign kind of signature counts as any publisher's of its topic."""
         known = decoded = None
         if attachment:
             decoded = Attachment.decode(attachment)
@@ -332,7 +332,7 @@ class Inlet:
 
 
 def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
-    """What a token says of a publisher in another process.
+    """Return the endpoint that a remote publisher's token describes.
 
     Raises:
         MalformedMessage: its QoS is none.
@@ -346,7 +346,7 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
 
 
 def _ring(topic: Topic[Any], support: TypeSupport) -> int:
-    """How many messages may wait to be taken in: as many as the deepest subscription wants, and some."""
+    """Return how many messages may wait in the buffer: at least the depth of the deepest subscription."""
     deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
     return min(max(deepest, _BULKY_RING if support.is_bulky else _RING), _MOST_RING)
 
@@ -356,7 +356,7 @@ def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
 
 
 def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:
-    """As `rmw_zenoh` declares a transient_local subscription."""
+    """Declare a transient_local subscription in the way of `rmw_zenoh`."""
     return zenoh.ext.declare_advanced_subscriber(
         session,
         key,

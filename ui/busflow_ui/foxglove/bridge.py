@@ -63,7 +63,7 @@ class Bridge:
     """Serves one run, from `open` until `ended` returns."""
 
     def __init__(
-        self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, print_line: Callable[[str], None]
+        self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, print_message: Callable[[str], None]
     ) -> None:
         """A bridge to a run.
 
@@ -71,14 +71,14 @@ class Bridge:
             peer: a member of the run.
             topics: patterns of those that are served; all where there is none.
             read_only: whether viewers may only look.
-            print_line: prints a line for the person that started this.
+            print_message: prints a line for the person that started this.
 
         Raises:
             InvalidName: A pattern is none.
             NoSuchTarget: A pattern matches no topic of the run.
         """
         self.peer, self.read_only = peer, read_only
-        self.catalogue = Catalogue(peer, Selection(topics), print_line)
+        self.catalogue = Catalogue(peer, Selection(topics), print_message)
         self.parameters = RunParameters(peer)
         seen = self.catalogue.look()
         self.catalogue.require_matches(seen.graph)
@@ -86,7 +86,7 @@ class Bridge:
         self.graph: GraphView = seen.graph
         self.connections = Connections.of(seen.graph)
         self.viewers: set[Viewer] = set()
-        self._print = print_line
+        self._print = print_message
         self._clock = SystemClock()
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"

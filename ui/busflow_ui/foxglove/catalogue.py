@@ -77,10 +77,10 @@ class Change:
 class Catalogue:
     """The channels and services that are offered now."""
 
-    def __init__(self, peer: Peer, wanted: Selection, print_line: Callable[[str], None]) -> None:
+    def __init__(self, peer: Peer, wanted: Selection, print_message: Callable[[str], None]) -> None:
         self.channels: dict[int, OfferedTopic] = {}
         self.services: dict[int, OfferedService] = {}
-        self._peer, self._wanted, self._print = peer, wanted, print_line
+        self._peer, self._wanted, self._print = peer, wanted, print_message
         self._ids = 0
         self._types: dict[Kind, ForeignType] = {}
         self._kinds: dict[tuple[str, str], ServiceKind] = {}
