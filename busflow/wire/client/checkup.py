@@ -1,4 +1,4 @@
-"""What is wrong in a graph that runs: found in what its processes tell, each with what to do about it. Pure."""
+"""Findings: what is wrong in a running graph, by its processes' answers, each with a remedy. Pure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from busflow.wire.zenoh.qos_text import as_qos
 Answers = Sequence[Mapping[str, Any]]
 
 _MISSED_SHARE = 0.01
-"""A timer that misses a larger share of its ticks is told."""
+"""A timer that misses a larger share of its ticks is reported."""
 _REMEDIES: Mapping[str, str] = {
     "overflow": "raise its depth, make its handler faster, or choose overflow: block",
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
@@ -38,11 +38,11 @@ _CALLS: Mapping[str, tuple[str, str]] = {
     "withdrawn": ("got no answer from {node} in time", "make its handler faster, or wait longer"),
     "timed_out": ("took longer than {node} waited", "raise its timeout, or make the handler faster"),
 }
-"""What went wrong with calls, by the words of the accounts of both ends, and what to do about it."""
+"""Failures of calls, by the words of both endpoints' statistics, and what to do about them."""
 
 
 def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> list[Problem]:
-    """Everything that is wrong, the errors first."""
+    """Return everything that is wrong, the errors first."""
     checks: tuple[Callable[[], Iterator[Problem]], ...] = (
         lambda: _failed_nodes(graph),
         lambda: _namesakes(tokens),
@@ -132,7 +132,7 @@ def _unanswered(graph: GraphView) -> Iterator[Problem]:
 
 
 def _every_nodes(service: TopicView) -> bool:
-    """Whether it is one of those by which ROS 2 reads and sets parameters."""
+    """Return whether it is one of ROS 2's parameter services."""
     return service.type.startswith("rcl_interfaces/srv/")
 
 

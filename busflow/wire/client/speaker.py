@@ -1,4 +1,4 @@
-"""Speaker: what a process that has joined a run publishes there on one topic."""
+"""Speaker: publishes on one topic of a run for a client."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Speaker:
-    """What this process publishes on one topic."""
+    """A client's publisher on one topic."""
 
     def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
         """A speaker on a way out, which may keep what it sends; a plain publisher `beside` it tells who listens."""
@@ -35,7 +35,7 @@ class Speaker:
             self._matched.set()
 
     def wait_for_listener(self, timeout_s: float | None) -> bool:
-        """Wait until somebody receives the topic; False when nobody did in time."""
+        """Wait until the topic has a subscription; False if there was none in time."""
         return self._matched.wait(timeout_s)
 
     def publish(self, values: Mapping[str, Any]) -> None:
@@ -47,7 +47,7 @@ class Speaker:
         self.publish_bytes(self._type.encode(values))
 
     def publish_bytes(self, payload: bytes) -> None:
-        """Publish one message that is encoded already."""
+        """Publish one encoded message."""
         self.published += 1
         self._way.put(payload, attachment=Attachment(self.published, self._clock.now_ns(), self._gid).encode())
 
@@ -59,7 +59,7 @@ class Speaker:
 
 
 def matches(way: Any) -> bool:
-    """Whether anybody receives what is published this way."""
+    """Return whether a Zenoh publisher has a subscriber."""
     return bool(way.matching_status.matching)
 
 

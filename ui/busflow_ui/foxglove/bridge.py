@@ -140,7 +140,7 @@ class Bridge:
             await asyncio.gather(*keeping, return_exceptions=True)
 
     async def close(self) -> None:
-        """Let everybody go; who does not go at once is left."""
+        """Close all connections, without waiting for slow viewers."""
         if self._server is not None:
             self._server.close()
             with suppress(TimeoutError):
@@ -153,15 +153,15 @@ class Bridge:
     # What viewers need.
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
-        """Have a question asked of the run, one after another."""
+        """Ask the run in a thread; questions are asked one after another."""
         return await asyncio.get_running_loop().run_in_executor(self._asking, question, *arguments)
 
     async def call(self, question: Callable[..., Any]) -> Any:
-        """Have a service called, beside whatever else is asked."""
+        """Call a service in a thread, in parallel with other questions."""
         return await asyncio.get_running_loop().run_in_executor(self._calling, question)
 
     async def send_parameters(self) -> None:
-        """Tell all viewers what was set since the last time."""
+        """Send all viewers the parameters changed since the last time."""
         if not any(viewer.follows_parameters for viewer in self.viewers):
             await self.ask(self.parameters.forget)
             return
@@ -210,7 +210,7 @@ class Bridge:
         self._follow_clock()
 
     def _follow_clock(self) -> None:
-        """Listen to the nodes' time while somebody tells it."""
+        """Subscribe to the nodes' time once a node publishes it."""
         channel = self.catalogue.clock()
         if channel is None or self._has_clock:
             return
@@ -298,13 +298,13 @@ class Bridge:
 
 
 def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
-    """From Zenoh's thread, have something done in the loop's; nothing where that has ended."""
+    """Call a function on the event loop from Zenoh's thread; does nothing if the loop has ended."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(function)
 
 
 def _name_of(connection: ServerConnection) -> str:
-    """A viewer as it is told of: its address, and its page where it is one."""
+    """Return a viewer's name for messages: its address, and its page if it is one."""
     host, port, *_ = connection.remote_address
     request = connection.request
     origin = request.headers.get("Origin") if request is not None else None

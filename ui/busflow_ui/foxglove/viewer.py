@@ -44,7 +44,7 @@ _CALL_S = 30.0
 _GATHER_S = 0.005
 """After something was sent, what comes within this time goes together: waking up costs more than sending."""
 _REPORT_EVERY_NS = 1_000_000_000
-"""How often a viewer is told that it is too slow."""
+"""How often a viewer is informed that it reads too slowly."""
 
 
 class ViewedRun(Protocol):
@@ -130,27 +130,27 @@ class Viewer:
         self._wake.set()
 
     def send_status(self, level: Level, sentence: str, *, id_: str | None = None) -> None:
-        """Tell the person in front of it."""
+        """Show a sentence to the person at the viewer."""
         self.send(protocol.status(level, printable(sentence), id_=id_))
 
     def send_time(self, now_ns: int) -> None:
-        """Tell what time it is for the nodes; of what it has not read, only the last matters."""
+        """Send the nodes' time; of unread times only the last is sent."""
         self._now_ns = now_ns
         self._wake.set()
 
     @property
     def follows_parameters(self) -> bool:
-        """Whether it wants to hear of changes."""
+        """Whether it has asked for parameter changes."""
         return self._all_parameters or bool(self._parameters)
 
     def send_parameters(self, rows: Sequence[dict[str, Any]]) -> None:
-        """Tell those of these parameters that it follows."""
+        """Send those of these parameters that it follows."""
         followed = [row for row in rows if self._all_parameters or row["name"] in self._parameters]
         if followed:
             self.send(protocol.text("parameterValues", parameters=followed))
 
     def offer(self, change: Change) -> None:
-        """Tell what has come and gone."""
+        """Announce new channels and services, and the end of others."""
         for each in [each for each in self._subscriptions.values() if each.channel.id in change.gone_channels]:
             self._end(each)
         if change.gone_channels:
@@ -197,7 +197,7 @@ class Viewer:
         return found
 
     def report_dropped(self) -> None:
-        """Tell it how much it has missed, where that is more than it knows."""
+        """Send the number of dropped messages if it has grown."""
         dropped, now_ns = self.dropped, self._clock.monotonic_ns()
         if dropped > self._reported_dropped and now_ns - self._reported_ns >= _REPORT_EVERY_NS:
             self._reported_dropped, self._reported_ns = dropped, now_ns
