@@ -238,11 +238,11 @@ def started() -> Iterator[tuple[Run, Path]]:
 
 def all_answer(within_s: float) -> float | None:
     """How long until every process of the run answers; None when one does not in time."""
-    from busflow.wire.client.runs import call_roll
+    from busflow.wire.client.runs import ask_runs
 
     began = time.perf_counter()
     while (took := time.perf_counter() - began) < within_s:
-        for present in call_roll(0.5):
+        for present in ask_runs(0.5):
             states = Counter[str]()
             for process in present.processes:
                 states.update(process["states"])

@@ -66,15 +66,15 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
 
 
 def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
-    from busflow.wire.client.runs import call, call_roll
+    from busflow.wire.client.runs import ask_run, ask_runs
 
     if run is not None:
         from busflow.wire.client.client import run_called
 
-        yield call(run_called(run))
+        yield ask_run(run_called(run))
         return
     try:
-        yield from call_roll()
+        yield from ask_runs()
     except InspectionUnavailable:
         if not findings:  # an unsafe folder is told of already
             raise

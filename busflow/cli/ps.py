@@ -38,13 +38,13 @@ def ps(as_json: bool) -> None:
 
     A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
     """
-    from busflow.wire.client.runs import call_roll
+    from busflow.wire.client.runs import ask_runs
 
     if as_json:
-        for each in call_roll():
+        for each in ask_runs():
             print_line(_told(each))
         return
-    found = list(call_roll())
+    found = list(ask_runs())
     if not found:
         click.echo("nothing is running; start a graph in another terminal: busflow run FILE", err=True)
         return

@@ -7,7 +7,7 @@ import pytest
 from busflow.cli import main
 from busflow.node.context import Rng
 from busflow.wire.client.client import join
-from busflow.wire.client.runs import call_roll
+from busflow.wire.client.runs import ask_runs
 
 PATIENCE_S = 60.0
 
@@ -183,7 +183,7 @@ def test_printed_lines_carry_the_process_name(start):
 
 def all_is_one_graph():
     """To who looks from another terminal, the processes of that run are."""
-    (present,) = call_roll(PATIENCE_S)
+    (present,) = ask_runs(PATIENCE_S)
     told = {each["process"]: (each["nodes"], each["restarts"]) for each in present.processes}
     assert told == {"main": (1, 0), "left": (1, 1), "right": (1, 0)}
     assert next(iter(present.processes))["process"] == "main"

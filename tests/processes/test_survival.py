@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from busflow.wire.client.runs import call_roll
+from busflow.wire.client.runs import ask_runs
 
 PATIENCE_S = 60.0
 
@@ -305,7 +305,7 @@ def test_two_runs_of_one_name_stay_apart(start, monkeypatch):
     for run in (first, second):
         run.wait_for("heard enough", times=2)
     monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(first.runtime))
-    present = [*call_roll(PATIENCE_S)]
+    present = [*ask_runs(PATIENCE_S)]
     assert len({each.run.name for each in present}) == 2
     assert {each.run.card.pid for each in present} == {first.process.pid, second.process.pid}
     for run in (second, first):

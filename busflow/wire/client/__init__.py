@@ -1,1 +1,1 @@
-"""A terminal's side of a run: what it sees, hears and sends. Runs no node."""
+"""A client's side of a run: what it sees, receives and publishes. Runs no node."""

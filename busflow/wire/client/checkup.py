@@ -1,4 +1,4 @@
-"""What is wrong in a graph that runs: found in what its processes tell, each with what to do about it. Pure."""
+"""Findings: what is wrong in a running graph, by its processes' answers, each with a remedy. Pure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from busflow.wire.zenoh.qos_text import as_qos
 Answers = Sequence[Mapping[str, Any]]
 
 _MISSED_SHARE = 0.01
-"""A timer that misses a larger share of its ticks is told."""
+"""A timer that misses a larger share of its ticks is reported."""
 _REMEDIES: Mapping[str, str] = {
     "overflow": "raise its depth, make its handler faster, or choose overflow: block",
     "expired": "they waited longer than the publisher's lifespan: make the handler faster, or raise the lifespan",
@@ -38,11 +38,11 @@ _CALLS: Mapping[str, tuple[str, str]] = {
     "withdrawn": ("got no answer from {node} in time", "make its handler faster, or wait longer"),
     "timed_out": ("took longer than {node} waited", "raise its timeout, or make the handler faster"),
 }
-"""What went wrong with calls, by the words of the accounts of both ends, and what to do about it."""
+"""Failures of calls, by the words of both endpoints' statistics, and what to do about them."""
 
 
 def findings(graph: GraphView, tokens: Sequence[Token], answers: Answers) -> list[Problem]:
-    """Everything that is wrong, the errors first."""
+    """Return everything that is wrong, the errors first."""
     checks: tuple[Callable[[], Iterator[Problem]], ...] = (
         lambda: _failed_nodes(graph),
         lambda: _namesakes(tokens),
@@ -90,11 +90,11 @@ def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
             users[end.token.type, end.token.hash].append(end.node)
         if len(users) < 2:
             continue
-        told = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
+        listed = [f"{type_} ({', '.join(dict.fromkeys(nodes))})" for (type_, _), nodes in users.items()]
         if len(topic.types) > 1:
-            text, fix = f"{topic.name} carries {' and '.join(told)}", "use one type on all ends, or remap one of them"
+            text, fix = f"{topic.name} carries {' and '.join(listed)}", "use one type on all ends, or remap one of them"
         else:
-            text = f"{topic.name} carries {len(users)} definitions of {' and '.join(told)}"
+            text = f"{topic.name} carries {len(users)} definitions of {' and '.join(listed)}"
             fix = "use the same definition of the type everywhere; who has another one receives nothing"
         yield Problem("type-mismatch", text, fix)
 
@@ -132,7 +132,7 @@ def _unanswered(graph: GraphView) -> Iterator[Problem]:
 
 
 def _every_nodes(service: TopicView) -> bool:
-    """Whether it is one of those by which ROS 2 reads and sets parameters."""
+    """Return whether it is one of ROS 2's parameter services."""
     return service.type.startswith("rcl_interfaces/srv/")
 
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 ANSWER_TIMEOUT_S = 5.0
 _SETTLE_S = 2.0
-"""How long a process whose loop is blocked is waited for by who is going to publish."""
+"""How long a client that is going to publish waits for a process whose loop is blocked."""
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
@@ -54,7 +54,7 @@ _LATCHED_QOS = ":1:,10:,:,:,,"
 
 @dataclass(frozen=True, slots=True)
 class ServiceKind:
-    """A service, and what is needed to ask it."""
+    """A service and the types needed to call it."""
 
     name: str
     type: str
@@ -64,7 +64,7 @@ class ServiceKind:
 
 
 class Peer:
-    """A member of a run that only looks and acts."""
+    """A client of a run."""
 
     def __init__(self, run: FoundRun | RemoteRun, *, patience_s: float = ANSWER_TIMEOUT_S) -> None:
         """Join a run; use `join`, which leaves it again.
@@ -91,11 +91,11 @@ class Peer:
 
     @property
     def alive(self) -> bool:
-        """Whether the run is still there."""
-        return self.run.lives(self.session)
+        """Whether the run still exists."""
+        return self.run.is_alive(self.session)
 
     def require(self, what: str) -> None:
-        """Find out whether who has joined may do more than look.
+        """Check that this client may do more than look.
 
         Raises:
             NotAllowed: they may not; the run would leave it unanswered.
@@ -105,7 +105,7 @@ class Peer:
     # Asking.
 
     def ask(self, question: str, **arguments: Any) -> list[Any]:
-        """The answer of every process of the run.
+        """Return the answer of every process of the run.
 
         Raises:
             NoSuchTarget: none of them knows what is asked for.
@@ -123,15 +123,15 @@ class Peer:
         for reply in self._replies(question, arguments, self._patience_s):
             if reply.ok is None:
                 continue
-            who = str(reply.ok.key_expr)
+            process = str(reply.ok.key_expr)
             if reply.ok.attachment is not None:
-                messages.setdefault(who, []).append(Received.of(reply.ok))
+                messages.setdefault(process, []).append(Received.of(reply.ok))
                 continue
-            told = _told(reply.ok.payload.to_bytes())
-            if "answer" in told:
-                found.append((told["answer"], messages.pop(who, [])))
+            answer = _parsed(reply.ok.payload.to_bytes())
+            if "answer" in answer:
+                found.append((answer["answer"], messages.pop(process, [])))
             else:
-                refusals.append(refusal(str(told.get("kind")), str(told.get("error"))))
+                refusals.append(refusal(str(answer.get("kind")), str(answer.get("error"))))
         if not found:
             raise (
                 refusals[0]
@@ -143,7 +143,7 @@ class Peer:
         return found
 
     def tokens(self) -> list[Token]:
-        """Every node and endpoint of the run, this peer's own left out."""
+        """Return the tokens of every node and endpoint of the run, without this client's own."""
         found: list[Token] = []
         for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=self._patience_s):
             with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
@@ -152,7 +152,7 @@ class Peer:
         return [token for token in found if token.session != self._zid]
 
     def processes(self) -> Mapping[str, str]:
-        """The name of each process of the run, by its session; a run in one process does not tell it."""
+        """Return the name of each process by its session; a run in one process has none."""
         found: dict[str, str] = {}
         for reply in self.session.liveliness().get(f"{QUERY_PREFIX}/*/shown/*/*", timeout=self._patience_s):
             if reply.ok is not None:
@@ -161,7 +161,7 @@ class Peer:
         return found
 
     def graph(self) -> GraphView:
-        """The run's nodes and topics as they are now."""
+        """Return the run's nodes and topics as they are now."""
         return view(*self.look())
 
     def look(self) -> tuple[list[Token], list[Any]]:
@@ -191,9 +191,9 @@ class Peer:
         if key not in self._types:
             which = {} if type_hash is None else {"hash": type_hash}
             for answer in self.ask("types", names=[name], **which):
-                for told in answer.values():
-                    if type_hash in (None, told["hash"]):
-                        self._types[key] = ForeignType(name, told["hash"], told["description"])
+                for offered in answer.values():
+                    if type_hash in (None, offered["hash"]):
+                        self._types[key] = ForeignType(name, offered["hash"], offered["description"])
         if key not in self._types:
             raise NoSuchTarget(f"the run does not say what {name} is")
         return self._types[key]
@@ -268,7 +268,7 @@ class Peer:
             pass
 
     def service(self, name: str) -> ServiceKind:
-        """What a service of the run takes and gives.
+        """Return the types of a service.
 
         Raises:
             NoSuchTarget: no process of the run says what it is.
@@ -279,21 +279,21 @@ class Peer:
         return found[name]
 
     def services(self, names: Sequence[str]) -> dict[str, ServiceKind]:
-        """What those of the services take and give that a process of the run knows."""
+        """Return the types of those services that a process of the run knows."""
         from busflow.interfaces.encoding.foreign import ForeignType
 
         found: dict[str, ServiceKind] = {}
         for answer in self.ask("services", names=list(names)):
-            for name, told in answer.items():
+            for name, kind in answer.items():
                 request, response = (
-                    ForeignType(f"{told['type']}_{part}", told[part.lower()]["hash"], told[part.lower()]["description"])
+                    ForeignType(f"{kind['type']}_{part}", kind[part.lower()]["hash"], kind[part.lower()]["description"])
                     for part in ("Request", "Response")
                 )
-                found[name] = ServiceKind(name, told["type"], told["hash"], request, response)
+                found[name] = ServiceKind(name, kind["type"], kind["hash"], request, response)
         return found
 
     def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:
-        """Ask a service; the answer as plain values.
+        """Call a service, and return the answer as plain values.
 
         Raises:
             MalformedMessage: a value of the request does not fit, or the answer is none.
@@ -302,7 +302,7 @@ class Peer:
         return service.response.decode(self.call_bytes(service, service.request.encode(values), timeout_s=timeout_s))
 
     def call_bytes(self, service: ServiceKind, payload: bytes, *, timeout_s: float) -> bytes:
-        """Ask a service with a request that is encoded already; the answer as it came.
+        """Call a service with an encoded request, and return the encoded answer.
 
         Raises:
             ServiceError: there is no answer, for one of its reasons.
@@ -337,7 +337,7 @@ class Peer:
 
     @contextmanager
     def _present(self, kind: TokenKind, topic: str, type_: ForeignType, qos: str) -> Generator[Token]:
-        """Be a node with one end, as the others see it."""
+        """Show a node with one endpoint to the other processes."""
         node = Token(self._zid, 0, 0, TokenKind.NODE, "/", self._name)
         end = Token(self._zid, 0, next(self._ids), kind, "/", self._name, topic, type_.name, type_.type_hash, qos)
         liveliness = self.session.liveliness()
@@ -378,8 +378,8 @@ def join(name: str | None = None, *, patience_s: float = ANSWER_TIMEOUT_S) -> Ge
         peer.close()
 
 
-def _told(payload: bytes) -> dict[str, Any]:
-    """What a process answered; a refusal where that is no answer."""
+def _parsed(payload: bytes) -> dict[str, Any]:
+    """Parse a process's answer; an invalid one becomes a refusal."""
     try:
         found = json.loads(payload)
     except (ValueError, RecursionError):

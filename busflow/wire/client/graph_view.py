@@ -16,17 +16,17 @@ from busflow.wire.zenoh.keys import Token, TokenKind
 from busflow.wire.zenoh.qos_text import WireQoS, from_text
 
 HIDDEN = "_"
-"""A name, or a part of one, that begins so is shown only on request, as in ROS 2."""
+"""A name, or a part of one, with this prefix is shown only on request, as in ROS 2."""
 
 
 @dataclass(frozen=True, slots=True)
 class EndView:
-    """One end of a topic, or of a service."""
+    """One endpoint of a topic or service."""
 
     token: Token
     qos: WireQoS
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What its process tells of it: the ledger's line or the count, `origin`, `qos`; empty for who is not busflow."""
+    """Its process's answer: the ledger's line or the count, `origin`, `qos`; empty for other programs than busflow."""
 
     @property
     def node(self) -> str:
@@ -36,15 +36,15 @@ class EndView:
 
 @dataclass(frozen=True, slots=True)
 class TopicView:
-    """A topic and who is on its two ends."""
+    """A topic and its endpoints."""
 
     name: str
     types: tuple[str, ...]
-    """More than one is a mistake of somebody's."""
+    """Its types; more than one is a mistake."""
     publishers: tuple[EndView, ...]
     subscriptions: tuple[EndView, ...]
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What a process tells of it: `published`, `hash`, `encoding`, `kept`, `gone`."""
+    """A process's answer about it: `published`, `hash`, `encoding`, `kept`, `gone`."""
 
     @property
     def type(self) -> str:
@@ -53,10 +53,10 @@ class TopicView:
 
     @property
     def kinds(self) -> tuple[tuple[str, str | None], ...]:
-        """Its types, each with the hash that somebody on its ends tells; None where nobody does."""
+        """Its types, each with the hash that an endpoint's token states; None if none does."""
         ends = (*self.publishers, *self.subscriptions)
-        told = dict.fromkeys((each.token.type, each.token.told_hash) for each in ends)
-        return tuple(told) or tuple((name, None) for name in self.types)
+        kinds = dict.fromkeys((each.token.type, each.token.known_hash) for each in ends)
+        return tuple(kinds) or tuple((name, None) for name in self.types)
 
     @property
     def hidden(self) -> bool:
@@ -66,7 +66,7 @@ class TopicView:
 
 @dataclass(frozen=True, slots=True)
 class NodeView:
-    """A node and its ends."""
+    """A node and its endpoints."""
 
     name: str
     publishers: tuple[EndView, ...]
@@ -74,7 +74,7 @@ class NodeView:
     services: tuple[EndView, ...]
     clients: tuple[EndView, ...]
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """What its process tells of it: `plugin`, `state`, `failures`, `process`, `pid`."""
+    """Its process's answer: `plugin`, `state`, `failures`, `process`, `pid`."""
 
     @property
     def hidden(self) -> bool:
@@ -117,21 +117,21 @@ class GraphView:
 
 
 def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> GraphView:
-    """The graph that tokens, and the answers to `graph` of the processes, make up together."""
-    told = _Told(answers)
+    """Return the graph that tokens and the processes' answers to `graph` describe together."""
+    described = _Answers(answers)
     tokens = sorted(tokens, key=lambda token: (token.topic, token.node_name, token.entity_id))
     ends: dict[TokenKind, list[EndView]] = {kind: [] for kind in TokenKind}
     for token in tokens:
         if token.kind is not TokenKind.NODE:
-            ends[token.kind].append(EndView(token, _qos(token), told.end(token)))
-    names = {token.node_name for token in tokens} | set(told.nodes)
-    nodes = {name: _node(name, ends, told.nodes.get(name, {})) for name in sorted(names)}
-    topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], told.topics)
+            ends[token.kind].append(EndView(token, _qos(token), described.end(token)))
+    names = {token.node_name for token in tokens} | set(described.nodes)
+    nodes = {name: _node(name, ends, described.nodes.get(name, {})) for name in sorted(names)}
+    topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], described.topics)
     return GraphView(nodes, topics, _topics(ends[TokenKind.SERVICE], ends[TokenKind.CLIENT], {}))
 
 
 def _qos(token: Token) -> WireQoS:
-    """The QoS that a token tells; the default where it tells none, which is no reason to show nothing."""
+    """Return the QoS of a token; the default if it has no valid one, so that the endpoint is shown all the same."""
     try:
         return from_text(token.qos)
     except MalformedMessage:
@@ -147,8 +147,8 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith(HIDDEN) for part in name.split("/"))
 
 
-class _Told:
-    """The answers of the processes, by what they are about."""
+class _Answers:
+    """The processes' answers, by node, topic and endpoint."""
 
     def __init__(self, answers: Sequence[Mapping[str, Any]]) -> None:
         self.nodes: dict[str, Mapping[str, Any]] = {}
@@ -164,25 +164,25 @@ class _Told:
                         self._ends.setdefault((kind, end["node"], topic["name"]), []).append(end)
 
     def end(self, token: Token) -> Mapping[str, Any]:
-        """What is told of an end; of two that a node has on one topic, each gets its own, in order."""
+        """Return the details of an endpoint; of a node's two on one topic, each gets its own, in order."""
         found = self._ends.get((token.kind, token.node_name, token.topic))
         return found.pop(0) if found else {}
 
 
 def _topics(
-    firsts: Sequence[EndView], seconds: Sequence[EndView], told: Mapping[str, Mapping[str, Any]]
+    firsts: Sequence[EndView], seconds: Sequence[EndView], details: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, TopicView]:
-    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(told))
+    names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(details))
     found: dict[str, TopicView] = {}
     for name in names:
         ends = [end for end in (*firsts, *seconds) if end.token.topic == name]
-        types = {end.token.type: None for end in ends} or {str(told[name]["type"]): None}
+        types = {end.token.type: None for end in ends} or {str(details[name]["type"]): None}
         found[name] = TopicView(
             name,
             tuple(types),
             tuple(end for end in firsts if end.token.topic == name),
             tuple(end for end in seconds if end.token.topic == name),
-            told.get(name, {}),
+            details.get(name, {}),
         )
     return found
 

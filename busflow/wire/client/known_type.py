@@ -1,4 +1,4 @@
-"""Where a message type's description is found: the run says it, else busflow's own messages do."""
+"""Look-up of a message type's description: from the run, else from busflow's own messages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignType:
-    """The type of this full name, such as `sensor_msgs/msg/Imu`, and of this hash where it is known.
+    """Return the type of this full name, such as `sensor_msgs/msg/Imu`, and of this hash if it is known.
 
     Raises:
         UnknownType: The run does not use it and busflow does not bring it.
@@ -33,7 +33,7 @@ def known_type(peer: Peer, name: str, type_hash: str | None = None) -> ForeignTy
 
 
 def _own(name: str) -> ForeignType:
-    """A type that busflow brings; only now are its messages imported, which takes a while."""
+    """Return one of busflow's own types. Its messages are imported only now, because that takes a while."""
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message, find_type

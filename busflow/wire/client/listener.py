@@ -1,4 +1,4 @@
-"""Listener: the messages of one topic as they arrive at a process that looks, and what of them was missed."""
+"""Listener: the messages of one topic as they arrive at a client, with counts of those it missed."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import zenoh
 
 MOST_BYTES = 64 * 1024 * 1024
-"""What may wait to be read, however few messages that is; a single larger one may."""
+"""Limit of the bytes that wait to be read, whatever their number; a single larger message may wait."""
+_UNSIGNED = Attachment(0, 0, b"")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,20 +28,20 @@ class Received:
 
     payload: bytes
     sequence: int
-    """Counts its publisher's messages from 1; 0 where nobody said."""
+    """Number among its publisher's messages, from 1; 0 if it is not stated."""
     stamp_ns: int
-    """When it was published, by the publisher's clock; 0 where nobody said."""
+    """Publication time by the publisher's clock; 0 if it is not stated."""
     gid: bytes
 
     @classmethod
     def of(cls, sample: zenoh.Sample) -> Received:
-        """What came from Zenoh."""
+        """Convert a sample of Zenoh."""
         attachment = sample.attachment
         try:
-            told = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
+            found = _UNSIGNED if attachment is None else Attachment.decode(attachment.to_bytes())
         except MalformedMessage:  # whoever signs in another way is still heard
-            told = Attachment(0, 0, b"")
-        return cls(sample.payload.to_bytes(), told.sequence, told.stamp_ns, told.gid)
+            found = _UNSIGNED
+        return cls(sample.payload.to_bytes(), found.sequence, found.stamp_ns, found.gid)
 
 
 class Listener:
@@ -67,7 +68,7 @@ class Listener:
         self._sequences: dict[bytes, int] = {}
 
     def put(self, sample: zenoh.Sample) -> None:
-        """Take a message in, in Zenoh's thread."""
+        """Add a message; called in Zenoh's thread."""
         received = Received.of(sample)
         size = len(received.payload)
         with self._arrived:
@@ -83,7 +84,7 @@ class Listener:
             self._on_arrival()
 
     def get(self, timeout_s: float | None = None) -> Received | None:
-        """The next message, waited for; None when none came in time."""
+        """Wait for the next message and return it; None if none came in time."""
         with self._arrived:
             if not self._arrived.wait_for(lambda: self._waiting, timeout_s):
                 return None

@@ -1,4 +1,4 @@
-"""The roll call of this machine's runs: what each says of itself, or that it does not answer. Imports nothing heavy."""
+"""The state of every run on this machine, or that it does not answer. Imports nothing heavy."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ if TYPE_CHECKING:
     from busflow.wire.machines.remote import RemoteRun
 
 PATIENCE_S = 1.0
-"""How long a run may take to answer: an idle one needs a millisecond, and a list is not to wait for one that hangs."""
+"""How long a run may take to answer. An idle run needs a millisecond; a list must not wait for a hanging one."""
 
 
 @dataclass(frozen=True, slots=True)
 class PresentRun:
-    """A run that lives on this machine, and what its processes answered."""
+    """A live run on this machine, and its processes' answers."""
 
     run: FoundRun | RemoteRun
     processes: tuple[Mapping[str, Any], ...] = ()
-    """What each answers to `run`."""
+    """Each process's answer to `run`."""
     silence: str = ""
-    """Why there is no answer; empty where there is one."""
+    """Why there is no answer; empty if there is one."""
     answered_in_s: float = 0.0
     """How long the answer took."""
 
     @property
     def nodes(self) -> int | None:
-        """How many nodes it has; None where it does not say."""
+        """The number of its nodes; None if it does not answer."""
         return None if self.silence else sum(process["nodes"] for process in self.processes)
 
     @property
     def missing(self) -> Mapping[str, str]:
-        """The machines that its own one is not linked to, and why."""
+        """The machines that the run's own one is not linked to, and why."""
         here = [process for process in self.processes if process["pid"] == self.run.card.pid and "machines" in process]
-        told = [each.items() for process in here for each in [process["machines"]]]
-        return {name: how["reason"] for machines in told for name, how in machines if not how["linked"]}
+        machines = [process["machines"] for process in here]
+        return {name: how["reason"] for each in machines for name, how in each.items() if not how["linked"]}
 
     @property
     def state(self) -> str:
-        """Where the run is in its life, in a word or two."""
+        """The state of the run, in a word or two."""
         if self.silence:
             return "does not answer"
         states = Counter[str]()
@@ -60,18 +60,18 @@ class PresentRun:
         )
 
 
-def call_roll(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
-    """Every run of this user, the oldest first, each asked what it is.
+def ask_runs(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
+    """Ask every run of this user for its state, the oldest first.
 
     Raises:
         InspectionUnavailable: A folder where runs would be is not safe.
     """
     for run in runs():
-        yield call(run, patience_s)
+        yield ask_run(run, patience_s)
 
 
-def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
-    """One run, asked what it is."""
+def ask_run(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
+    """Ask one run for its state."""
     from busflow.clock import perf_counter
 
     try:
@@ -88,7 +88,7 @@ def call(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRu
 
 
 def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:
-    """What the processes answer, the main one first, and what that knows of those that do not."""
+    """Return the processes' answers, the main process's first, and its entries for silent processes."""
     answered = {answer["process"] for answer in answers}
     silent = [member for answer in answers for member in answer.get("members", ()) if member["process"] not in answered]
     return (*sorted(answers, key=lambda answer: (":" in answer["process"], "members" not in answer)), *silent)

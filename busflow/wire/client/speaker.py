@@ -1,4 +1,4 @@
-"""Speaker: what a process that has joined a run publishes there on one topic."""
+"""Speaker: publishes on one topic of a run for a client."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
 
 
 class Speaker:
-    """What this process publishes on one topic."""
+    """A client's publisher on one topic."""
 
     def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
         """A speaker on a way out, which may keep what it sends; a plain publisher `beside` it tells who listens."""
         self.published = 0
         self._way, self._type, self._gid, self._clock = way, type_, gid, clock
-        self._heard = threading.Event()
+        self._matched = threading.Event()
         callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)
         self._matching = beside.declare_matching_listener(callback)
         if matches(beside):
-            self._heard.set()
+            self._matched.set()
 
     def wait_for_listener(self, timeout_s: float | None) -> bool:
-        """Wait until somebody receives the topic; False when nobody did in time."""
-        return self._heard.wait(timeout_s)
+        """Wait until the topic has a subscription; False if there was none in time."""
+        return self._matched.wait(timeout_s)
 
     def publish(self, values: Mapping[str, Any]) -> None:
         """Publish one message, given as plain values; what is not given has its default.
@@ -47,19 +47,19 @@ class Speaker:
         self.publish_bytes(self._type.encode(values))
 
     def publish_bytes(self, payload: bytes) -> None:
-        """Publish one message that is encoded already."""
+        """Publish one encoded message."""
         self.published += 1
         self._way.put(payload, attachment=Attachment(self.published, self._clock.now_ns(), self._gid).encode())
 
     def _on_match(self, status: Any) -> None:
         if status.matching:
-            self._heard.set()
+            self._matched.set()
         else:
-            self._heard.clear()
+            self._matched.clear()
 
 
 def matches(way: Any) -> bool:
-    """Whether anybody receives what is published this way."""
+    """Return whether a Zenoh publisher has a subscriber."""
     return bool(way.matching_status.matching)
 
 
@@ -68,18 +68,18 @@ def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, g
     """A speaker while the block lasts, that keeps what it says where its `qos` wants that."""
     from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
 
-    key, told = topic_key(topic, type_.name, type_.type_hash), from_text(qos)
+    key, stated = topic_key(topic, type_.name, type_.type_hash), from_text(qos)
     drop = zenoh.CongestionControl.DROP
     way: Any = (
         zenoh.ext.declare_advanced_publisher(
             session,
             key,
-            cache=zenoh.ext.CacheConfig(max_samples=told.depth),
+            cache=zenoh.ext.CacheConfig(max_samples=stated.depth),
             sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
             publisher_detection=True,
             congestion_control=drop,
         )
-        if told.durability == "transient_local"
+        if stated.durability == "transient_local"
         else session.declare_publisher(key, congestion_control=drop)
     )
     beside = session.declare_publisher(key)  # a publisher that keeps does not tell who listens

@@ -1,6 +1,6 @@
-"""Certificates: a small authority in a folder, and a certificate for each machine and for each who may look in.
+"""Certificates: a small authority in a folder, and certificates for machines and for clients.
 
-They are made with `cryptography`, the extra `certs`: it is needed where certificates are made, and on no robot.
+They are made with `cryptography`, the extra `certs`, which is needed only where certificates are made, not on robots.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 AUTHORITY = "ca"
 AUTHORITY_DAYS = 3650
 DAYS = 730
-"""How long a certificate is good for: long enough for a robot in the field, short enough for a key that is lost."""
+"""How long a certificate is valid: long enough for a robot in the field, short enough for a lost key."""
 _SKEW = timedelta(hours=1)
-"""A certificate is valid from a little before it is made: no two clocks agree."""
+"""A certificate is valid from a little before it is made, because clocks differ."""
 _OWN = 0o600
 
 
 def require_cryptography() -> None:
-    """Find out whether certificates can be made here.
+    """Check that certificates can be made here.
 
     Raises:
         CertificateError: they cannot.
@@ -45,30 +45,30 @@ def require_cryptography() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A certificate that has been made, or is there."""
+    """A certificate of an authority, and the state it is in."""
 
     name: str
     cert: Path
     addresses: tuple[str, ...]
     until: datetime
     fault: str = ""
-    """Why nobody will trust it; empty where they will."""
+    """Why it will not be trusted; empty if it will."""
 
     @property
     def key(self) -> Path:
-        """The private key that belongs to it."""
+        """Path of its private key."""
         return self.cert.with_suffix(".key")
 
 
 class Authority:
-    """What has signed all certificates of a folder, and signs more."""
+    """Certificate authority of a folder: it signs the folder's certificates."""
 
     def __init__(self, folder: Path, cert: x509.Certificate, key: EllipticCurvePrivateKey | None) -> None:
         self.folder, self._cert, self._key = folder, cert, key
 
     @classmethod
     def new(cls, folder: Path, *, days: int = AUTHORITY_DAYS) -> Self:
-        """Make one, in a folder that has none.
+        """Make an authority in a folder that has none.
 
         Raises:
             CertificateError: there is one, or the folder cannot be written to.
@@ -101,7 +101,7 @@ class Authority:
 
     @classmethod
     def open(cls, folder: Path, *, to_sign: bool = True) -> Self:
-        """The one of a folder.
+        """Open the authority of a folder.
 
         Raises:
             CertificateError: there is none, or without `to_sign`'s key.
@@ -130,11 +130,11 @@ class Authority:
 
     @property
     def until(self) -> datetime:
-        """Until when it is good."""
+        """The end of its validity."""
         return self._cert.not_valid_after_utc
 
     def add(self, name: str, *, addresses: Sequence[str] = (), days: int = DAYS, replace: bool = False) -> Made:
-        """Make a certificate; one that takes the place of another keeps its addresses.
+        """Make a certificate; a replacement keeps the addresses of its predecessor.
 
         Args:
             name: whose it is: the machine, or who is allowed to join.
@@ -170,14 +170,14 @@ class Authority:
             .sign(self._key, _hash())
         )
         _save(self.folder / name, cert, key)
-        return self._told(path)
+        return self._check(path)
 
     def made(self) -> list[Made]:
-        """Every certificate of the folder, by name, the authority's own left out."""
+        """Return every certificate of the folder by name, without the authority's own."""
         paths = sorted(path for path in self.folder.glob("*.pem") if path.stem != AUTHORITY)
-        return [self._told(path) for path in paths]
+        return [self._check(path) for path in paths]
 
-    def _told(self, path: Path) -> Made:
+    def _check(self, path: Path) -> Made:
         from cryptography.exceptions import InvalidSignature
 
         cert = _read(path)
@@ -244,7 +244,7 @@ def _draft(subject: x509.Name, issuer: x509.Name, key: EllipticCurvePrivateKey, 
 
 
 def _general(address: str) -> x509.GeneralName:
-    """An address as a certificate has it.
+    """Return an address as a certificate's general name.
 
     Raises:
         CertificateError: it is none.
@@ -261,7 +261,7 @@ def _general(address: str) -> x509.GeneralName:
 
 
 def _addresses(cert: x509.Certificate) -> tuple[str, ...]:
-    """Where a certificate's owner may be found, its own name left out."""
+    """Return the addresses in a certificate, without its own name."""
     from cryptography import x509
 
     try:
@@ -282,7 +282,7 @@ def _read(path: Path) -> x509.Certificate:
 
 
 def _save(stem: Path, cert: x509.Certificate, key: EllipticCurvePrivateKey) -> None:
-    """Write both; the key is never there for others to read, not even for a moment."""
+    """Write certificate and key; the key is never readable by others, not even for a moment."""
     from cryptography.hazmat.primitives import serialization
 
     secret = key.private_bytes(

@@ -1,4 +1,4 @@
-"""Probe: why a machine is not linked. Zenoh tries on in silence; this tries once, and hears what is said."""
+"""Probe: why a machine is not linked. Zenoh retries silently; the probe connects once and reads the error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _PATIENCE_S = 2.0
 _ALERT_S = 0.5
-"""A certificate of ours that is refused is told of after the handshake."""
+"""A machine reports after the handshake that it refuses our certificate."""
 _ALERTS = {
     "UNKNOWN_CA": "it does not trust our certificate, which another authority than its own has made",
     "CERTIFICATE_EXPIRED": "our certificate has expired",
@@ -28,7 +28,7 @@ _ALERTS = {
 
 
 async def why_not_linked(end: NetworkAddress, credentials: Credentials | None, machine: str) -> str:
-    """Why there is no link to a machine, for people; empty where nothing is in the way.
+    """Return why there is no link to a machine, as text for people; empty if nothing prevents it.
 
     Args:
         end: where it is looked for.

@@ -1,4 +1,4 @@
-"""Remote: a run on other machines, as somebody finds it whom its launch file lets in by a certificate."""
+"""Remote: a run on other machines, joined with a certificate that its launch file admits."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RemoteRun:
-    """A run that a launch file names the machines of."""
+    """A run whose machines a launch file names."""
 
     name: str
-    """What `--run` was given."""
-    who: str
+    """The value of `--run`."""
+    identity: str
     file: Path
     role: Role
-    """What who joins may do."""
+    """The rights of a client with this identity."""
     credentials: Credentials | None
     ways: tuple[tuple[str, NetworkAddress], ...]
-    """Each machine that can be reached, and where."""
+    """Each reachable machine and its address."""
     card: RunCard = field(default=RunCard("", 0, 0))
-    """What the run says of itself; empty until it was asked."""
+    """Description of the run; empty until the run has been asked."""
 
     def open(self, patience_s: float) -> zenoh.Session:
-        """Join it.
+        """Join the run.
 
         Raises:
             InspectionUnavailable: no machine can be reached, or none trusts who wants to join; it says why.
@@ -52,42 +52,42 @@ class RemoteRun:
             reasons = asyncio.run(self._reasons()) or str(error)
             raise InspectionUnavailable(f"no machine of {printable(self.file)} is reached: {reasons}") from None
 
-    def lives(self, session: zenoh.Session) -> bool:
-        """Whether a machine of it is still there, for who has joined it by this session."""
+    def is_alive(self, session: zenoh.Session) -> bool:
+        """Return whether a machine of the run is still linked, for a client that has joined by this session."""
         return bool(session.info.routers_zid())
 
     def require(self, what: str) -> None:
-        """Find out whether who joins may do more than look.
+        """Check that this identity may do more than look.
 
         Raises:
             NotAllowed: they may not; the run would leave it unanswered.
         """
         if self.role is not Role.ALL:
             raise NotAllowed(
-                f"{self.who} may look, and not {what}; network: {{allow: {{{self.who}: all}}}} in "
+                f"{self.identity} may look, and not {what}; network: {{allow: {{{self.identity}: all}}}} in "
                 f"{printable(self.file)} changes that"
             )
 
     def answered(self, answers: Iterable[Mapping[str, object]]) -> RemoteRun:
-        """The run with what its processes answered to `run`."""
+        """Return the run with the description in its processes' answers to `run`."""
         words = RunCard.__dataclass_fields__
         for answer in answers:
             return replace(self, card=RunCard(**{name: answer[name] for name in words}))  # pyright: ignore[reportArgumentType]  # as its process made it
         return self
 
     async def _reasons(self) -> str:
-        told = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
-        return "; ".join(each for each in told if not each.endswith(": "))
+        reasons = [f"{name}: {await why_not_linked(end, self.credentials, name)}" for name, end in self.ways]
+        return "; ".join(each for each in reasons if not each.endswith(": "))
 
 
 def remote_run(text: str) -> RemoteRun:
-    """The run that `viewer@robot.yaml` means: that of the launch file, with the certificate of that name.
+    """Return the run that `viewer@robot.yaml` names: the launch file's, joined with that certificate.
 
     Raises:
         NoSuchRun: the file names no machine that can be reached, or nobody of that name.
         LaunchError: the file cannot be read, or the certificate will not do.
     """
-    who, _, stated = text.partition(AT)
+    identity, _, stated = text.partition(AT)
     file = Path(stated)
     description, problems = examine(file)
     network = None if description is None else description.network
@@ -95,16 +95,16 @@ def remote_run(text: str) -> RemoteRun:
         if description is None:
             raise LaunchError(problems)
         raise NoSuchRun(f"{printable(file)} has no network section: its runs are reached from their own machine alone")
-    if who not in network.allow and who not in network.machines:
+    if identity not in network.allow and identity not in network.machines:
         known = [*network.allow, *network.machines]
         raise NoSuchRun(
-            f"{printable(file)} lets nobody in who is called {printable(who)!r}; {did_you_mean(who, known)}"
+            f"{printable(file)} lets nobody in who is called {printable(identity)!r}; {did_you_mean(identity, known)}"
         )
     ways = tuple(_ways(network))
     if not ways:
         raise NoSuchRun(f"{printable(file)} does not say where a machine is reached; add connect to one of them")
-    credentials = _credentials(network, who) if any(end.protocol == TLS for _, end in ways) else None
-    return RemoteRun(text, who, file, network.allow.get(who, Role.ALL), credentials, ways)
+    credentials = _credentials(network, identity) if any(end.protocol == TLS for _, end in ways) else None
+    return RemoteRun(text, identity, file, network.allow.get(identity, Role.ALL), credentials, ways)
 
 
 def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
@@ -114,15 +114,15 @@ def _ways(network: NetworkSpec) -> Iterator[tuple[str, NetworkAddress]]:
             yield name, end
 
 
-def _credentials(network: NetworkSpec, who: str) -> Credentials | None:
-    """What somebody shows of themselves: a machine its own, others what bears their name beside the `ca`."""
+def _credentials(network: NetworkSpec, identity: str) -> Credentials | None:
+    """Return the credentials of an identity: a machine's own, otherwise the files of its name beside the `ca`."""
     if network.ca is None:
         return None
-    machine = network.machines.get(who)
+    machine = network.machines.get(identity)
     cert, key = (None, None) if machine is None else (machine.cert, machine.key)
-    cert = cert or replace(network.ca, path=network.ca.path.with_name(f"{who}.pem"))
-    key = key or replace(network.ca, path=network.ca.path.with_name(f"{who}.key"))
-    found = list(credential_faults(who, (network.ca, cert, key), [], SystemClock().now()))
+    cert = cert or replace(network.ca, path=network.ca.path.with_name(f"{identity}.pem"))
+    key = key or replace(network.ca, path=network.ca.path.with_name(f"{identity}.key"))
+    found = list(credential_faults(identity, (network.ca, cert, key), [], SystemClock().now()))
     if errors := [problem for problem in found if problem.severity is Severity.ERROR]:
         raise LaunchError(errors)
     return Credentials(network.ca.path, cert.path, key.path)

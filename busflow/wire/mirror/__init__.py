@@ -1,1 +1,1 @@
-"""A run's endpoints shown to other processes, and messages that cross. Prints nothing."""
+"""A run's endpoints shown to other processes, and messages between processes. Prints nothing."""

@@ -1,10 +1,10 @@
-"""Barrier: holds a process back at its start until the others can hear it, and it them.
+"""Barrier: delays the start of a process's nodes until messages reach the other processes, and theirs reach it.
 
-Each process has a token `@busflow/1/<process>/shown/<session>/<count>`, which says how many tokens its nodes have: they
-may arrive in any order. Whoever has dealt with all of them answers with
-`@busflow/1/<process>/linked/<that session>/<own session>`: it has opened its inlets, and Zenoh brings declarations in
-their order. So a process that everybody is linked to loses nothing of what it publishes from then on. Nobody leads, and
-one that comes later does the same.
+Each process has a token `@busflow/1/<process>/shown/<session>/<count>`, which states how many tokens its nodes have,
+because tokens may arrive in any order. A process that has handled all of them answers with
+`@busflow/1/<process>/linked/<that session>/<own session>`: it has opened its inlets, and Zenoh keeps the order of
+declarations. So a process with a link to all others loses nothing of what it publishes from then on. No process leads,
+and a process that comes later does the same.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -28,7 +28,7 @@ _SHOWN, _LINKED = "shown", "linked"
 
 
 class Barrier:
-    """What a process says to the others of its run about itself and them, from its start to its end."""
+    """Tokens by which a process and the others of its run confirm their links, from its start to its end."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class Barrier:
         *,
         on_change: Callable[[str, bool], None] | None = None,
     ) -> None:
-        """Nothing is said before `begin`.
+        """Create a barrier; it declares nothing before `begin`.
 
         Args:
             mirror: what the process shows.
@@ -59,24 +59,24 @@ class Barrier:
         self._due = False
 
     def begin(self) -> None:
-        """Say what is shown here, and listen to the others; called on the event loop, when all ends are there."""
+        """Declare this process's tokens and follow the others'; called on the event loop, when all endpoints exist."""
         loop = asyncio.get_running_loop()
         self._loop = loop
 
-        def hear(sample: zenoh.Sample) -> None:
+        def on_sample(sample: zenoh.Sample) -> None:
             alive = sample.kind == zenoh.SampleKind.PUT
             with suppress(RuntimeError):  # the loop has ended: there is nobody to tell
                 loop.call_soon_threadsafe(self._on_token, str(sample.key_expr), alive)
 
         self._mirror.presence.on_change.append(self._look_soon)
-        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         for word in (f"{_SHOWN}/**", f"{_LINKED}/{self._zid}/*"):
             key = f"{QUERY_PREFIX}/*/{word}"
             self._ways.append(self._session.liveliness().declare_subscriber(key, callback, history=True))
         self._look()
 
     def lacking(self, others: Collection[str]) -> list[str]:
-        """What is not yet as it has to be before nodes may start, for people; empty once it is.
+        """Return what still prevents the nodes' start, as texts for people; empty once nothing does.
 
         Nobody is waited for who was there and has gone.
         """
@@ -89,10 +89,10 @@ class Barrier:
             elif (process, self._others[process][0]) not in self._linked_to_us:
                 found.append(f"{process} does not see all nodes of {self._process}")
         sessions = {self._others[process][0] for process in others if process in self._others}
-        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unheard(sessions)]
+        return found or [f"nothing published on {topic} gets out" for topic in self._mirror.unconnected(sessions)]
 
     async def passed(self, others: Collection[str], *, unless: asyncio.Event) -> None:
-        """Wait until these processes and this one can hear each other, or until nobody wants that any more."""
+        """Wait until these processes and this one are linked, or until `unless` is set."""
 
         async def wake() -> None:
             await unless.wait()
@@ -110,7 +110,7 @@ class Barrier:
         process, word, *rest = text.removeprefix(f"{QUERY_PREFIX}/").split("/")
         if process == self._process:
             if word == _SHOWN and rest[0] != self._zid:
-                self._tell(process, alive)
+                self._notify(process, alive)
             return
         if word == _LINKED:
             (self._linked_to_us.add if alive else self._linked_to_us.discard)((process, rest[1]))
@@ -125,14 +125,14 @@ class Barrier:
             self._gone.discard(process)
             if known is None or known[0] != session:
                 self._unlink(process)
-                self._tell(process, True)
+                self._notify(process, True)
         elif known == (session, count):  # else it was replaced before this came
             del self._others[process]
             self._gone.add(process)
             self._unlink(process)
-            self._tell(process, False)
+            self._notify(process, False)
 
-    def _tell(self, process: str, there: bool) -> None:
+    def _notify(self, process: str, there: bool) -> None:
         if self._on_change is not None:
             self._on_change(process, there)
 
@@ -147,7 +147,7 @@ class Barrier:
             self._loop.call_soon(self._look)
 
     def _look(self) -> None:
-        """See to it that what is said here is true, and wake who waits."""
+        """Bring this process's tokens up to date, and wake the waiting tasks."""
         self._due = False
         if self._session.is_closed():
             return

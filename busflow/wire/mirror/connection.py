@@ -1,4 +1,4 @@
-"""Connection: what every end that crosses between a bus and a Zenoh session works with."""
+"""Connection: the shared parts of all endpoints that cross between a bus and a Zenoh session."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """A bus and a session, and the ways between their threads."""
+    """A bus, a session, and the means to cross between their threads."""
 
     bus: Bus
     session: zenoh.Session
     supports: Supports
     sender: SenderThread
-    """Puts large messages on the link, so that the loop never waits for it."""
+    """Puts large messages on the link, so that the event loop never waits for it."""
     replier: SenderThread
-    """The same for calls and answers, which are not to wait behind the images of somebody who has stopped reading."""
+    """The same for calls and answers, so that they do not wait behind images for a reader that has stopped."""
     log: FilteringBoundLogger
     on_loop: Callable[..., None]
     """Runs a function on the event loop, from any thread."""

@@ -1,9 +1,9 @@
-"""Inlet: one topic's way into the process. What others publish there comes onto the loop.
+"""Inlet: brings one topic's messages from other processes onto the event loop.
 
-A ring takes what arrives and loses its oldest when the loop is busy; it never blocks the link, which other topics
-share. A thread waits for the first message and rings for the loop, which then empties the ring by itself while the
-thread rests: two threads that took turns at every message would spend most of their time on the interpreter's lock
-(26 µs a message; 6 µs so). When the ring is empty, the thread waits again.
+A ring buffer takes what arrives and loses its oldest when the loop is busy; it never blocks the link, which other
+topics share. A thread waits for the first message and wakes the loop, which then empties the buffer by itself while the
+thread rests. Two threads that took turns at every message would spend most of their time on the interpreter's lock (26
+µs a message, against 6 µs). When the buffer is empty, the thread waits again.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -26,7 +26,7 @@ from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.text import printable
-from busflow.wire.mirror.late_joiners import Latecomers, has_expired
+from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import as_qos, from_text
 
@@ -38,24 +38,24 @@ if TYPE_CHECKING:
 
 _RING = 256
 _BULKY_RING = 16
-"""For images, clouds and maps: a ring of the usual length would hold gigabytes."""
+"""Buffer size for images, clouds and maps; the usual size would hold gigabytes."""
 _MOST_RING = 4096
 _TOGETHER = 8
-"""Messages that are published before the handlers have their turn, if every queue has room for so many."""
-_STRANGERS = 256
+"""Messages published before the handlers run, if every queue has room for so many."""
+_MOST_SENDERS = 256
 _PATIENCE_S = 5.0
-_LAST_WORDS_S = 0.05
-"""A token's end overtakes the messages in the ring: the drain has this long to bring the next one."""
-_MOST_LAST_WORDS = 20
+_GRACE_S = 0.05
+"""The end of a token overtakes messages in the buffer: the loop has this long to take the next one."""
+_MOST_GRACES = 20
 _MOST_DEPTH = 10_000
-"""What a publisher elsewhere may have kept here for late joiners, whatever it says."""
+"""Limit of the messages that a remote publisher may have kept here for late joiners, whatever its token states."""
 
 
 class Inlet:
-    """Publishes on the bus what publishers in other processes publish; each of them is a publisher of the topic."""
+    """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
 
     def __init__(self, topic: Topic[Any], connection: Connection, *, gone: dict[bytes, int]) -> None:
-        """Begin to listen.
+        """Start to receive.
 
         Args:
             topic: where it is published.
@@ -69,12 +69,12 @@ class Inlet:
         self._log, self._on_loop = connection.log, connection.on_loop
         self._publishers: dict[bytes, Publisher[Any]] = {}
         self._plain: dict[bytes, Publisher[Any]] = {}
-        """Those of them that keep nothing for latecomers, and whose messages do not expire."""
+        """The publishers that keep nothing for late joiners and whose messages do not expire."""
         self._ignored: set[bytes] = set()
         self._sequences: dict[bytes, int] = {}
         self._gone = gone
         self._emptied = threading.Lock()
-        """Held, but for the moment in which the loop hands the ring back to the thread."""
+        """Held, except while the loop hands the buffer back to the thread."""
         self._emptied.acquire()
         self._emptying = self._closed = False
         self._feeder: asyncio.Task[None] | None = None
@@ -84,7 +84,7 @@ class Inlet:
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
-        self._latecomers = Latecomers(topic, key, self._publishers, connection, asked=latched)
+        self._late_joiners = LateJoiners(topic, key, self._publishers, connection, asked=latched)
         self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
@@ -92,7 +92,7 @@ class Inlet:
     # Who is there.
 
     def admit(self, token: Token, endpoint: Endpoint) -> None:
-        """Let a publisher of another process publish here; once is enough."""
+        """Add a remote publisher to the topic; calling it again has no effect."""
         self._ignored.discard(token.gid)
         if token.gid not in self._publishers:
             publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
@@ -102,38 +102,38 @@ class Inlet:
                 self._plain[token.gid] = publisher
             if token.gid in self._gone:
                 self._sequences[token.gid] = self._gone.pop(token.gid)
-            self._latecomers.welcome(token.gid)
+            self._late_joiners.welcome(token.gid)
 
     def serve(self, subscription: Subscription[Any]) -> None:
-        """Let a subscription that has just come have what publishers keep, also where nobody here asked for it yet."""
-        self._latecomers.serve(subscription)
+        """Give a new subscription what publishers keep, also if nothing here has asked for it yet."""
+        self._late_joiners.serve(subscription)
 
     def ignore(self, token: Token) -> None:
-        """Receive nothing of a publisher that does not fit; what it sends is counted as incompatible."""
+        """Receive nothing of an incompatible publisher; its messages are counted as incompatible."""
         self._ignored.add(token.gid)
         self._expel(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
-        """A publisher of another process has gone; it leaves the topic when what it sent has come out of the ring."""
-        self._await_last_words(token, then, _MOST_LAST_WORDS)
+        """Remove a remote publisher that has gone, once its messages in the buffer have been taken."""
+        self._leave_later(token, then, _MOST_GRACES)
 
-    def _await_last_words(self, token: Token, then: Callable[[], None], patience: int) -> None:
+    def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
         publisher = self._publishers.get(token.gid)
         seen = 0 if publisher is None else publisher.published
         loop = asyncio.get_running_loop()
-        loop.call_later(_LAST_WORDS_S, self._leave, token, publisher, seen, then, patience)
+        loop.call_later(_GRACE_S, self._leave, token, publisher, seen, then, patience)
 
     def _leave(
         self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], patience: int
     ) -> None:
         if self._closed:
             return
-        speaking = patience > 0 and publisher is not None and publisher.published != seen
-        if speaking or self._emptying:
-            self._await_last_words(token, then, max(0, patience - 1))
+        arriving = patience > 0 and publisher is not None and publisher.published != seen
+        if arriving or self._emptying:
+            self._leave_later(token, then, max(0, patience - 1))
             return
         self._ignored.discard(token.gid)
-        if token.gid in self._sequences and len(self._gone) < _STRANGERS:
+        if token.gid in self._sequences and len(self._gone) < _MOST_SENDERS:
             self._gone[token.gid] = self._sequences[token.gid]
         self._expel(token.gid)
         then()
@@ -142,21 +142,21 @@ class Inlet:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
         self._sequences.pop(gid, None)
-        self._latecomers.forget(gid)
+        self._late_joiners.forget(gid)
         if publisher is not None:
             publisher.close()
 
     @property
-    def deserted(self) -> bool:
-        """Whether nobody out there publishes here any more."""
+    def is_unused(self) -> bool:
+        """Whether no remote publisher is left."""
         return not self._publishers
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop receiving."""
         self._closed = True
         if self._feeder is not None:
             self._feeder.cancel()
-        self._latecomers.close()
+        self._late_joiners.close()
         self._way.undeclare()
         self._let_watch()
         self._thread.join(_PATIENCE_S)
@@ -166,7 +166,7 @@ class Inlet:
     # What arrives.
 
     def _watch(self) -> None:
-        """In the inlet's own thread: wait for a message, then until the loop has emptied the ring."""
+        """Wait for a message, then until the loop has emptied the buffer; runs in the inlet's own thread."""
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._arrivals.recv())
@@ -188,7 +188,7 @@ class Inlet:
             self._take(first)
 
     def _take(self, sample: zenoh.Sample | None) -> None:
-        """Publish what is there for a while; the rest has to wait until the loop has had its turn."""
+        """Publish waiting messages for a while; the rest waits until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
         room = min([_TOGETHER, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
@@ -206,7 +206,7 @@ class Inlet:
                 asyncio.get_running_loop().call_soon(self._begin, sample)
 
     async def _feed(self, sample: zenoh.Sample | None) -> None:
-        """Publish as the nodes keep up; meanwhile the ring fills, and loses its oldest."""
+        """Publish as fast as the nodes accept messages; meanwhile the buffer fills and loses its oldest."""
         try:
             while sample is not None and not self._closed:
                 if (arrival := self._read(sample)) is not None:
@@ -218,7 +218,7 @@ class Inlet:
             self._let_watch()
 
     def _together(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
-        """As many as there is room for, and the one after them."""
+        """Return as many samples as there is room for, and the one after them."""
         found: list[zenoh.Sample] = []
         receive = self._arrivals.try_recv
         try:
@@ -236,7 +236,7 @@ class Inlet:
             return None  # the session is closed
 
     def _publish(self, together: list[zenoh.Sample]) -> None:
-        """Publish as many as every queue has room for; the handlers get them when this returns.
+        """Publish as many messages as every queue has room for; handlers get them when this returns.
 
         The next message of a plain publisher is dealt with here, and takes 1 µs less than any other.
         """
@@ -245,12 +245,12 @@ class Inlet:
             if self._closed:
                 return
             attachment = sample.attachment
-            told = b"" if attachment is None else attachment.to_bytes()
-            publisher = plain.get(gid := told[GID_AT:])
+            signature = b"" if attachment is None else attachment.to_bytes()
+            publisher = plain.get(gid := signature[GID_AT:])
             if publisher is None:
                 self._publish_carefully(sample)
                 continue
-            (sequence,) = SEQUENCE.unpack_from(told)  # there are 33 bytes, or it would be nobody's gid
+            (sequence,) = SEQUENCE.unpack_from(signature)  # there are 33 bytes, or it would be nobody's gid
             if sequences.get(gid) != sequence - 1:
                 self._publish_carefully(sample)
                 continue
@@ -271,7 +271,7 @@ class Inlet:
             except (WouldBlock, NotRunning) as error:
                 self._refuse(error)
             finally:
-                self._latecomers.present = None
+                self._late_joiners.present = None
 
     async def _send(self, publisher: Publisher[Any], message: Message) -> None:
         try:
@@ -279,7 +279,7 @@ class Inlet:
         except (WouldBlock, NotRunning) as error:
             self._refuse(error)
         finally:
-            self._latecomers.present = None
+            self._late_joiners.present = None
 
     def _refuse(self, error: Exception) -> None:
         self.losses["refused"] += 1
@@ -287,7 +287,7 @@ class Inlet:
             self._log.warning(f"what arrives on {self._topic.name} from another process has no room: {error}")
 
     def _read(self, sample: zenoh.Sample) -> tuple[Publisher[Any], Message] | None:
-        """The message of a sample, and who publishes it here; None where it is not for this process."""
+        """Return a sample's message and its publisher here; None if it is not for this process."""
         self.received += 1
         attachment = sample.attachment
         try:
@@ -303,36 +303,36 @@ class Inlet:
             self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
-        """Who sent it; one that signs in another way than we do passes for any publisher of its topic."""
-        known = told = None
+        """Return the sender; a message with a foreign kind of signature counts as any publisher's of its topic."""
+        known = decoded = None
         if attachment:
-            told = Attachment.decode(attachment)
-            if told.gid in self._ignored:
+            decoded = Attachment.decode(attachment)
+            if decoded.gid in self._ignored:
                 self.losses["incompatible"] += 1
                 return None
-            known = self._publishers.get(told.gid)
-            self._count_lost(told)
+            known = self._publishers.get(decoded.gid)
+            self._count_lost(decoded)
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
-        elif told is not None:
-            if has_expired(found, told, self._bus.clock):
+        elif decoded is not None:
+            if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if told.gid in self._sequences:  # else there are more strangers than are kept in mind
-                self._latecomers.hear(told.gid, told.sequence)
+            if decoded.gid in self._sequences:  # else there are more strangers than are kept in mind
+                self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
 
-    def _count_lost(self, told: Attachment) -> None:
-        last = self._sequences.get(told.gid)
-        if last is not None and told.sequence > last + 1:
-            self.losses["lost"] += told.sequence - last - 1
-        if last is not None or len(self._sequences) < _STRANGERS:  # there may be any number of strangers
-            self._sequences[told.gid] = told.sequence if last is None else max(last, told.sequence)
+    def _count_lost(self, attachment: Attachment) -> None:
+        last = self._sequences.get(attachment.gid)
+        if last is not None and attachment.sequence > last + 1:
+            self.losses["lost"] += attachment.sequence - last - 1
+        if last is not None or len(self._sequences) < _MOST_SENDERS:  # there may be any number of strangers
+            self._sequences[attachment.gid] = attachment.sequence if last is None else max(last, attachment.sequence)
 
 
 def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
-    """What a token says of a publisher in another process.
+    """Return the endpoint that a remote publisher's token describes.
 
     Raises:
         MalformedMessage: its QoS is none.
@@ -346,7 +346,7 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
 
 
 def _ring(topic: Topic[Any], support: TypeSupport) -> int:
-    """How many messages may wait to be taken in: as many as the deepest subscription wants, and some."""
+    """Return how many messages may wait in the buffer: at least the depth of the deepest subscription."""
     deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
     return min(max(deepest, _BULKY_RING if support.is_bulky else _RING), _MOST_RING)
 
@@ -356,7 +356,7 @@ def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
 
 
 def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:
-    """As `rmw_zenoh` declares a transient_local subscription."""
+    """Declare a transient_local subscription in the way of `rmw_zenoh`."""
     return zenoh.ext.declare_advanced_subscriber(
         session,
         key,

@@ -1,7 +1,8 @@
-"""Latecomers: transient_local subscriptions that come when less was asked of publishers elsewhere than they want.
+"""Late joiners: transient_local subscriptions that want more kept messages than the inlet has asked for.
 
-What those keep is asked for once more. Until it is here, what arrives waits before the latecomer's queue, so that
-nothing comes twice to anybody, nor anything before what was published earlier. Nobody else waits.
+The inlet asks the remote publishers once more for what they keep. Until the answer is here, arriving messages wait
+before the late joiner's queue. So no subscription gets a message twice, or before an earlier one. Other subscriptions
+do not wait.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -28,13 +29,13 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _PATIENCE_S = 2.0
-"""How long publishers may take to tell what they keep; then a latecomer goes on with what arrives."""
+"""How long publishers may take to answer; then a late joiner goes on with the messages that arrive."""
 _MOST = 10_000
-"""Messages that are taken in answer, and that may wait."""
+"""Limit of the messages accepted in an answer, and of those that may wait."""
 
 
-class Latecomers:
-    """Those of one topic."""
+class LateJoiners:
+    """The late joiners of one topic."""
 
     def __init__(
         self,
@@ -45,7 +46,7 @@ class Latecomers:
         *,
         asked: int,
     ) -> None:
-        """Nobody is late yet.
+        """Start without late joiners.
 
         Args:
             topic: what they receive.
@@ -55,32 +56,32 @@ class Latecomers:
             asked: how many kept messages of each publisher come anyhow.
         """
         self.present: tuple[bytes, int] | None = None
-        """Who published the message that is handed out now, and its number; None where that is somebody here."""
+        """Publisher and number of the message that is being delivered; None for a local publisher's."""
         self.first: dict[bytes, int] = {}
-        """By publisher, the number of the earliest message of it that is known here."""
+        """By publisher, the number of its earliest message known here."""
         self._topic, self._key, self._publishers, self._connection = topic, key, publishers, connection
         self._asked = asked
         self._had: dict[bytes, int] = {}
         self._gates: list[Gate] = []
 
-    def hear(self, gid: bytes, sequence: int) -> None:
-        """A message is about to be handed out, maybe of a publisher whose token is yet to come."""
+    def note(self, gid: bytes, sequence: int) -> None:
+        """Note the message that is about to be delivered; its publisher's token may still be on its way."""
         self.present = gid, sequence
         self.first.setdefault(gid, sequence)
 
     def welcome(self, gid: bytes) -> None:
-        """A publisher has been let in: get what it keeps for those who want more than comes anyhow."""
+        """Ask a new publisher for its kept messages, for subscriptions that want more than come anyhow."""
         for subscription in self._topic.subscriptions:
             if self._lacks(subscription, gid):
                 self._ask(Gate.of(cast("Subscription[Any]", subscription), self), [gid])
 
     def forget(self, gid: bytes) -> None:
-        """A publisher has gone."""
+        """Forget a publisher that has gone."""
         self.first.pop(gid, None)
         self._had.pop(gid, None)
 
     def serve(self, subscription: Subscription[Any]) -> None:
-        """Get a subscription that has just come, and was not read from yet, what it lacks of what publishers keep."""
+        """Ask for the kept messages that a new subscription lacks; no message has been read from it yet."""
         lacking = [gid for gid in self._publishers if self._lacks(subscription, gid)]
         if lacking:
             gate = Gate.of(subscription, self)
@@ -88,12 +89,12 @@ class Latecomers:
             self._ask(gate, lacking)
 
     def close(self) -> None:
-        """Let everybody go on with what has arrived."""
+        """Let every late joiner go on with what has arrived."""
         for gate in tuple(self._gates):
             self._let_go(gate)
 
     def _lacks(self, subscription: Receiver, gid: bytes) -> bool:
-        """Whether a subscription wants more of what a publisher keeps than is known here, or on its way."""
+        """Return whether a subscription wants more of a publisher's kept messages than are here or on their way."""
         publisher, qos = self._publishers[gid], subscription.endpoint.qos
         ends = qos.durability, publisher.endpoint.qos.durability
         if any(each is not Durability.TRANSIENT_LOCAL for each in ends):
@@ -133,11 +134,11 @@ class Latecomers:
         support = self._connection.supports(self._topic.type)
         for attachment, payload in found:
             try:
-                told = Attachment.decode(attachment)
-                publisher = self._publishers.get(told.gid)
-                if publisher is not None and told.gid in asked and not has_expired(publisher, told, self._topic.clock):
+                sent = Attachment.decode(attachment)
+                publisher = self._publishers.get(sent.gid)
+                if publisher is not None and sent.gid in asked and not has_expired(publisher, sent, self._topic.clock):
                     item = publisher.as_kept(support.decode(payload))
-                    gate.kept.setdefault(told.gid, {})[told.sequence] = item
+                    gate.kept.setdefault(sent.gid, {})[sent.sequence] = item
             except MalformedMessage:
                 self._topic.losses["malformed"] += 1
         for gid in asked:
@@ -159,30 +160,30 @@ class Latecomers:
 
 
 class Gate:
-    """Stands before a latecomer's queue, until what was published earlier is in it and from then on."""
+    """Holds back a late joiner's messages until the earlier ones are in its queue."""
 
-    def __init__(self, target: Subscription[Any], latecomers: Latecomers) -> None:
+    def __init__(self, target: Subscription[Any], late_joiners: LateJoiners) -> None:
         self.target = target
         self.questions = 0
-        """How many are yet to be answered; it is shut as long as there are any."""
+        """Number of unanswered queries; the gate is shut until it is 0."""
         self.kept: dict[bytes, dict[int, Any]] = {}
-        """What was told in answer, by publisher and number."""
-        self._latecomers = latecomers
+        """Messages of the answers, by publisher and number."""
+        self._late_joiners = late_joiners
         self._waiting: deque[Any] = deque()
-        self._first = dict(latecomers.first)
-        """By publisher, the number of the first message that comes here without being asked for."""
+        self._first = dict(late_joiners.first)
+        """By publisher, the number of the first message that arrives here by itself."""
         self._given: dict[bytes, int] = {}
-        """By publisher, up to which number the latecomer has been given what may still be on its way here."""
+        """By publisher, the number up to which the late joiner has messages that may still arrive here too."""
 
     @classmethod
-    def of(cls, target: Subscription[Any], latecomers: Latecomers) -> Gate:
-        """The gate before a subscription."""
-        gate = target.link if isinstance(target.link, Gate) else cls(target, latecomers)
+    def of(cls, target: Subscription[Any], late_joiners: LateJoiners) -> Gate:
+        """Return the gate before a subscription, a new one if it has none."""
+        gate = target.link if isinstance(target.link, Gate) else cls(target, late_joiners)
         target.link = gate
         return gate
 
     def hold_back_what_it_has(self) -> None:
-        """Have wait what the subscription was given when it came: something earlier is to come before it."""
+        """Move the subscription's queued messages into the gate, because earlier ones come first."""
         self._waiting.extend(self.target.queue.items)
         self.target.queue.items.clear()
 
@@ -192,8 +193,8 @@ class Gate:
         return len(self._waiting)
 
     def carry(self, item: Any) -> None:
-        """Bring what is published now, behind what was earlier, unless it was among that."""
-        gid, sequence = self._latecomers.present or (b"", 0)
+        """Deliver a message behind the earlier ones, unless it was among them."""
+        gid, sequence = self._late_joiners.present or (b"", 0)
         if gid:
             self._first.setdefault(gid, sequence)
         if gid and sequence <= self._given.get(gid, 0):
@@ -206,7 +207,7 @@ class Gate:
             self.target.receive(item)
 
     def open(self) -> None:
-        """Give the latecomer what was kept, and then what has arrived meanwhile."""
+        """Deliver the kept messages, and then those that arrived meanwhile."""
         earlier: list[Any] = []
         for gid, items in self.kept.items():
             first = self._first.get(gid, max(items) + 1)
@@ -221,7 +222,7 @@ class Gate:
             self.target.receive(self._waiting.popleft())
 
 
-def has_expired(publisher: Publisher[Any], told: Attachment, clock: Clock) -> bool:
-    """Whether a message has outlived its lifespan on its way, or where it was kept, by the time of day."""
+def has_expired(publisher: Publisher[Any], sent: Attachment, clock: Clock) -> bool:
+    """Return whether a message outlived its lifespan in transit or storage, by wall time."""
     lifespan_s = publisher.endpoint.qos.lifespan_s
-    return lifespan_s is not None and clock.now().nanoseconds - told.stamp_ns > lifespan_s * NS_PER_S
+    return lifespan_s is not None and clock.now().nanoseconds - sent.stamp_ns > lifespan_s * NS_PER_S

@@ -1,4 +1,4 @@
-"""Membership: a process as one of several of a run, with its socket, its mirror and its barrier."""
+"""Membership: a process as a member of its run, with its socket, mirror and barrier."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Membership(Extension):
-    """Joins the run as its graph starts."""
+    """Joins the run when its graph starts."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class Membership(Extension):
         about: Callable[[], Mapping[str, Any]] = dict,
         on_change: Callable[[str, bool], None] | None = None,
     ) -> None:
-        """A member that does not join before `begin`.
+        """Create a member; it joins in `begin`.
 
         Args:
             graph: what runs in this process.
@@ -55,7 +55,7 @@ class Membership(Extension):
         self._barrier: Barrier | None = None
 
     def begin(self) -> None:
-        """Join, on the event loop, before the first node is connected."""
+        """Join the run on the event loop, before the first node is connected."""
         session = open_session(self._directory, listen=self._socket, network=self._network)
         from busflow.wire.mirror.barrier import Barrier  # both need Zenoh
         from busflow.wire.mirror.mirror import Mirror
@@ -68,19 +68,19 @@ class Membership(Extension):
 
     @property
     def barrier(self) -> Barrier:
-        """What holds the nodes back; there once the graph has started."""
+        """The barrier that delays the nodes; available once the graph has started."""
         if self._barrier is None:
             raise RuntimeError("the graph has not started")
         return self._barrier
 
     def end(self) -> None:
-        """Leave the run, when all nodes have ended."""
+        """Leave the run, after all nodes have ended."""
         if self._mirror is not None:
             self._mirror.close()
 
 
 def inspectable(graph: Graph, name: bool | str = True) -> None:
-    """Let other terminals of this user look into a graph from when it starts until it has ended.
+    """Let this user's other terminals inspect a graph from its start to its end.
 
     Where that cannot be (no Zenoh, no safe directory), the graph's log says why, and it runs all the same.
 
@@ -97,7 +97,7 @@ def inspectable(graph: Graph, name: bool | str = True) -> None:
 
 
 class Inspection(Extension):
-    """A graph's directory and session, while it has them."""
+    """A graph's run directory and session, from its start to its end."""
 
     def __init__(self, graph: Graph, *, name: str, file: str, history: Mapping[str, int]) -> None:
         self._graph, self._name, self._file, self._history = graph, name, file, history
@@ -106,7 +106,7 @@ class Inspection(Extension):
         self._mirror: Mirror | None = None
 
     def begin(self) -> None:
-        """Be found, on the event loop, before the first end of a topic comes."""
+        """Create directory and session on the event loop, before the first endpoint is attached."""
         try:
             self._directory = RunDirectory.claim(self._name)
             self._show(self._directory)
@@ -117,7 +117,7 @@ class Inspection(Extension):
             self.end()
 
     def end(self) -> None:
-        """Be found no more."""
+        """Close session and directory."""
         mirror, self._mirror = self._mirror, None
         directory, self._directory = self._directory, None
         try:

@@ -1,8 +1,8 @@
-"""Mirror: a bus as the other processes of its run see it.
+"""Mirror: shows a bus to the other processes of its run.
 
-Every node and every end of a topic has a liveliness token; a publisher has an outlet. What others publish is the
-business of `Neighbours`, and services are that of `ServiceMirror`. Everything here happens on the event loop; what
-Zenoh tells in its own threads is brought there first.
+Every node and every endpoint has a liveliness token; a publisher has an outlet. `RemotePublishers` handles what other
+processes publish, and `ServiceMirror` handles services. Everything here runs on the event loop; callbacks from Zenoh's
+threads are passed to it first.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -30,7 +30,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.node.parameter_store import ParameterStore
 from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
-from busflow.wire.mirror.remote_publishers import Neighbours
+from busflow.wire.mirror.remote_publishers import RemotePublishers
 from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
@@ -49,7 +49,7 @@ End = Publisher[Any] | Subscription[Any]
 
 
 class Mirror:
-    """What a process shows of its graph in a Zenoh session, and takes in from it."""
+    """Shows a process's graph in a Zenoh session, and receives from the session."""
 
     def __init__(
         self,
@@ -60,7 +60,7 @@ class Mirror:
         history: Mapping[str, int],
         about: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        """A mirror that shows nothing until `begin`, which the event loop has to call.
+        """Create a mirror; it shows nothing until the event loop calls `begin`.
 
         Args:
             graph: what runs in this process.
@@ -74,11 +74,9 @@ class Mirror:
         self._log = graph.log.bind("busflow")
         self._history = KeptMessages(graph.bus, {ROSOUT: 0} | dict(history))  # the log has a book of its own
         self._supports = cache(TypeSupport)
-        sender, replier = (
-            SenderThread(name, on_error=self._tell_bug) for name in ("busflow.sender", "busflow.replier")
-        )
+        sender, replier = (SenderThread(name, on_error=self._log_bug) for name in ("busflow.sender", "busflow.replier"))
         self._connection = Connection(graph.bus, session, self._supports, sender, replier, self._log, self._on_loop)
-        self._neighbours = Neighbours(self._connection)
+        self._remote_publishers = RemotePublishers(self._connection)
         self._presence = Presence()
         self._questions = Questions(graph, card, process, self._supports, self._history, self._presence.tokens, about)
         self._zid = str(session.info.zid())
@@ -92,7 +90,7 @@ class Mirror:
         self._ways: list[Any] = []
 
     def begin(self) -> None:
-        """Show the nodes, and from now on every end that comes and goes; called before the first does."""
+        """Show the nodes, and from now on every endpoint; called before the first endpoint is attached."""
         self._loop = asyncio.get_running_loop()
         for unit in self._graph.units:
             self._node_id(unit.name)
@@ -101,23 +99,23 @@ class Mirror:
         answers = Answers(
             self._session,
             self._process,
-            {name: self._once_looked(question) for name, question in self._questions.all().items()},
+            {name: self._after_matching(question) for name, question in self._questions.all().items()},
             sender=self._connection.replier,
             log=self._log,
             on_loop=self._on_loop,
         )
 
-        def hear(sample: zenoh.Sample) -> None:
+        def on_sample(sample: zenoh.Sample) -> None:
             self._on_loop(self._on_token, str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         self._graph.rosout.announce(self._wanted_of_rosout())
 
-        callback: Any = zenoh.handlers.Callback(hear, indirect=False)
+        callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
         self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
 
     def close(self) -> None:
-        """Show and take in nothing more, and close the session."""
+        """Stop showing and receiving, and close the session."""
         bus = self._graph.bus
         if self._loop is not None:
             bus.on_attach.remove(self._on_attach)
@@ -128,7 +126,7 @@ class Mirror:
         self._history.close()
         self._questions.close()
         self._session.close()  # which ends what waits in recv() and put()
-        self._neighbours.close()
+        self._remote_publishers.close()
         self._services.close()
         self._connection.sender.close()
         self._connection.replier.close()
@@ -137,7 +135,7 @@ class Mirror:
 
     @property
     def presence(self) -> Presence:
-        """What the other sessions show, as far as it is dealt with here."""
+        """Tokens of the run's other sessions that this process has handled."""
         return self._presence
 
     @property
@@ -145,13 +143,13 @@ class Mirror:
         """How many tokens this process shows."""
         return len(self._nodes) + len(self._subscriptions) + len(self._outlets) + self._services.shown
 
-    def unheard(self, sessions: Collection[str]) -> list[str]:
-        """The topics published here that one of these sessions receives, and that do not get there yet."""
+    def unconnected(self, sessions: Collection[str]) -> list[str]:
+        """Return the topics published here that one of these sessions cannot receive yet."""
         wanted = self._presence.received(sessions)
         return sorted({end.topic for end, outlet in self._outlets.items() if end.topic in wanted and not outlet.open})
 
-    def _once_looked(self, question: Question) -> Question:
-        """A question, answered once it is seen who listens: who asks what there was may go on with what comes then."""
+    def _after_matching(self, question: Question) -> Question:
+        """Wrap a question so that outlets for known subscriptions open before the answer."""
 
         def answer(arguments: Mapping[str, Any]) -> object:
             wanted = self._presence.received()
@@ -165,7 +163,7 @@ class Mirror:
     # What is here.
 
     def _wanted_of_rosout(self) -> Durability:
-        """What the nodes that receive the log, and are connected after its publisher, request of it."""
+        """Return the durability that the nodes' subscriptions request of `/rosout`'s publisher."""
         ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
         latched = any(end.topic == ROSOUT and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
@@ -182,7 +180,7 @@ class Mirror:
         except Exception as error:  # noqa: BLE001  # that it cannot be looked at must never keep a node from running
             origin = "a node" if isinstance(attached, ParameterStore | Timer) else attached.endpoint.origin
             self._log.warning(f"{origin} is not seen from other processes: {type(error).__name__}: {error}")
-        self._presence.tell()
+        self._presence.notify()
 
     def _show(self, end: End) -> None:
         topic = self._graph.bus.topics[end.topic]
@@ -191,7 +189,7 @@ class Mirror:
             former = _predecessor(end, self._outlets, topic.publishers)
             if former is None:
                 token = self._token_of(end)
-                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.tell)
+                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.notify)
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -201,7 +199,7 @@ class Mirror:
             self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
         else:
             self._subscriptions[end] = self._subscriptions.pop(former)
-        self._neighbours.serve(end, is_new=former is None)
+        self._remote_publishers.serve(end, is_new=former is None)
 
     def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher):
@@ -212,13 +210,13 @@ class Mirror:
             token = self._subscriptions.pop(end, None)
             if token is not None:
                 token.undeclare()
-            self._neighbours.leave(self._graph.bus.topics[end.topic])
+            self._remote_publishers.leave(self._graph.bus.topics[end.topic])
         else:
             self._services.detach(end)
-        self._presence.tell()
+        self._presence.notify()
 
     def _token(self, kind: TokenKind, node: str, name: str, support: TypeSupport, qos: str) -> Token:
-        """The token of a new end of a node, on the topic or service `name`; `qos` is in the form that tokens have."""
+        """Make the token of a node's new endpoint on the topic or service `name`; `qos` is in token form."""
         node_id = self._node_id(node)
         self._ids += 1
         namespace, short = split_name(node)
@@ -241,7 +239,7 @@ class Mirror:
         return self._token(kind, endpoint.node, end.topic, self._supports(end.type), to_text(endpoint.qos))
 
     def _node_id(self, name: str) -> int:
-        """The number of a node in its tokens; the first time declares the node."""
+        """Return a node's number in its tokens; the first call declares the node."""
         found = self._node_ids.get(name)
         if found is None:
             self._ids += 1
@@ -264,39 +262,39 @@ class Mirror:
         if token.session == self._zid:
             return
         try:
-            self._hear(text, token, alive=alive)
+            self._handle(text, token, alive=alive)
         finally:
             self._presence.note(text, token, alive=alive)
 
-    def _hear(self, text: str, token: Token, *, alive: bool) -> None:
+    def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
-            self._services.hear(text, token, alive=alive)
+            self._services.on_token(text, token, alive=alive)
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
         elif alive:
-            self._neighbours.come(token)
+            self._remote_publishers.come(token)
         else:
-            self._neighbours.go(token)
+            self._remote_publishers.go(token)
 
     def _announce_parameters(self) -> None:
-        """Let every node tell of its parameters from now on: somebody outside listens."""
+        """Make every node publish its parameter events from now on, because another process subscribes to them."""
         for unit in self._graph.units:
             unit.runtime.parameter_events.declare()
 
     def _on_loop(self, work: Any, *arguments: Any) -> None:
-        """Have the event loop do this, from any thread."""
+        """Call a function on the event loop, from any thread."""
         loop = self._loop
         if loop is not None:
             with suppress(RuntimeError):  # the loop has ended meanwhile: there is nobody to tell
                 loop.call_soon_threadsafe(work, *arguments)
 
-    def _tell_bug(self, error: Exception) -> None:
-        """What nobody foresaw; from any thread."""
+    def _log_bug(self, error: Exception) -> None:
+        """Log an unexpected error; from any thread."""
         self._on_loop(lambda: self._log.error("busflow's wire failed at something", exc_info=error))
 
 
 def _predecessor(end: Any, known: Mapping[Any, object], present: list[Any]) -> Any:
-    """The end of an earlier life of the same node whose place this one has taken, if there is one."""
+    """Return the endpoint of an earlier life of the node that this endpoint replaces, or None."""
     for each in known:
         if _place(each) == _place(end) and each is not end and each not in present:
             return each
@@ -308,35 +306,37 @@ def _place(end: End) -> object:
 
 
 _MOST = 10_000
-"""Tokens that are kept in mind: whoever shows more is at fault, or means harm."""
+"""Limit of the stored tokens; a process that shows more is faulty or malicious."""
 
 
 class Presence:
-    """The tokens of others; who waits for them hears of every change."""
+    """Liveliness tokens of the run's other sessions that this process has handled, with listeners for changes."""
 
     def __init__(self) -> None:
         self.tokens: dict[str, Token] = {}
-        """By their text. Two processes that only look are not linked to each other: they ask one that has these."""
+        """Tokens by their text. Two clients are not linked to each other: they get each other's tokens from a process
+        of the run.
+        """
         self.on_change: list[Callable[[], None]] = []
 
     def note(self, text: str, token: Token, *, alive: bool) -> None:
-        """A token has come or gone, and all that follows from it is done."""
+        """Record that a token has come or gone, after its effects have been handled."""
         if not alive:
             self.tokens.pop(text, None)
         elif len(self.tokens) < _MOST:
             self.tokens[text] = token
-        self.tell()
+        self.notify()
 
-    def tell(self) -> None:
-        """Something has changed that somebody may wait for."""
-        for hear in tuple(self.on_change):
-            hear()
+    def notify(self) -> None:
+        """Call the listeners."""
+        for listener in tuple(self.on_change):
+            listener()
 
     def count(self, session: str) -> int:
-        """How many tokens of a session are there."""
+        """Return how many tokens of a session are known."""
         return sum(token.session == session for token in self.tokens.values())
 
     def received(self, sessions: Collection[str] | None = None) -> set[str]:
-        """The topics that nodes of these sessions receive, or of any."""
+        """Return the topics to which nodes of these sessions, or of any session, subscribe."""
         found = [token for token in self.tokens.values() if sessions is None or token.session in sessions]
         return {token.topic for token in found if token.kind is TokenKind.SUBSCRIPTION}

@@ -1,4 +1,4 @@
-"""Outlet: one publisher's way out of the process. Nothing is encoded until somebody out there listens."""
+"""Outlet: sends one publisher's messages to other processes. Encodes nothing until another process subscribes."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
 
 _HEARTBEAT_S = 0.5
 _BULKY = 8 * 1024
-"""What is large for a message that is mostly bytes, so that clouds and compressed images keep out of the way, too."""
+"""The limit for message types that are mostly bytes, so that clouds and compressed images count as large too."""
 
 
 class Outlet:
-    """Encodes and sends what a publisher publishes, while it is wanted.
+    """Encodes and sends a publisher's messages while another process subscribes.
 
-    A transient_local publisher is always wanted: Zenoh keeps its last messages for late joiners, as bytes.
+    For a transient_local publisher that is always: Zenoh keeps its last messages for late joiners, as bytes.
 
-    What is small goes out on the loop, in Zenoh's usual line. With its first large message an outlet moves to the line
-    below, which only the sender's thread uses, and stays there, so that order is kept: of two lines the upper one goes
-    first, and nobody on the loop ever waits behind a message of many pieces.
+    Small messages are sent on the event loop, with Zenoh's usual priority. With its first large message an outlet
+    changes to the next lower priority, which only the sender's thread uses, and stays there, so that order is kept.
+    Zenoh sends the upper priority first, and the loop never waits behind a message of many pieces.
     """
 
     _way: _Way | None  # None once it is closed, when the sender may still hold messages
@@ -45,7 +45,7 @@ class Outlet:
     def __init__(
         self, publisher: Publisher[Any], token: Token, connection: Connection, *, on_open: Callable[[], None]
     ) -> None:
-        """Declare the publisher to the others.
+        """Declare the publisher to other processes.
 
         Args:
             publisher: what it is the way out of.
@@ -56,16 +56,16 @@ class Outlet:
         self._on_open = on_open
         self.sent = 0
         self.unsent = 0
-        """Messages that could not be put into bytes."""
+        """Messages that could not be encoded."""
         session, support = connection.session, connection.supports(publisher.type)
         self._publisher, self._support, self._gid = publisher, support, token.gid
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
         self._limit = _BULKY if support.is_bulky else LARGE
-        """Messages from this size on are large; once there was one, all are."""
+        """Messages from this size on are large; after the first large one, all are."""
         self._lower: Callable[[], zenoh.Publisher] | None = None
-        """Declares it in the lower line; one that keeps what it sends stays where its type belongs."""
+        """Declares the publisher with the lower priority; None for a transient_local one, whose type decides."""
         if latched:
             self._way = _latched(session, publisher, support)
             self._limit = 0 if support.is_bulky else LARGE
@@ -81,27 +81,27 @@ class Outlet:
 
     @property
     def publisher(self) -> Publisher[Any]:
-        """Whose way out this is."""
+        """The publisher whose messages this sends."""
         return self._publisher
 
     @property
     def open(self) -> bool:
-        """Whether what is published leaves the process."""
+        """Whether published messages leave the process."""
         return self._wanted
 
     def look(self) -> None:
-        """Find out now whether somebody listens; Zenoh tells it too, but in its own time."""
+        """Ask Zenoh now whether another process subscribes; its notification may come later."""
         way: Any = self._way
         if way is not None and not self._wanted:
             self._want(way.matching_status.matching)
 
     def follow(self, publisher: Publisher[Any]) -> None:
-        """Be the way out of the publisher that took over from this one, when its node was restarted."""
+        """Take over the publisher's successor after its node's restart."""
         self._publisher = publisher
         self._want(self._wanted)
 
     def close(self) -> None:
-        """Take the publisher back."""
+        """Undeclare the publisher."""
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
@@ -111,11 +111,11 @@ class Outlet:
         self._ways.clear()
 
     def _listen(self, on_loop: Callable[..., None]) -> None:
-        def hear(status: Any) -> None:
+        def on_match(status: Any) -> None:
             on_loop(self._want, status.matching)
 
         way: Any = self._way
-        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(hear, indirect=False))
+        self._matching = way.declare_matching_listener(zenoh.handlers.Callback(on_match, indirect=False))
         self._want(way.matching_status.matching)
 
     def _want(self, wanted: bool) -> None:
@@ -168,7 +168,7 @@ def _plain(
 
 
 def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.ext.AdvancedPublisher:
-    """As `rmw_zenoh` declares a transient_local publisher."""
+    """Declare a transient_local publisher in the way of `rmw_zenoh`."""
     reliable = publisher.endpoint.qos.reliability is Reliability.RELIABLE
     return zenoh.ext.declare_advanced_publisher(
         session,
@@ -185,7 +185,7 @@ def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSup
 
 
 def _manner(publisher: Publisher[Any]) -> dict[str, Any]:
-    """How every message of a publisher is sent, whether it is kept or not."""
+    """Return the Zenoh settings that all messages of a publisher share."""
     best_effort = publisher.endpoint.qos.reliability is Reliability.BEST_EFFORT
     return {
         "congestion_control": zenoh.CongestionControl.DROP,

@@ -1,7 +1,7 @@
-"""Neighbours: the publishers of other processes, and which of them publish on this bus.
+"""Remote publishers: which publishers of other processes publish on this bus.
 
-One that fits is let in as a publisher of its topic, for as long as somebody here receives the topic. One that does not
-fit is told in the log, once, and nothing of it is received: what others do wrong is no fault of a node here.
+A compatible one becomes a publisher of its topic while a node here subscribes to the topic. An incompatible one is
+logged once, and nothing of it is received: mistakes elsewhere do not fail a node here.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _MOST = 10_000
-"""Endpoints of other processes that are kept in mind: whoever shows more is at fault, or means harm."""
+"""Limit of the stored remote endpoints; a process that shows more is faulty or malicious."""
 
 
-class Neighbours:
-    """What publishers elsewhere send to the subscriptions here."""
+class RemotePublishers:
+    """Connects publishers of other processes with the subscriptions here."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._bus, self._log = connection, connection.bus, connection.log
@@ -32,23 +32,23 @@ class Neighbours:
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
         self._gone: dict[str, dict[bytes, int]] = {}
-        """By topic, how far publishers had come that were seen to go while their topic was received."""
+        """By topic, the last message number of each publisher that went while the topic was received."""
 
     def come(self, token: Token) -> None:
-        """An endpoint of another process is there."""
+        """Handle a new endpoint of another process."""
         if token.kind is TokenKind.PUBLISHER and len(self._known) < _MOST:
             self._known[str(token)] = token
             self._consider(token)
 
     def go(self, token: Token) -> None:
-        """An endpoint of another process is there no more."""
+        """Handle the end of another process's endpoint."""
         self._refused.discard(str(token))
         inlet = self._inlets.get(token.topic)
         if self._known.pop(str(token), None) is not None and inlet is not None:
-            inlet.dismiss(token, lambda: self._close_if_deserted(token.topic))
+            inlet.dismiss(token, lambda: self._close_if_unused(token.topic))
 
     def serve(self, subscription: Subscription[Any], *, is_new: bool) -> None:
-        """A subscription has come: let those in who publish its topic, or out who do not fit.
+        """Connect a new subscription with the compatible publishers of its topic, and exclude the others.
 
         Unless it is new, it has the place, the queue and the messages of one before it.
         """
@@ -59,7 +59,7 @@ class Neighbours:
             inlet.serve(subscription)
 
     def leave(self, topic: Topic[Any]) -> None:
-        """A subscription has gone: without any there is nothing to receive, and others may fit now."""
+        """Handle the end of a subscription, the topic's last or one that excluded publishers."""
         if topic.subscriptions:
             for token in self._on(topic.name):
                 self._consider(token)
@@ -69,7 +69,7 @@ class Neighbours:
                 self._inlets.pop(topic.name).close()
 
     def close(self) -> None:
-        """Receive nothing more; the session has to be closed before, which ends a waiting recv()."""
+        """Stop receiving. The session has to be closed before, which ends a waiting recv()."""
         for inlet in self._inlets.values():
             inlet.close()
         self._inlets.clear()
@@ -78,7 +78,7 @@ class Neighbours:
         return [token for token in self._known.values() if token.topic == topic]
 
     def _consider(self, token: Token) -> None:
-        """Let a publisher in, or keep it out, as the subscriptions here are now."""
+        """Admit or refuse a publisher, by the subscriptions that exist now."""
         topic = self._bus.topics.get(token.topic)
         if topic is None or not topic.subscriptions:
             return
@@ -91,15 +91,15 @@ class Neighbours:
             self._refused.discard(str(token))
 
     def _fitting(self, token: Token, topic: Topic[Any]) -> Endpoint:
-        """What a publisher elsewhere is here.
+        """Return the endpoint of a remote publisher.
 
         Raises:
             BusflowError: it does not fit.
         """
         support = self._connection.supports(topic.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            told = f"another definition of {token.type}" if token.type == support.name else token.type
-            raise BusflowError(f"it publishes {told}, not {support.name}")
+            offered = f"another definition of {token.type}" if token.type == support.name else token.type
+            raise BusflowError(f"it publishes {offered}, not {support.name}")
         endpoint = remote_endpoint(token, topic)
         for subscription in topic.subscriptions:
             check_qos(endpoint, subscription.endpoint)
@@ -109,7 +109,7 @@ class Neighbours:
         inlet = self._inlets.get(token.topic)
         if inlet is not None:
             inlet.ignore(token)
-            self._close_if_deserted(token.topic)
+            self._close_if_unused(token.topic)
         if str(token) not in self._refused:
             self._refused.add(str(token))
             self._log.warning(f"{token.node_name} in another process is not received on {token.topic}: {why}")
@@ -124,7 +124,7 @@ class Neighbours:
                     found.ignore(token)
         return found
 
-    def _close_if_deserted(self, topic: str) -> None:
+    def _close_if_unused(self, topic: str) -> None:
         inlet = self._inlets.get(topic)
-        if inlet is not None and inlet.deserted:
+        if inlet is not None and inlet.is_unused:
             self._inlets.pop(topic).close()

@@ -1,4 +1,4 @@
-"""RemoteServer: stands in this process for a server in another one, so that local clients reach it."""
+"""RemoteServer: represents a server of another process here, so that local clients can call it."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _WAITING = 1000
-"""Calls that may wait for one server of another process."""
+"""Limit of the calls that wait for one remote server."""
 _FOREVER_S = 10 * 365 * 86_400
-"""Zenoh wants an end; a call has its own."""
+"""Zenoh requires a time limit; a call has its own."""
 
 
 class RemoteServer:
-    """Answers local calls by asking the process that has the server."""
+    """Answers local calls by querying the server's process."""
 
     def __init__(
         self, service: Service[Any, Any], token: Token, key: str, connection: Connection, *, gid: bytes
     ) -> None:
-        """Take the service's calls from now on.
+        """Accept the service's calls from now on.
 
         Raises:
             DuplicateServer: somebody answers it already.
@@ -53,11 +53,11 @@ class RemoteServer:
 
     @property
     def holder(self) -> Activity | None:
-        """What holds up a server elsewhere is not known here; a call has its time limit."""
+        """None: the activity of a remote server is unknown here. A call has its time limit."""
         return None
 
     def accept(self, call: Call[Any, Any]) -> None:
-        """Ask the other process.
+        """Send the call to the other process.
 
         Raises:
             ServiceUnavailable: too many calls wait for it already.
@@ -72,17 +72,17 @@ class RemoteServer:
         self._sender.hand(partial(self._ask, call, self._waiting[call], payload, attachment))
 
     def withdraw(self, call: Call[Any, Any]) -> None:
-        """Nobody waits for the answer any more."""
+        """Cancel a call that no task waits for any more."""
         token = self._waiting.pop(call, None)
         if token is not None:
             cancel: Any = token.cancel
             self._sender.hand(cancel)
 
     def statistics(self) -> None:
-        """The server has its account in its own process."""
+        """Return nothing: the server's process keeps its statistics."""
 
     def close(self) -> None:
-        """The server has gone: whoever waits for it is told."""
+        """Fail all waiting calls, because the server has gone."""
         waiting, self._waiting = self._waiting, {}
         for call in waiting:
             call.fail(ServiceGone(f"{self._service.name}: the process of {self.node} ended before it had answered"))
@@ -90,9 +90,9 @@ class RemoteServer:
             self._service.leave(self)
 
     def _ask(self, call: Call[Any, Any], token: zenoh.CancellationToken, payload: bytes, attachment: bytes) -> None:
-        """In the sender's thread: a link that is stalled would hold up the loop."""
+        """Send the query; in the sender's thread, because a stalled link would block the loop."""
 
-        def hear(reply: zenoh.Reply) -> None:
+        def on_reply(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 self._on_loop(self._succeed, call, reply.ok.payload.to_bytes())
             elif reply.err is not None:
@@ -104,7 +104,7 @@ class RemoteServer:
         with suppress(zenoh.ZError):  # the session is closed: the run ends
             self._session.get(
                 self._key if call.limit_s is None else f"{self._key}?{PATIENCE}={call.limit_s}",
-                zenoh.handlers.Callback(hear, drop=end, indirect=False),
+                zenoh.handlers.Callback(on_reply, drop=end, indirect=False),
                 payload=payload,
                 attachment=attachment,
                 target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -121,6 +121,6 @@ class RemoteServer:
         except MalformedMessage as error:
             call.fail(ServiceFailed(f"{self._service.name}: what {self.node} answered is no answer: {error}"))
 
-    def _fail(self, call: Call[Any, Any], told: bytes) -> None:
+    def _fail(self, call: Call[Any, Any], reply: bytes) -> None:
         if self._waiting.pop(call, None) is not None:
-            call.fail(service_refusal(self._service.name, self.node, told))
+            call.fail(service_refusal(self._service.name, self.node, reply))

@@ -1,7 +1,7 @@
-"""ServiceOutlet: lets other processes ask what a node of this one answers, as `rmw_zenoh` has it.
+"""ServiceOutlet: lets other processes call a server of this one, in the way of `rmw_zenoh`.
 
-A request is a query on the service's key; its attachment comes back with the answer. ROS 2 knows no answer that says
-why there is none: busflow's is Zenoh's error reply, a JSON object with `kind` and `error`.
+A request is a query on the service's key; its attachment comes back with the answer. ROS 2 has no error answer: busflow
+uses Zenoh's error reply, a JSON object with `kind` and `error`.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.connection import Connection
 
 _AT_ONCE = 1000
-"""Requests that may be under way at once; the server's own queue is shorter and refuses first."""
+"""Limit of the requests in progress; the server's own queue is shorter and refuses first."""
 
 
 class ServiceOutlet:
-    """Has the requests of others answered here, and sends them the answers."""
+    """Passes requests of other processes to a local server, and sends back its answers."""
 
     def __init__(
         self,
@@ -40,20 +40,20 @@ class ServiceOutlet:
         key: str,
         connection: Connection,
     ) -> None:
-        """Begin to answer."""
+        """Start to answer."""
         self._name, self._answer, self._sender = name, answer, connection.replier
         self._request, self._response = map(connection.supports, (service_type.Request, service_type.Response))
         self._tasks: set[asyncio.Task[None]] = set()
 
-        def hear(query: zenoh.Query) -> None:
+        def on_query(query: zenoh.Query) -> None:
             connection.on_loop(self._begin, query)
 
         self._way = connection.session.declare_queryable(
-            key, zenoh.handlers.Callback(hear, indirect=False), complete=True
+            key, zenoh.handlers.Callback(on_query, indirect=False), complete=True
         )
 
     def close(self) -> None:
-        """Answer no more; who waits is told that nobody will."""
+        """Stop answering; waiting clients get an error."""
         self._way.undeclare()
         for task in self._tasks:
             task.cancel()
@@ -77,7 +77,7 @@ class ServiceOutlet:
             self._sender.hand(partial(_reply, query, payload, attachment))
 
     async def _in_time(self, request: Message, patience_s: float | None) -> Message:
-        """The answer, unless who asks gives up first: then a request that still waits is withdrawn.
+        """Return the answer. If the client's time limit passes first, a request that still waits is withdrawn.
 
         Raises:
             ServiceError: there is no answer, or none in time.
@@ -95,7 +95,7 @@ class ServiceOutlet:
 
 
 def _patience_s(query: zenoh.Query) -> float | None:
-    """How long the one who asks will wait, where it says so: ROS 2's clients do not."""
+    """Return the client's time limit, or None: ROS 2's clients state none."""
     try:
         return float(query.parameters.get(PATIENCE) or "")
     except ValueError:
@@ -107,6 +107,6 @@ def _reply(query: zenoh.Query, payload: bytes, attachment: bytes | None) -> None
         query.reply(query.key_expr, payload, attachment=attachment)
 
 
-def _reply_error(query: zenoh.Query, told: bytes) -> None:
+def _reply_error(query: zenoh.Query, text: bytes) -> None:
     with replying(query):
-        query.reply_err(told)
+        query.reply_err(text)

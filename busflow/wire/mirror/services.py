@@ -1,4 +1,4 @@
-"""ServiceMirror: the services of a bus as other processes see them, and theirs as the bus sees them."""
+"""ServiceMirror: shows the services of a bus to other processes, and theirs to the bus."""
 
 # Zenoh's stubs leave out what many of its methods return.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
 CALLER = "another process"
-"""Who asks, for a server's log."""
+"""The caller's name in a server's log."""
 MakeToken = Callable[[TokenKind, str, str, "TypeSupport", str], Token]
-"""Of what kind, of which node, of which service, of what type and QoS: a token with a number of its own."""
+"""Makes a token with a number of its own, from kind, node, service, type and QoS."""
 
 
 class ServiceMirror:
-    """Shows local servers and clients to others, and brings remote servers to local clients."""
+    """Shows local servers and clients to other processes, and connects remote servers with local clients."""
 
     def __init__(self, connection: Connection, make_token: MakeToken) -> None:
         self._connection, self._make_token, self._log = connection, make_token, connection.log
@@ -47,11 +47,11 @@ class ServiceMirror:
 
     @property
     def shown(self) -> int:
-        """How many tokens there are of ends here."""
+        """How many tokens of local endpoints there are."""
         return sum(map(len, self._shown.values()))
 
     def attach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
-        """Show an end of a service; a client is given the server that another process has."""
+        """Show an endpoint of a service; a client also gets another process's server."""
         kind = TokenKind.SERVICE if isinstance(end, Server) else TokenKind.CLIENT
         name = end.endpoint.service
         token = self._make_token(kind, end.endpoint.node, name, self._supports(end.type), _QOS)
@@ -65,7 +65,7 @@ class ServiceMirror:
             self._admit(remote)
 
     def attach_parameters(self, store: ParameterStore) -> None:
-        """Answer ROS 2's services for a node's parameters; a restarted node's store takes the place of its former's."""
+        """Answer ROS 2's services for a node's parameters; a restarted node's store replaces its former one."""
         for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == store.node]:
             self._hide(former)
         self._shown[store], self._outlets[store] = [], []
@@ -75,7 +75,7 @@ class ServiceMirror:
             self._outlets[store].append(self._outlet(name, service_type, answer))
 
     def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
-        """Show it no more."""
+        """Stop showing an endpoint."""
         self._hide(end)
 
     def _hide(self, shown: Shown) -> None:
@@ -84,8 +84,8 @@ class ServiceMirror:
         for outlet in self._outlets.pop(shown, ()):
             outlet.close()
 
-    def hear(self, text: str, token: Token, *, alive: bool) -> None:
-        """A server of another process has come or gone."""
+    def on_token(self, text: str, token: Token, *, alive: bool) -> None:
+        """Handle a server of another process that has come or gone."""
         if alive:
             self._remote[text] = token
             self._admit(token)
@@ -97,19 +97,19 @@ class ServiceMirror:
                     self._admit(other)
 
     def close(self) -> None:
-        """The session is closed: whoever waits for another process is told."""
+        """Fail all calls that wait for another process, after the session is closed."""
         for server in self._servers.values():
             server.close()
 
     def _admit(self, token: Token) -> None:
-        """Let local clients ask a server of another process, if there are any and nobody answers them yet."""
+        """Connect local clients with a remote server, if there are clients and no server yet."""
         service = self._bus.services.get(token.topic)
         if service is None or not service.clients or service.server is not None:
             return
         support = self._supports(service.type)
         if (token.type, token.hash) != (support.name, support.type_hash):
-            told = "of another definition" if token.type == support.name else f"as {token.type}"
-            self._log.warning(f"{token.node_name} in another process answers {service.name} {told}: it is not asked")
+            how = "of another definition" if token.type == support.name else f"as {token.type}"
+            self._log.warning(f"{token.node_name} in another process answers {service.name} {how}: it is not asked")
             return
         try:
             key, gid = self._key(service.name, service.type), self._gids[service.name]
@@ -128,4 +128,4 @@ class ServiceMirror:
 
 
 _QOS = "::,10:,:,:,,"
-"""As ROS 2 has it for services: reliable, volatile, ten requests deep."""
+"""ROS 2's QoS for services: reliable, volatile, ten requests deep."""

@@ -1,1 +1,1 @@
-"""Queries that a run answers: its graph, logs, parameters and kept messages. Sends nothing unasked."""
+"""Queries that a run answers: its graph, logs, parameters and kept messages. Sends only replies."""

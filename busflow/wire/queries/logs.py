@@ -20,17 +20,17 @@ DEPTH = 1000
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """One line, as `/rosout` has it."""
+    """One log line, with the fields of `/rosout`."""
 
     stamp_ns: int
     level: int
-    """As ROS 2 numbers it: 10 is debug, 50 critical."""
+    """ROS 2's number of the level: 10 is debug, 50 critical."""
     node: str
     text: str
 
 
 class LogBook:
-    """Keeps the last lines; the values in them are text, so that nothing large is kept alive and nothing changes."""
+    """The last log lines. Their values are stored as text, so they keep no objects alive and never change."""
 
     def __init__(self) -> None:
         self.written = 0
@@ -38,12 +38,12 @@ class LogBook:
         self._lines: deque[LogLine] = deque(maxlen=DEPTH)
 
     def write(self, record: LogRecord) -> None:
-        """Keep a line; a sink of the run's log."""
+        """Keep a line; this is a sink of the run's log."""
         self.written += 1
         self._lines.append(LogLine(record.stamp_ns, LEVELS.get(record.level, 20), record.node, line_text(record)))
 
     def last(self, count: int, *, node: str | None = None, level: int = 0) -> list[LogLine]:
-        """Up to `count` lines, the oldest first: of one node, from a level on."""
+        """Return up to `count` lines, the oldest first, of one node or all, from a level on."""
         fit = [line for line in tuple(self._lines) if line.level >= level and node in (None, line.node)]
         return fit[-count:] if count > 0 else []
 
@@ -52,7 +52,7 @@ _KEPT = 1000
 
 
 class ParameterLog:
-    """Remembers what was set while the graph ran; the oldest is forgotten first."""
+    """The last parameter changes of a running graph; the oldest is dropped first."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -60,19 +60,19 @@ class ParameterLog:
         self._last = 0
 
     def follow(self, store: ParameterStore) -> None:
-        """Remember the changes of a node's parameters from now on."""
+        """Record the changes of a node's parameters from now on."""
 
-        def hear(_old: Parameters, result: SetResult) -> None:
+        def keep(_old: Parameters, result: SetResult) -> None:
             for change in result.changed:
                 self._last += 1
-                told = {"name": change.name, "old": change.old, "new": change.new}
+                values = {"name": change.name, "old": change.old, "new": change.new}
                 place = {"sequence": self._last, "stamp_ns": self._clock.now().nanoseconds, "node": store.node}
-                self._changes.append(place | told)
+                self._changes.append(place | values)
 
-        store.on_change.append(hear)
+        store.on_change.append(keep)
 
     def since(self, sequence: int | None) -> dict[str, Any]:
-        """The changes after one of this number, all that are known where it is 0, and none for None: `{last, changes}`.
+        """Return `{last, changes}`: the changes after this number, all known ones for 0, none for None.
 
         A gap between the number and the first change says how many were forgotten.
         """

@@ -1,4 +1,4 @@
-"""Meter: counts a topic's messages where they are published, exact at any rate, while somebody asks for it."""
+"""Meter: counts a topic's messages at publication while a client reads it; exact at any rate."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 _NS_PER_S = 1_000_000_000
 _PATIENCE_S = 5.0
-"""A meter nobody has read for this long is taken off again: who asked may have been killed."""
+"""A meter that is not read for this long is removed, because its client may have been killed."""
 _MOST = 1000
 
 
 @dataclass(slots=True)
 class Spread:
-    """Count, sum, sum of squares and extremes: enough for mean and deviation, and two of them add up."""
+    """Count, sum, sum of squares and extremes: enough for mean and deviation, and two spreads can be added."""
 
     count: int = 0
     total: float = 0.0
@@ -33,7 +33,7 @@ class Spread:
     high: float | None = None
 
     def add(self, value: float) -> None:
-        """One more value."""
+        """Add a value."""
         self.count += 1
         self.total += value
         self.squares += value * value
@@ -41,7 +41,7 @@ class Spread:
         self.high = max(-inf if self.high is None else self.high, value)
 
     def __add__(self, other: Spread) -> Spread:
-        """The spread of the values of both.
+        """Return the spread of the values of both.
 
         >>> one, other = Spread(), Spread()
         >>> one.add(1.0), other.add(3.0)
@@ -61,12 +61,12 @@ class Spread:
 
     @property
     def mean(self) -> float:
-        """The mean of the values; 0 where there are none."""
+        """The mean of the values; 0 if there are none."""
         return self.total / self.count if self.count else 0.0
 
     @property
     def deviation(self) -> float:
-        """Their standard deviation."""
+        """The standard deviation of the values."""
         return sqrt(max(0.0, self.squares / self.count - self.mean**2)) if self.count else 0.0
 
 
@@ -84,14 +84,14 @@ class Tally:
         self.periods, self.sizes, self.ages = Spread(), Spread(), Spread()
 
     def add(self, now_ns: int) -> None:
-        """One more message."""
+        """Count a message."""
         self.count += 1
         if self.last_ns is not None:
             self.periods.add((now_ns - self.last_ns) / _NS_PER_S)
         self.last_ns = now_ns
 
     def read(self) -> dict[str, Any]:
-        """What was counted since it was last read: and it begins anew."""
+        """Return the counts since the last read, and start again."""
         found = {
             "count": self.count,
             "periods_s": asdict(self.periods),
@@ -104,10 +104,10 @@ class Tally:
 
 
 class Meter:
-    """What was published on a topic since it was last read: in this process, and by each node elsewhere."""
+    """Counts of a topic's messages since the last read: of this process, and of each node elsewhere."""
 
     def __init__(self, topic: Topic[Any], clock: Clock, size: Callable[[Message], int] | None) -> None:
-        """A meter that is yet to be put on its topic; `size` only where bytes are asked for, as it costs most."""
+        """Create a meter that is not yet on its topic; `size` only if bytes are wanted, since it costs most."""
         self.topic = topic
         self._clock = clock
         self._size = size
@@ -116,8 +116,8 @@ class Meter:
         self._origins = Origins(topic)
         self._since_ns = clock.monotonic_ns()
 
-    def hear(self, message: Message) -> None:
-        """Count a message, as it is published."""
+    def on_message(self, message: Message) -> None:
+        """Count a message as it is published."""
         tally = self._tally()
         tally.add(self._clock.monotonic_ns())
         try:
@@ -126,7 +126,7 @@ class Meter:
             tally.odd += 1  # who measures must never be the reason why a publish fails
 
     def _tally(self) -> Tally:
-        """Where the message belongs that is being published."""
+        """Return the tally of the message that is being published."""
         node = self._origins.of_this()
         if node is None:
             return self._own
@@ -140,7 +140,7 @@ class Meter:
             tally.sizes.add(self._size(message))
 
     def read(self) -> dict[str, Any]:
-        """What it counted since it was last read, or put on: and it begins anew.
+        """Return the counts since the last read, or since the meter was added, and start again.
 
         What arrived from other processes is beside it, by node, under `arrived`: most of them count it themselves.
         """
@@ -156,7 +156,7 @@ class Meter:
 
 
 class Meters:
-    """The meters that somebody reads now, each for one reader and topic."""
+    """The active meters, one for each reader and topic."""
 
     def __init__(self, bus: Bus, size_of: Callable[[Topic[Any]], Callable[[Message], int]]) -> None:
         self._bus, self._size_of = bus, size_of
@@ -164,7 +164,7 @@ class Meters:
         self._read_at: dict[tuple[str, str], int] = {}
 
     def read(self, reader: str, topic: Topic[Any], *, sizes: bool) -> dict[str, Any]:
-        """What went over a topic since this reader last asked; the first time puts the meter on.
+        """Return a topic's counts since this reader's last call; the first call adds the meter.
 
         Raises:
             BusflowError: too many are read at once.
@@ -175,15 +175,15 @@ class Meters:
             if len(self._meters) >= _MOST:
                 raise BusflowError(f"{_MOST} meters are read already; end some of the commands that do")
             meter = self._meters[key] = Meter(topic, self._bus.clock, self._size_of(topic) if sizes else None)
-            self._bus.tap(topic, meter.hear)
+            self._bus.tap(topic, meter.on_message)
             self._expire_later(key)
         self._read_at[key] = self._bus.clock.monotonic_ns()
         return meter.read()
 
     def close(self) -> None:
-        """Take every meter off."""
+        """Remove every meter."""
         for meter in self._meters.values():
-            self._bus.untap(meter.topic, meter.hear)
+            self._bus.untap(meter.topic, meter.on_message)
         self._meters.clear()
 
     def _expire_later(self, key: tuple[str, str]) -> None:
@@ -198,4 +198,4 @@ class Meters:
             return
         del self._read_at[key]
         meter = self._meters.pop(key)
-        self._bus.untap(meter.topic, meter.hear)
+        self._bus.untap(meter.topic, meter.on_message)

@@ -1,6 +1,6 @@
-"""ParameterServices: the six services by which ROS 2 lists, reads and sets parameters, answered from a node's store.
+"""ParameterServices: ROS 2's six services to list, read and set parameters, answered from a node's store.
 
-What they do where the interface files leave it open is as in rclpy: a parameter that does not exist has the type
+Where the interface files leave the behaviour open, it is rclpy's: a parameter that does not exist has the type
 PARAMETER_NOT_SET, and depth counts the parts of a name below a prefix.
 """
 
@@ -33,13 +33,13 @@ Answer = Callable[[Any], Awaitable[Message]]
 
 
 class ParameterServices:
-    """Answers for one node. Every method takes a request and gives the response."""
+    """The parameter services of one node. Every method takes a request and returns the response."""
 
     def __init__(self, store: ParameterStore) -> None:
         self._store = store
 
     def all(self) -> Iterator[tuple[str, type[ServiceType], Answer]]:
-        """Each service's final name and type, and who answers it; none for a node without parameters."""
+        """Yield each service's final name, its type and its handler; nothing for a node without parameters."""
         if not self._store.infos:
             return
         answers: Mapping[str, tuple[type[ServiceType], Callable[[Any], Message]]] = {
@@ -54,24 +54,24 @@ class ParameterServices:
             yield f"{self._store.node}/{name}", service_type, _awaitable(answer)
 
     def list(self, request: ListParameters.Request) -> ListParameters.Response:
-        """Which parameters there are below some prefixes."""
+        """List the parameters below some prefixes."""
         names = [name for name in self._store.infos if _listed(name, request.prefixes, request.depth or len(name) + 1)]
         prefixes = dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name)
         return ListParameters.Response(result=ListParametersResult(names=names, prefixes=tuple(prefixes)))
 
     def get(self, request: GetParameters.Request) -> GetParameters.Response:
-        """The values of parameters."""
+        """Return the values of parameters."""
         return GetParameters.Response(values=[_value(self._find(name)) for name in request.names])
 
     def types(self, request: GetParameterTypes.Request) -> GetParameterTypes.Response:
-        """The types of parameters."""
+        """Return the types of parameters."""
         found = [self._find(name) for name in request.names]
         return GetParameterTypes.Response(
             types=[0 if each is None else type_of(each.value, each.info) for each in found]
         )
 
     def describe(self, request: DescribeParameters.Request) -> DescribeParameters.Response:
-        """The descriptions of parameters."""
+        """Return the descriptions of parameters."""
         found = [(name, self._find(name)) for name in request.names]
         return DescribeParameters.Response(
             descriptors=[
@@ -81,11 +81,11 @@ class ParameterServices:
         )
 
     def set(self, request: SetParameters.Request) -> SetParameters.Response:
-        """Set parameters one after another, each of them or not."""
+        """Set parameters one after another, each independently."""
         return SetParameters.Response(results=[self._set([each]) for each in request.parameters])
 
     def set_atomically(self, request: SetParametersAtomically.Request) -> SetParametersAtomically.Response:
-        """Set parameters at one stroke: all of them or none."""
+        """Set parameters together: all of them or none."""
         return SetParametersAtomically.Response(result=self._set(request.parameters))
 
     def _find(self, name: str) -> LiveParameter | None:
@@ -111,7 +111,7 @@ def _value(parameter: LiveParameter | None) -> ParameterValue:
 
 
 def _listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    """Whether a name is at most `depth` parts below one of the prefixes, or is one; without any, below the root.
+    """Return whether a name is a prefix or at most `depth` parts below one; without any, below the root.
 
     >>> [_listed("noise.imu", prefixes, depth) for prefixes, depth in [((), 1), ((), 2), (("noise",), 1), (("no",), 1)]]
     [False, True, True, False]

@@ -1,4 +1,4 @@
-"""Questions: what a run knows about itself, as plain data. Each answers one question of another process."""
+"""Questions: a run's knowledge about itself as plain data. Each method answers one query of other processes."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ _NO_GID = bytes(16)
 
 
 class Supports(Protocol):
-    """How each message class travels."""
+    """A function that returns the type support of a message class."""
 
     def __call__(self, cls: type[Any]) -> TypeSupport:
-        """How this one does."""
+        """Return the type support of this class."""
         ...
 
 
 class Questions:
-    """The answers of one process; every method takes a question's arguments."""
+    """The answers of one process; every method takes a query's arguments."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Questions:
         elsewhere: Collection[str],
         about: Callable[[], Mapping[str, Any]],
     ) -> None:
-        """The answers about a graph.
+        """Create the answers about a graph.
 
         Args:
             graph: what runs.
@@ -75,12 +75,12 @@ class Questions:
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
 
     def close(self) -> None:
-        """Measure nothing more, and keep no lines of the log."""
+        """Remove all meters, and keep no more log lines."""
         self._meters.close()
         self._graph.log.sinks.remove(self._log_book.write)
 
     def all(self) -> Mapping[str, Question]:
-        """Each question's name, and who answers it."""
+        """Return each question's name and its method."""
         return {
             "run": self.run,
             "report": self.report,
@@ -96,7 +96,7 @@ class Questions:
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
-        """What runs: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states}`."""
+        """The run: `{name, pid, since_ns, file, version, process, seed, clock, elapsed_s, nodes, states}`."""
         graph = self._graph
         return asdict(self._card) | {
             "process": self._process,
@@ -110,7 +110,7 @@ class Questions:
         }
 
     def report(self, _arguments: Mapping[str, Any]) -> object:
-        """The report as `--report` writes it, as it stands now."""
+        """Return the report in the form of `--report`, as it stands now."""
         return self._graph.report().as_json()
 
     def graph(self, _arguments: Mapping[str, Any]) -> object:
@@ -131,7 +131,7 @@ class Questions:
         }
 
     def types(self, arguments: Mapping[str, Any]) -> object:
-        """By type name, what reads its messages: `{hash, encoding, description}`; `names` or a `hash` limit them."""
+        """Return `{hash, encoding, description}` by type name; `names` or a `hash` select types."""
         wanted, type_hash = arguments.get("names"), arguments.get("hash")
         if not (wanted is None or isinstance(wanted, list)):
             raise ValueError("names is a list of type names")
@@ -140,7 +140,7 @@ class Questions:
         return {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
 
     def services(self, arguments: Mapping[str, Any]) -> object:
-        """By service name, `{type, hash, request, response}`, the last two as in `types`; `names` limits them."""
+        """Return `{type, hash, request, response}` by service name, the last two as in `types`; `names` limits them."""
         wanted = arguments.get("names")
         services = self._graph.bus.services
         accounts = {name: service.statistics() for name, service in services.items()}
@@ -161,7 +161,7 @@ class Questions:
         }
 
     def history(self, arguments: Mapping[str, Any]) -> object:
-        """The last `count` messages of `topic`, oldest first; the answer says how many are kept, and of which type."""
+        """Return the last `count` messages of `topic`, oldest first, how many are kept, and their type."""
         topic = self._named(arguments["topic"])
         support = self._supports(topic.type)
         messages = self._history.last(topic, int(arguments.get("count", 1)))
@@ -170,24 +170,24 @@ class Questions:
             (support.encode(message), Attachment(first + place, 0, _NO_GID).encode())
             for place, message in enumerate(messages)
         ]
-        told = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
-        return WithMessages(told | {"count": len(replies)} | _described(support), replies)
+        state = {"type": support.name, "depth": self._history.depth(topic.name), "published": topic.published}
+        return WithMessages(state | {"count": len(replies)} | _described(support), replies)
 
     def measure(self, arguments: Mapping[str, Any]) -> object:
-        """What went over `topic` since this `reader` last asked, with `sizes` or without, and the ledger there."""
+        """Return the traffic of `topic` since this `reader` last asked, with or without `sizes`, and its ledger."""
         topic = self._named(arguments["topic"])
         found = self._meters.read(str(arguments["reader"]), topic, sizes=bool(arguments.get("sizes")))
         return found | {"subscriptions": [asdict(each.statistics()) for each in topic.subscriptions]}
 
     def log(self, arguments: Mapping[str, Any]) -> object:
-        """The last `count` lines of the log, oldest first, of `node` or of all, from `level` (a number) on."""
+        """Return the last `count` log lines, oldest first, of `node` or of all, from `level` (a number) on."""
         level, node = int(arguments.get("level", 0)), arguments.get("node")
         lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
-        told = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
-        return told | {"process": self._process}
+        found = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
+        return found | {"process": self._process}
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
-        """By node, its parameters: value, type (`ros_type` as ROS 2 numbers it), range, source; `node` is one."""
+        """Return each node's parameters: value, type (`ros_type` is ROS 2's number), range, source; `node` is one."""
         wanted = arguments.get("node")
         return {
             unit.name: [_parameter(each) for each in unit.runtime.parameters.describe()]
@@ -203,7 +203,7 @@ class Questions:
         raise NoSuchTarget(f"there is no node {arguments['node']!r} in this process")
 
     def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
-        """What was set `since` a change, whose number is given by process; only the last number without `since`."""
+        """Return the changes after the number `since` gives for this process; without it the last number."""
         since = arguments.get("since")
         number = None if since is None else int(since.get(self._process, 0))
         return {"process": self._process} | self.parameter_log.since(number)

@@ -1,8 +1,8 @@
-"""Answers: what a run tells whoever asks it, over Zenoh queries.
+"""Answers: replies to the questions of clients, over Zenoh queries.
 
 A question is a query on `@busflow/1/<process>/<question>` with its arguments as a JSON object. The answer is one reply,
-a JSON object: `{"answer": …}`, or `{"error": …, "kind": …}` for what cannot be answered. Messages that are kept are
-replied as they travel, one reply each, before it. The number in the key is the version of all this.
+a JSON object: `{"answer": …}`, or `{"error": …, "kind": …}` if the question cannot be answered. Kept messages come
+before it in their wire encoding, one reply each. The number in the key is the version of this protocol.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -32,19 +32,21 @@ if TYPE_CHECKING:
 
 _ARGUMENT_BYTES = 1 << 20
 _MOST_WAITING = 64
-"""Questions that may wait for the loop. One more is not taken: who asks a blocked run over and over is told nothing."""
+"""Limit of the questions that wait for the event loop. Further ones are dropped without an answer, which limits a
+client that queries a blocked run again and again.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class WithMessages:
-    """An answer, and the messages that belong to it, each with its attachment."""
+    """An answer and its messages, each with its attachment."""
 
     answer: object
     messages: Sequence[tuple[bytes, bytes]]
 
 
 Question = Callable[[Mapping[str, Any]], object]
-"""What answers a question, on the event loop: its arguments in, what can become JSON out."""
+"""A function that answers a question on the event loop: arguments in, JSON-compatible data out."""
 
 
 class Answers:
@@ -60,18 +62,18 @@ class Answers:
         log: FilteringBoundLogger,
         on_loop: Callable[..., None],
     ) -> None:
-        """Begin to answer; `on_loop` runs a function on the event loop, from any thread."""
+        """Start to answer; `on_loop` runs a function on the event loop, from any thread."""
         self._questions, self._sender, self._log, self._on_loop = questions, sender, log, on_loop
         self._room = threading.Semaphore(_MOST_WAITING)
         self._key = f"{QUERY_PREFIX}/{process}/"
-        self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._hear, indirect=False))
+        self._way = session.declare_queryable(f"{self._key}*", zenoh.handlers.Callback(self._on_query, indirect=False))
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop answering."""
         self._way.undeclare()
 
-    def _hear(self, query: zenoh.Query) -> None:
-        """In Zenoh's thread: bring a question to the loop."""
+    def _on_query(self, query: zenoh.Query) -> None:
+        """Pass a question to the event loop; called in Zenoh's thread."""
         if self._room.acquire(blocking=False):
             self._on_loop(self._answer, query)
         else:
@@ -81,11 +83,11 @@ class Answers:
         self._room.release()
         # The reply leaves through the sender: a link whose reader has stopped would hold up the loop.
         name = str(query.key_expr).rpartition("/")[2]
-        messages, told = self._told(name, query)
-        size = len(told) + sum(len(payload) for payload, _ in messages)
-        self._sender.hand(partial(_reply, query, self._key + name, messages, told), size)
+        messages, answer = self._result(name, query)
+        size = len(answer) + sum(len(payload) for payload, _ in messages)
+        self._sender.hand(partial(_reply, query, self._key + name, messages, answer), size)
 
-    def _told(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
+    def _result(self, name: str, query: zenoh.Query) -> tuple[Sequence[tuple[bytes, bytes]], bytes]:
         try:
             found = self._question(name)(_arguments(query))
             answer = found if isinstance(found, WithMessages) else WithMessages(found, ())
@@ -117,16 +119,16 @@ def _arguments(query: zenoh.Query) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", found)
 
 
-def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], told: bytes) -> None:
+def _reply(query: zenoh.Query, key: str, messages: Sequence[tuple[bytes, bytes]], answer: bytes) -> None:
     with replying(query):
         for payload, attachment in messages:
             query.reply(key, payload, attachment=attachment)
-        query.reply(key, told)
+        query.reply(key, answer)
 
 
 @contextmanager
 def replying(query: zenoh.Query) -> Generator[None]:
-    """Reply to a query inside, and it is over; who asked may have gone."""
+    """Reply to a query inside the block, and drop the query after it; errors of a client that has gone are ignored."""
     try:
         yield
     except zenoh.ZError:

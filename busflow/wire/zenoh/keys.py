@@ -23,20 +23,20 @@ READ_ONLY_QUERIES = (
     *("run", "report", "graph", "types", "services", "history", "measure"),
     *("parameters", "parameter_changes", "log"),
 )
-"""Queries that leave the run as it was: a client that may only read may send them."""
+"""Queries that do not change the run; a client with read access may send them."""
 PATIENCE = "timeout"
-"""The parameter of a query that says for how many seconds the answer of a service is waited for."""
+"""Query parameter: how many seconds the caller waits for a service's answer."""
 _GID_BYTES = 16
 _ATTACHMENT = struct.Struct(f"<qqB{_GID_BYTES}s")
 SEQUENCE = struct.Struct("<q")
-"""What an attachment begins with."""
+"""The first field of an attachment."""
 GID_AT = 17
-"""Where the gid begins in an attachment, and goes on to its end."""
+"""Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64
 
 
 class TokenKind(StrEnum):
-    """What a token stands for."""
+    """The kind of node or endpoint that a token stands for."""
 
     NODE = "NN"
     PUBLISHER = "MP"
@@ -50,7 +50,7 @@ class Token:
     """One liveliness token: a node, or an endpoint of one."""
 
     session: str
-    """The Zenoh session, that is the process, as hexadecimal."""
+    """Id of the Zenoh session, and so of the process, in hexadecimal."""
     node_id: int
     entity_id: int
     kind: TokenKind
@@ -72,8 +72,8 @@ class Token:
         return f"{self.namespace.rstrip('/')}/{self.node}"
 
     @property
-    def told_hash(self) -> str | None:
-        """The hash of its type; None where it tells none."""
+    def known_hash(self) -> str | None:
+        """The hash of its type; None if the token has none."""
         return None if self.hash in ("", _NO_HASH) else self.hash
 
     def __str__(self) -> str:
@@ -85,12 +85,12 @@ class Token:
 
     @property
     def gid(self) -> bytes:
-        """Sixteen bytes that name the endpoint in each of its messages."""
+        """Sixteen bytes that identify the endpoint in each of its messages."""
         return hashlib.blake2b(str(self).encode(), digest_size=_GID_BYTES).digest()
 
     @classmethod
     def parse(cls, text: str) -> Token:
-        """A token from its key expression.
+        """Parse a key expression.
 
         Raises:
             MalformedMessage: it is none.
@@ -122,20 +122,20 @@ class Token:
 
 
 class Attachment(NamedTuple):
-    """What travels beside each message; a named tuple, since one is made and read for every message."""
+    """Metadata sent with each message. A named tuple, because one is made and read for every message."""
 
     sequence: int
-    """Counts the publisher's messages from 1: a gap is a loss."""
+    """Number of the message among its publisher's, from 1; a gap is a loss."""
     stamp_ns: int
     gid: bytes
 
     def encode(self) -> bytes:
-        """The 33 bytes."""
+        """Return the 33 bytes."""
         return attachment_bytes(self.sequence, self.stamp_ns, self.gid)
 
     @classmethod
     def decode(cls, data: bytes) -> Attachment:
-        """An attachment from foreign bytes.
+        """Decode bytes from another process.
 
         Raises:
             MalformedMessage: they are none.
@@ -147,12 +147,12 @@ class Attachment(NamedTuple):
 
 
 def attachment_bytes(sequence: int, stamp_ns: int, gid: bytes) -> bytes:
-    """The 33 bytes of an attachment, for who has no other use for one."""
+    """Return the 33 bytes of an attachment without making an `Attachment`."""
     return _ATTACHMENT.pack(sequence, stamp_ns, _GID_BYTES, gid)
 
 
 def topic_key(topic: str, type_name: str, type_hash: str, *, domain: int = DOMAIN) -> str:
-    """The key under which a topic's messages travel.
+    """Return the key under which a topic's messages travel.
 
     >>> topic_key("/chatter", "std_msgs/msg/String", "RIHS01_df66")
     '0/chatter/std_msgs::msg::dds_::String_/RIHS01_df66'
@@ -161,7 +161,7 @@ def topic_key(topic: str, type_name: str, type_hash: str, *, domain: int = DOMAI
 
 
 def dds_type(type_name: str) -> str:
-    """A ROS type name as DDS spells it.
+    """Return the DDS spelling of a ROS type name.
 
     >>> dds_type("std_srvs/srv/Trigger")
     'std_srvs::srv::dds_::Trigger_'
@@ -171,7 +171,7 @@ def dds_type(type_name: str) -> str:
 
 
 def ros_type(dds_name: str) -> str:
-    """The ROS type name that DDS spells so.
+    """Return the ROS type name of a DDS spelling.
 
     >>> ros_type("std_msgs::msg::dds_::String_")
     'std_msgs/msg/String'
@@ -181,7 +181,7 @@ def ros_type(dds_name: str) -> str:
 
 
 def _mangled(name: str) -> str:
-    """A name as one field of a token: slashes become percent signs, an empty one is a percent sign."""
+    """Return a name as one field of a token: slashes become percent signs, an empty name becomes one."""
     return name.replace("/", "%") or "%"
 
 
@@ -190,7 +190,7 @@ def _plain(field: str) -> str:
 
 
 def split_name(full_name: str) -> tuple[str, str]:
-    """A node's full name as namespace and name.
+    """Split a node's full name into namespace and name.
 
     >>> split_name("/left/arm"), split_name("/imu")
     (('/left', 'arm'), ('/', 'imu'))

@@ -1,8 +1,8 @@
-"""Network: how the session of a machine reaches other machines, and what whoever reaches it may do.
+"""Network settings: how a machine's session reaches other machines, and what its clients may do.
 
-A machine's main process is a Zenoh router: what its other processes say goes through it to the machines that it is
-linked to, by TLS with a certificate on both sides. Zenoh's access control looks at each message of such a link, by the
-common name of the certificate; what comes through the run's unix sockets is this user's.
+A machine's main process is a Zenoh router. It forwards what the machine's other processes send to the linked machines,
+by TLS with a certificate on both sides. Zenoh's access control checks each message of such a link by the common name of
+the certificate. Messages that come through the run's unix sockets are from this user.
 """
 
 from __future__ import annotations
@@ -16,34 +16,34 @@ from busflow.launchfile.model.network import TCP, TLS, NetworkAddress, NetworkSp
 from busflow.wire.zenoh.keys import DOMAIN, GRAPH, QUERY_PREFIX, READ_ONLY_QUERIES
 
 _RETRY = {"period_init_ms": 250, "period_max_ms": 2000, "period_increase_factor": 2.0}
-"""How often a machine that is not there is looked for."""
+"""How often a connection to a missing machine is tried again."""
 _TAKING = ("put", "delete", "reply", "liveliness_token", "declare_queryable")
 _DOING = (*_TAKING, "declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber")
-"""All that Zenoh knows of."""
+"""Every message kind that Zenoh's access control knows."""
 _DATA, _KEPT, _GRAPH, _QUESTIONS = f"{DOMAIN}/**", f"{DOMAIN}/**/@adv/**", f"{GRAPH}/**", f"{QUERY_PREFIX}/**"
 _EVERYTHING = (_DATA, _KEPT, _GRAPH, _QUESTIONS)
 
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """What the session of one machine is told."""
+    """Addresses, credentials and access rules for the session of one machine."""
 
     dials: Sequence[NetworkAddress]
     listens: Sequence[NetworkAddress] = ()
     credentials: Credentials | None = None
     machines: Collection[str] = ()
     allow: Mapping[str, Role] | None = None
-    """Who else may do what; None where nobody can connect anyhow."""
+    """Roles of further clients, by certificate name; None if no other client can connect."""
 
     @classmethod
     def of(cls, spec: NetworkSpec, machine: str) -> Network:
-        """That of a machine of a launch file."""
+        """Return the network settings of one machine of a launch file."""
         listen = spec.machines[machine].listen
         listens = () if listen is None else (listen,)
         return cls(spec.dialled_by(machine), listens, credentials_of(spec, machine), tuple(spec.machines), spec.allow)
 
     def settings(self) -> dict[str, Any]:
-        """What Zenoh is to be told beyond what a session within one machine is told."""
+        """Return the Zenoh settings that a session needs beyond those for one machine."""
         found: dict[str, Any] = {"connect/retry": _RETRY}
         if self.credentials is not None:
             found |= _tls(self.credentials)
@@ -71,7 +71,7 @@ class Network:
 
 
 def _reading() -> Iterator[dict[str, Any]]:
-    """Hear all, ask what changes nothing, and be seen as a node that receives: as no other, and no publisher."""
+    """Let read-only clients receive everything, send read-only queries, and show a node and its subscriptions."""
     inwards, outwards = ("ingress",), ("egress",)
     yield _rule("hear", _TAKING, outwards, _EVERYTHING)
     yield _rule("want", ("declare_subscriber",), inwards, (_DATA,))

@@ -25,21 +25,21 @@ _DEFAULT_DEPTH = 42
 
 @dataclass(frozen=True, slots=True)
 class WireQoS:
-    """What a token says of an endpoint's QoS, in ROS 2's words."""
+    """The QoS of an endpoint as its token states it, in ROS 2's words."""
 
     reliability: str = "reliable"
     durability: str = "volatile"
     history: str = "keep_last"
     depth: int = _DEFAULT_DEPTH
     deadline_ns: int | None = None
-    """None is without limit, as in the two that follow."""
+    """None means no limit, also for the next two limits."""
     lifespan_ns: int | None = None
     liveliness: str = "automatic"
     lease_ns: int | None = None
 
 
 def to_text(qos: QoS) -> str:
-    """The short form of a profile.
+    """Return the short form of a profile.
 
     >>> from busflow.bus.qos import QoS
     >>> to_text(QoS(depth=7, durability="transient_local", deadline_s=0.5))
@@ -54,7 +54,7 @@ def to_text(qos: QoS) -> str:
 
 
 def from_text(text: str) -> WireQoS:
-    """What the short form says.
+    """Parse the short form.
 
     >>> from_text(":1:,7:0,500000000:,:,,").deadline_ns
     500000000
@@ -80,18 +80,18 @@ def from_text(text: str) -> WireQoS:
         raise MalformedMessage(f"{text[:200]!r} is no QoS in the form of ROS 2's tokens") from None
 
 
-def as_qos(told: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
-    """What a token says, as a profile of at most that depth.
+def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
+    """Convert a token's QoS into a profile, with its depth limited to `most_depth`.
 
     Raises:
         ValueError, OverflowError: it cannot be one.
     """
     from busflow.bus.qos import QoS  # whoever only shows a token does not pay for pydantic
 
-    limits = {"deadline": told.deadline_ns, "lifespan": told.lifespan_ns, "lease": told.lease_ns}
+    limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}
     words: dict[str, object] = {word: limit / _NS_PER_S for word, limit in limits.items() if limit}
-    words |= {"reliability": told.reliability, "durability": told.durability, "liveliness": told.liveliness}
-    return QoS.model_validate({"depth": min(max(1, told.depth), most_depth), **words})
+    words |= {"reliability": stated.reliability, "durability": stated.durability, "liveliness": stated.liveliness}
+    return QoS.model_validate({"depth": min(max(1, stated.depth), most_depth), **words})
 
 
 def _number(numbers: dict[int, str], word: str, default: str) -> str:

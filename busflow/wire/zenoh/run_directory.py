@@ -1,10 +1,10 @@
-"""The run directory: where on this machine a run can be found, and by whom.
+"""The run directory: the place on this machine where clients find a run, protected by its permissions.
 
-A run owns `$XDG_RUNTIME_DIR/busflow/<run>/`, or `/tmp/busflow-<uid>/<run>/` where there is no such place or its path is
-too long for a socket; `$BUSFLOW_RUNTIME_DIR/<run>/` where that is set. The folder is the guard: it is this user's and
-nobody else may open it. A lock that the run holds says that it lives, since the kernel drops it with the process,
-however that ends. A directory appears under its name with its lock held, so one whose lock is free is what a dead run
-left; whoever makes or removes one holds the lock of the folder meanwhile. Imports nothing heavy.
+A run owns `$XDG_RUNTIME_DIR/busflow/<run>/`. It is `/tmp/busflow-<uid>/<run>/` if that variable is not set or the path
+is too long for a socket, and `$BUSFLOW_RUNTIME_DIR/<run>/` if that one is set. The folder belongs to this user, and no
+other user may open it. The run holds a lock as long as it lives; the kernel releases the lock with the process, however
+that ends. A directory appears under its name with its lock held, so a directory with a free lock is the remains of a
+dead run. A process that makes or removes a directory holds the folder's lock meanwhile. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     import zenoh
 
 AT = "@"
-"""Between who joins and the launch file, in the name of a run on other machines; no run of this one has it."""
+"""Separates identity and launch file in the name of a run on other machines; no local run's name contains it."""
 _LOCK = "run.lock"
 _CARD = "run.json"
 _FOLDER_LOCK = ".lock"
 _DRAFT = ".new"
 _CARD_BYTES = 65_536
 _PATH_BYTES = 100
-"""The longest path of a socket that every kernel takes, with room for the lock that Zenoh puts beside it."""
+"""The longest socket path that every kernel accepts, with room for the lock that Zenoh puts beside it."""
 _NAME_BYTES = 40
 _LEAST_NAME_BYTES = 8
 _ATTEMPTS = 100
@@ -47,51 +47,51 @@ _LATEST_NS = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class RunCard:
-    """What a run says of itself to whoever finds its directory."""
+    """Description of a run, stored in its directory for clients."""
 
     name: str
     pid: int
     since_ns: int
     """Wall time of its start, nanoseconds since 1970."""
     file: str = ""
-    """The launch file, absolute; empty where there is none."""
+    """Absolute path of the launch file; empty if there is none."""
     version: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundRun:
-    """A run that lives on this machine."""
+    """A live run on this machine."""
 
     directory: Path
     card: RunCard
 
     @property
     def name(self) -> str:
-        """What `--run` takes: the directory's name, which no other run has."""
+        """The name for `--run`: that of the directory, unique on this machine."""
         return self.directory.name
 
     def open(self, patience_s: float) -> zenoh.Session:
-        """Join it.
+        """Join the run.
 
         Raises:
             InspectionUnavailable: it does not answer.
         """
         return open_session(self.directory, patience_s=patience_s)
 
-    def lives(self, _session: zenoh.Session) -> bool:
-        """Whether it is still there, for who has joined it by this session."""
+    def is_alive(self, _session: zenoh.Session) -> bool:
+        """Return whether the run still exists, for a client that has joined it by this session."""
         return self in runs()
 
     def require(self, _what: str) -> None:
-        """Whoever can open its directory may do all."""
+        """Allow everything: a user who can open the directory has all rights."""
 
     def answered(self, _answers: Iterable[Mapping[str, object]]) -> Self:
-        """The run with what its processes answered to `run`; what it is was told in its directory."""
+        """Return the run itself: the directory already describes it, so the answers to `run` add nothing."""
         return self
 
 
 class RunDirectory:
-    """The directory of a run that is about to live here; `close` removes it."""
+    """The directory of a run that is about to start here; `close` removes it."""
 
     def __init__(self, path: Path, lock: int) -> None:
         self.path = path
@@ -101,7 +101,7 @@ class RunDirectory:
 
     @classmethod
     def claim(cls, name: str, environment: Mapping[str, str] = os.environ) -> Self:
-        """Take a directory of this name, `name-2` and so on where other runs have it; remains of dead ones go.
+        """Create a directory of this name, or `name-2` and so on if others have it; remains of dead runs are removed.
 
         Raises:
             InspectionUnavailable: there is no place that only this user can open.
@@ -124,13 +124,13 @@ class RunDirectory:
         raise InspectionUnavailable(f"{_ATTEMPTS - 1} runs are called {printable(name)}; see busflow ps")
 
     def write_card(self, card: RunCard) -> None:
-        """Let the run be found; whoever looked earlier saw nothing."""
+        """Write the card, which makes the run visible to clients."""
         draft = self.path / f"{_CARD}.new"
         draft.write_text(json.dumps(asdict(card)), encoding="utf-8")
         draft.replace(self.path / _CARD)
 
     def close(self) -> None:
-        """Remove the directory; from one moment to the next nobody finds it."""
+        """Remove the directory, atomically for clients."""
         gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
         with suppress(OSError):  # somebody removed it while the run lasted, which is no fault of the run
             self.path.rename(gone)
@@ -144,7 +144,7 @@ class RunDirectory:
 
 
 def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
-    """The runs of this user that live on this machine, the oldest first; remains of dead ones are removed.
+    """Return this user's live runs on this machine, the oldest first; remains of dead runs are removed.
 
     Raises:
         InspectionUnavailable: there is none, and a folder where one would be belongs to somebody else, or others can
@@ -155,7 +155,7 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
     for folder in _folders(environment, search=True):
         try:
             if os.path.lexists(folder):
-                found += _living(_own(folder))
+                found += _alive_runs(_own(folder))
         except InspectionUnavailable as error:  # whoever takes our name in /tmp must not hide what runs elsewhere
             unsafe.append(error)
     if unsafe and not found:
@@ -165,18 +165,18 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
 
 @dataclass(frozen=True, slots=True)
 class Folder:
-    """A place where runs of this user may be."""
+    """A folder where runs of this user may be."""
 
     path: Path
     exists: bool
     fault: str = ""
-    """Why it cannot be used; empty where it can."""
+    """Why it cannot be used; empty if it can."""
     remains: tuple[str, ...] = ()
-    """Directories in it that dead runs have left, until somebody looks for runs."""
+    """Directories of dead runs in it, which the next search for runs removes."""
 
 
 def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
-    """Where runs are looked for, in that order; nothing is removed."""
+    """Return the folders that are searched for runs, in that order; nothing is removed."""
     found: list[Folder] = []
     for path in _folders(environment, search=True):
         if not os.path.lexists(path):
@@ -187,12 +187,12 @@ def folders(environment: Mapping[str, str] = os.environ) -> list[Folder]:
         except (InspectionUnavailable, OSError) as error:
             found.append(Folder(path, exists=True, fault=str(error)))
             continue
-        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _lives(each))))
+        found.append(Folder(path, exists=True, remains=tuple(each.name for each in inside if not _is_alive(each))))
     return found
 
 
 def find_run(name: str | None = None, environment: Mapping[str, str] = os.environ) -> FoundRun:
-    """The run of a name, or the only one there is.
+    """Return the run of a name, or the only run.
 
     Raises:
         NoSuchRun: there is none, none of that name, or several and no name.
@@ -213,7 +213,7 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
 
 
 def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Path]:
-    """The folders of runs, the preferred one first; to search, also those of other sessions of this user."""
+    """Return the folders for runs, the preferred one first; to search, also those of other login sessions."""
     user = os.geteuid() if hasattr(os, "geteuid") else 0
     stated = environment.get("BUSFLOW_RUNTIME_DIR")
     if stated:
@@ -227,12 +227,12 @@ def _folders(environment: Mapping[str, str], *, search: bool = False) -> list[Pa
 
 
 def _room(folder: Path) -> int:
-    """How long the name of a run may be there, for a path that a socket can have."""
+    """Return how long a run's name may be in a folder, so that its socket's path is valid."""
     return min(_NAME_BYTES, _PATH_BYTES - len(os.fsencode(f"{folder}/-{_ATTEMPTS}/{SOCKET}")))
 
 
 def _unfit(folder: Path) -> str | None:
-    """Why no socket can be in a folder; None where one can."""
+    """Return why a folder cannot contain sockets; None if it can."""
     # Zenoh reads what follows these signs as settings of the socket.
     if set("?#") & set(str(folder)):
         return "a socket's path cannot contain ? or #"
@@ -262,7 +262,7 @@ def _writable_folder(environment: Mapping[str, str]) -> Path:
 
 
 def _own(folder: Path) -> Path:
-    """The folder, once it is certain that nobody else can put anything there."""
+    """Return the folder after checking that no other user can write to it."""
     status = folder.lstat()
     fault = None
     if not stat.S_ISDIR(status.st_mode):
@@ -278,7 +278,7 @@ def _own(folder: Path) -> Path:
 
 @contextmanager
 def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
-    """Hold the lock of the folder, which is ever held for a moment only; yields whether that could be."""
+    """Hold the folder's lock, which is only ever held for a moment; yields whether it was acquired."""
     lock = os.open(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
         yield _locked(lock, exclusive=True, wait=wait)
@@ -287,8 +287,8 @@ def _alone(folder: Path, *, wait: bool = True) -> Generator[bool]:
 
 
 def _is_free(path: Path) -> bool:
-    """Whether no run has this directory; what a dead one left is removed. The folder's lock is held."""
-    if path.is_symlink() or (path.exists() and not path.is_dir()) or _lives(path):
+    """Return whether no run has this directory, after removing a dead run's. The folder's lock has to be held."""
+    if path.is_symlink() or (path.exists() and not path.is_dir()) or _is_alive(path):
         return False
     _remove(path)
     return True
@@ -302,19 +302,19 @@ def _directories(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
 
 
-def _living(folder: Path) -> list[FoundRun]:
+def _alive_runs(folder: Path) -> list[FoundRun]:
     directories = _directories(folder)
-    living = [path for path in directories if _lives(path)]
+    living = [path for path in directories if _is_alive(path)]
     if len(living) < len(directories):
         with suppress(OSError), _alone(folder, wait=False) as alone:  # what cannot be removed is not shown either
             for path in directories:
-                if alone and not _lives(path):
+                if alone and not _is_alive(path):
                     _remove(path)
     return [FoundRun(path, card) for path in living if not path.name.startswith(".") and (card := _card(path))]
 
 
-def _lives(path: Path) -> bool:
-    """Whether a run holds the directory's lock."""
+def _is_alive(path: Path) -> bool:
+    """Return whether a run holds the directory's lock."""
     try:
         lock = os.open(path / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     except OSError:
@@ -326,7 +326,7 @@ def _lives(path: Path) -> bool:
 
 
 def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
-    """Lock an open file for this process, unless another one has it locked."""
+    """Lock an open file for this process; False if another process has it locked."""
     import fcntl  # which Windows has not, nor the sockets that all this is for
 
     kind = fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH
@@ -338,12 +338,12 @@ def _locked(lock: int, *, exclusive: bool, wait: bool = False) -> bool:
 
 
 def _card(path: Path) -> RunCard | None:
-    """What the run says of itself; None while it has not yet said anything, or where that is no card."""
+    """Read a run's card; None if it is not written yet or not valid."""
     try:
         with (path / _CARD).open("rb") as file:
-            told: Any = json.loads(file.read(_CARD_BYTES))
-        words = {field: told.get(field, "") for field in ("name", "file", "version")}
-        numbers = {field: told[field] for field in ("pid", "since_ns")}
+            found: Any = json.loads(file.read(_CARD_BYTES))
+        words = {field: found.get(field, "") for field in ("name", "file", "version")}
+        numbers = {field: found[field] for field in ("pid", "since_ns")}
     except (OSError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         return None
     fits = all(type(word) is str for word in words.values())

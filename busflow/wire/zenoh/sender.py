@@ -1,8 +1,8 @@
-"""Sender: a thread that does what may wait for the link, so that the loop never does.
+"""Sender: a thread for calls that may wait for the link, so that the event loop never waits.
 
-A message of some hundred bytes is handed to Zenoh in a microsecond, whoever reads it and however slowly. A large one is
-copied and cut into pieces, and the first one that a stalled reader has no room for waits up to 300 ms; whoever puts
-something into the same line of Zenoh's meanwhile waits with it.
+Zenoh takes a message of some hundred bytes in a microsecond, however slow its readers are. It copies a large message
+and cuts it into pieces. The first piece for which a stalled reader has no room waits up to 300 ms, and anything put
+into the same priority queue of Zenoh waits with it.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from collections import deque
 from collections.abc import Callable
 
 LARGE = 48 * 1024
-"""Payloads from this size on leave through the sender, bytes; Zenoh cuts what is beyond 64 KiB with its own words."""
+"""Payloads from this size on leave through the sender, in bytes; Zenoh itself cuts payloads beyond 64 KiB."""
 DEPTH = 1024
-"""How much may wait to be done; the oldest gives way."""
+"""Limit of the waiting calls; the oldest is dropped for a new one."""
 MOST_BYTES = 64 * 1024 * 1024
-"""The same in bytes; what is larger than all of it goes alone."""
+"""The same limit in bytes; a larger payload waits alone."""
 _PATIENCE_S = 5.0
 
 
 class SenderThread:
-    """Runs what it is handed, one after the other, in a thread of its own, which is started when first needed."""
+    """Runs functions one after another in a thread of its own, started on first use."""
 
     def __init__(self, name: str, *, on_error: Callable[[Exception], None]) -> None:
-        """A sender; `on_error` hears, in its thread, of what fails in a way that nobody foresaw."""
+        """Create a sender; `on_error` is called in its thread with each unexpected error."""
         self.name = name
         self.dropped = 0
         self._on_error = on_error
@@ -35,7 +35,7 @@ class SenderThread:
         self._thread: threading.Thread | None = None
 
     def hand(self, work: Callable[[], None], size: int = 0) -> None:
-        """Do this soon; where too much waits already, the oldest is not done and counted as dropped."""
+        """Queue a function; if the queue is full, the oldest is dropped and counted."""
         with self._arrived:
             if self._closed:
                 self.dropped += 1
@@ -50,7 +50,7 @@ class SenderThread:
             self._arrived.notify()
 
     def close(self) -> None:
-        """Take no more; what waits is dropped. The session has to be closed before, which wakes a waiting put."""
+        """Accept no more work and drop what waits. Close the session first: that wakes a waiting put."""
         with self._arrived:
             self._closed = True
             while self._work:

@@ -1,7 +1,7 @@
-"""The Zenoh session of a process: unix sockets in the run's directory, and what the launch file names beyond them.
+"""The Zenoh session of a process: unix sockets in the run's directory, and links that the launch file names.
 
-Zenoh's own defaults listen on every network interface and look for others by multicast; here all of that is off.
-Zenoh is imported when a session is opened, so a run without one works where Zenoh does not exist.
+Zenoh by default listens on every network interface and finds others by multicast; here both are off. Zenoh is imported
+when a session is opened, so a run without a session works without Zenoh.
 """
 
 # Zenoh's stubs leave out what many of its methods return.
@@ -24,34 +24,37 @@ if TYPE_CHECKING:
     from busflow.wire.zenoh.network import Network
 
 SOCKET = "main.sock"
-"""That of a run's main process, in the run's directory."""
+"""The main process's socket in the run's directory."""
 LEASE_MS = 1600
-"""How soon a process that hangs, rather than ends, is taken for gone: it is to be told within two seconds. Zenoh
-says four times in it that a process lives, in threads that wait neither for the loop nor for the interpreter's lock."""
+"""Time after which a hanging process counts as gone; it has to be reported within two seconds. Zenoh sends four
+keep-alives in this time, from threads that need neither the event loop nor the interpreter's lock.
+"""
 _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
 _OCCUPIED = re.compile(r"new \S+ listener on \S+ (\S+: )*(?P<reason>[^:]+?) \(os error")
-"""How Zenoh says that it cannot listen."""
+"""Zenoh's error text when it cannot listen."""
 _PATIENCE_US = 250_000
-"""How long a message of many pieces waits for room on a link before it is dropped; it does so in a thread of its own.
-The 50 ms that Zenoh grants are too few for a reader who shares two busy cores."""
+"""How long a message of many pieces waits for room on a link before it is dropped; it waits in a thread of its own.
+Zenoh's default of 50 ms is too short for a reader that shares two busy cores.
+"""
 _ROOM = {
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/size/data_low": 16,
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 50_000,
 }
-"""Links within a machine, whose reader is there or waits for a core: 16 batches of 64 KB, made when needed, and up to
-50 ms for the first piece of a message. With Zenoh's 2 batches and 1 ms, 2 to 24 % of a flood of 64 KB or 1 MB got lost
-where six programs shared a core; with these none, and two or three times as many went through. 20 ms: up to 1 % lost.
+"""Queue sizes for links within a machine, where a reader at most waits for a core: 16 batches of 64 KB, allocated when
+needed, and up to 50 ms for a message's first piece. With Zenoh's 2 batches and 1 ms, 2 to 24 % of a flood of 64 KB or 1
+MB messages was lost while six programs shared a core. With these values none was lost, and two or three times as many
+arrived; with 20 ms up to 1 % was lost.
 
-Zenoh's BLOCK is no way to lose nothing: who waits then holds a lock that the end of the link needs. One reader that had
-stopped kept all that is large from the others for as long as was watched, and all that is small for 3 s. A link to
-another machine may always be slower than what is to go over it; what waits there gets old: Zenoh's own figures stand.
+Zenoh's BLOCK does not avoid losses: a blocked put holds a lock that closing the link needs. One stopped reader kept all
+large messages from the others for as long as was measured, and all small ones for 3 s. A link to another machine may
+always be slower than its traffic, and messages that wait there become old: Zenoh's own values are used for it.
 """
 
 
 def require_zenoh() -> None:
-    """Find out whether there can be a session here.
+    """Check that a session can be opened here.
 
     Raises:
         InspectionUnavailable: Zenoh is missing, or broken.
@@ -65,7 +68,7 @@ def require_zenoh() -> None:
 def open_session(
     directory: Path, *, listen: str | None = None, network: Network | None = None, patience_s: float = 5.0
 ) -> zenoh.Session:
-    """A session among the processes of a run.
+    """Open a session among the processes of a run.
 
     Args:
         directory: the run's directory.
@@ -98,7 +101,7 @@ def open_session(
 
 
 def _names_in(directory: Path) -> list[str]:
-    """What a run's directory holds; a run may end, and remove it, at any moment.
+    """List a run's directory. A run may end and remove it at any moment.
 
     Raises:
         InspectionUnavailable: it is gone.
@@ -130,7 +133,7 @@ def _settings(own: Sequence[str], others: Sequence[str], patience_s: float) -> d
 
 
 def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
-    """What is different for the process that links its machine to others: it passes on what they say to each other."""
+    """Return the settings of a process that links its machine to others: a router that forwards messages."""
     return {
         "mode": "router",
         "listen/endpoints": [*own, *map(str, network.listens)],
@@ -143,7 +146,7 @@ def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
 
 
 def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
-    """A session with a run on other machines, for one that only looks or acts.
+    """Open a session with a run on other machines, for a client.
 
     Raises:
         InspectionUnavailable: Zenoh is missing or refuses, or nobody there lets it in.

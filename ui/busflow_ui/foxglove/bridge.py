@@ -62,21 +62,23 @@ _LOG.propagate = False
 class Bridge:
     """Serves one run, from `open` until `ended` returns."""
 
-    def __init__(self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, print_message: Callable[[str], None]
+    ) -> None:
         """A bridge to a run.
 
         Args:
             peer: a member of the run.
             topics: patterns of those that are served; all where there is none.
             read_only: whether viewers may only look.
-            tell: shows a line to whoever has started this.
+            print_message: prints a line for the person that started this.
 
         Raises:
             InvalidName: A pattern is none.
             NoSuchTarget: A pattern matches no topic of the run.
         """
         self.peer, self.read_only = peer, read_only
-        self.catalogue = Catalogue(peer, Selection(topics), tell)
+        self.catalogue = Catalogue(peer, Selection(topics), print_message)
         self.parameters = RunParameters(peer)
         seen = self.catalogue.look()
         self.catalogue.require_matches(seen.graph)
@@ -84,7 +86,7 @@ class Bridge:
         self.graph: GraphView = seen.graph
         self.connections = Connections.of(seen.graph)
         self.viewers: set[Viewer] = set()
-        self._tell = tell
+        self._print = print_message
         self._clock = SystemClock()
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"
@@ -138,7 +140,7 @@ class Bridge:
             await asyncio.gather(*keeping, return_exceptions=True)
 
     async def close(self) -> None:
-        """Let everybody go; who does not go at once is left."""
+        """Close all connections, without waiting for slow viewers."""
         if self._server is not None:
             self._server.close()
             with suppress(TimeoutError):
@@ -151,21 +153,21 @@ class Bridge:
     # What viewers need.
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
-        """Have a question asked of the run, one after another."""
+        """Ask the run in a thread; questions are asked one after another."""
         return await asyncio.get_running_loop().run_in_executor(self._asking, question, *arguments)
 
     async def call(self, question: Callable[..., Any]) -> Any:
-        """Have a service called, beside whatever else is asked."""
+        """Call a service in a thread, in parallel with other questions."""
         return await asyncio.get_running_loop().run_in_executor(self._calling, question)
 
-    async def tell_parameters(self) -> None:
-        """Tell all viewers what was set since the last time."""
+    async def send_parameters(self) -> None:
+        """Send all viewers the parameters changed since the last time."""
         if not any(viewer.follows_parameters for viewer in self.viewers):
             await self.ask(self.parameters.forget)
             return
         rows = await self.ask(self.parameters.changes)
         for viewer in self.viewers:
-            viewer.tell_parameters(rows)
+            viewer.send_parameters(rows)
 
     # Keeping up with the run.
 
@@ -179,7 +181,7 @@ class Bridge:
         while True:
             await self._clock.sleep(_PARAMETERS_S)
             if any(viewer.follows_parameters for viewer in self.viewers):
-                await self._unless_silent(self.tell_parameters)
+                await self._unless_silent(self.send_parameters)
 
     async def _unless_silent(self, ask: Callable[[], Awaitable[None]]) -> None:
         """Ask the run; viewers are told where it does not answer, and when it does again."""
@@ -187,7 +189,7 @@ class Bridge:
             await ask()
         except BusflowError as error:
             if not self._is_silent:
-                self._tell_all(Level.WARNING, str(error))
+                self._send_status(Level.WARNING, str(error))
             self._is_silent = True
         else:
             if self._is_silent:
@@ -198,32 +200,32 @@ class Bridge:
         seen = await self.ask(self.catalogue.look)
         change = self.catalogue.update(seen)
         connections = Connections.of(seen.graph)
-        told = connections.since(self.connections)
+        changes = connections.since(self.connections)
         self.graph, self.connections = seen.graph, connections
         for viewer in self.viewers:
             viewer.offer(change)
-            viewer.tell_dropped()
-            if viewer.follows_graph and any(told.values()):
-                viewer.send(protocol.text("connectionGraphUpdate", **told))
+            viewer.report_dropped()
+            if viewer.follows_graph and any(changes.values()):
+                viewer.send(protocol.text("connectionGraphUpdate", **changes))
         self._follow_clock()
 
     def _follow_clock(self) -> None:
-        """Listen to the nodes' time while somebody tells it."""
+        """Subscribe to the nodes' time once a node publishes it."""
         channel = self.catalogue.clock()
         if channel is None or self._has_clock:
             return
         self._has_clock = True
         loop = asyncio.get_running_loop()
-        told = self.peer.listen(channel.topic, channel.type, depth=1, on_arrival=lambda: _call(loop, self._tell_time))
-        self._clock_listener = self._clock_listening.enter_context(told)
+        feed = self.peer.listen(channel.topic, channel.type, depth=1, on_arrival=lambda: _call(loop, self._send_time))
+        self._clock_listener = self._clock_listening.enter_context(feed)
         self._decode_clock = channel.type.decode
 
-    def _tell_time(self) -> None:
+    def _send_time(self) -> None:
         while (received := self._clock_listener.get(0)) is not None:
             with suppress(MalformedMessage):  # whoever publishes it is told of by the run
                 clock = self._decode_clock(received.payload)["clock"]
                 for viewer in self.viewers:
-                    viewer.tell_time(clock["sec"] * NS_PER_S + clock["nanosec"])
+                    viewer.send_time(clock["sec"] * NS_PER_S + clock["nanosec"])
 
     # Viewers.
 
@@ -238,7 +240,7 @@ class Bridge:
             return None
         if refusal not in self._refused and len(self._refused) < _MOST_REFUSED:
             self._refused.add(refusal)
-            self._tell(f"warning: refused a connection: {refusal}")
+            self._print(f"warning: refused a connection: {refusal}")
         return connection.respond(HTTPStatus.FORBIDDEN, f"{printable(refusal)}\n")
 
     async def _serve(self, connection: ServerConnection) -> None:
@@ -255,16 +257,16 @@ class Bridge:
         viewer.offer(Change(channels=tuple(self.catalogue.channels.values()), services=self._offered_services()))
         self.viewers.add(viewer)
         name = _name_of(connection)
-        self._tell(f"{name} has come")
+        self._print(f"{name} has come")
         try:
             await viewer.serve()
         except Exception as error:
-            self._tell(f"error: {name} was let go; this is a bug in busflow, please report it: {error!r}")
+            self._print(f"error: {name} was let go; this is a bug in busflow, please report it: {error!r}")
             raise
         finally:
             self.viewers.discard(viewer)
             missed = f"; it missed {counted(viewer.dropped, 'message')}, read too slowly" if viewer.dropped else ""
-            self._tell(f"{name} has gone{missed}")
+            self._print(f"{name} has gone{missed}")
 
     def _offered_services(self) -> tuple[OfferedService, ...]:
         return () if self.read_only else tuple(self.catalogue.services.values())
@@ -284,10 +286,10 @@ class Bridge:
         )
 
     async def _say_farewell(self) -> None:
-        self._tell_all(Level.ERROR, f"the run {self.peer.run.name} has ended")
+        self._send_status(Level.ERROR, f"the run {self.peer.run.name} has ended")
         await self._clock.sleep(_FAREWELL_S / 3)  # for what is on its way
 
-    def _tell_all(self, level: Level, sentence: str) -> None:
+    def _send_status(self, level: Level, sentence: str) -> None:
         self._send_all(protocol.status(level, sentence, id_=_STATE))
 
     def _send_all(self, message: str) -> None:
@@ -296,13 +298,13 @@ class Bridge:
 
 
 def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
-    """From Zenoh's thread, have something done in the loop's; nothing where that has ended."""
+    """Call a function on the event loop from Zenoh's thread; does nothing if the loop has ended."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(function)
 
 
 def _name_of(connection: ServerConnection) -> str:
-    """A viewer as it is told of: its address, and its page where it is one."""
+    """Return a viewer's name for messages: its address, and its page if it is one."""
     host, port, *_ = connection.remote_address
     request = connection.request
     origin = request.headers.get("Origin") if request is not None else None

@@ -31,7 +31,7 @@ class OfferedTopic:
     topic: TopicView
     type: ForeignType
 
-    def told(self) -> dict[str, Any]:
+    def announcement(self) -> dict[str, Any]:
         """How it is announced."""
         return {"id": self.id, "topic": self.topic.name, "schemaName": self.type.name, **_encoding(self.type)}
 
@@ -48,11 +48,11 @@ class OfferedService:
         """How its requests and answers are encoded."""
         return self.kind.request.encoding
 
-    def told(self) -> dict[str, Any]:
+    def announcement(self) -> dict[str, Any]:
         """How it is announced."""
         parts = {"request": self.kind.request, "response": self.kind.response}
-        told = {word: {"schemaName": part.name, **_encoding(part)} for word, part in parts.items()}
-        return {"id": self.id, "name": self.kind.name, "type": self.kind.type, **told}
+        schemas = {word: {"schemaName": part.name, **_encoding(part)} for word, part in parts.items()}
+        return {"id": self.id, "name": self.kind.name, "type": self.kind.type, **schemas}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +77,14 @@ class Change:
 class Catalogue:
     """The channels and services that are offered now."""
 
-    def __init__(self, peer: Peer, wanted: Selection, tell: Callable[[str], None]) -> None:
+    def __init__(self, peer: Peer, wanted: Selection, print_message: Callable[[str], None]) -> None:
         self.channels: dict[int, OfferedTopic] = {}
         self.services: dict[int, OfferedService] = {}
-        self._peer, self._wanted, self._tell = peer, wanted, tell
+        self._peer, self._wanted, self._print = peer, wanted, print_message
         self._ids = 0
         self._types: dict[Kind, ForeignType] = {}
         self._kinds: dict[tuple[str, str], ServiceKind] = {}
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
 
     def require_matches(self, graph: GraphView) -> None:
         """Refuse patterns that no topic of the run has.
@@ -112,7 +112,7 @@ class Catalogue:
             except InspectionUnavailable:
                 raise
             except BusflowError as error:
-                self._tell_once(f"warning: services are not offered: {error}")
+                self._print_once(f"warning: services are not offered: {error}")
         services = {
             each.name: self._kinds[each.name, each.types[0]]
             for each in _answered(graph)
@@ -168,12 +168,12 @@ class Catalogue:
         except InspectionUnavailable:
             raise
         except BusflowError as error:
-            self._tell_once(f"warning: {topic} is not offered: {error}")
+            self._print_once(f"warning: {topic} is not offered: {error}")
 
-    def _tell_once(self, text: str) -> None:
-        if text not in self._told and len(self._told) < 100:
-            self._told.add(text)
-            self._tell(text)
+    def _print_once(self, text: str) -> None:
+        if text not in self._printed and len(self._printed) < 100:
+            self._printed.add(text)
+            self._print(text)
 
     def _next(self) -> int:
         self._ids += 1

@@ -24,12 +24,12 @@ class RunParameters:
 
     def __init__(self, peer: Peer) -> None:
         self._peer = peer
-        self._heard: dict[str, int] | None = None
+        self._last_seen: dict[str, int] | None = None
 
     def get(self, names: Iterable[str] = ()) -> list[dict[str, Any]]:
         """The parameters of these names, of all where none is given; what does not exist is left out."""
         wanted = set(names)
-        return [_told(name, row["value"], row["ros_type"]) for name, row in self._rows().items() if _in(name, wanted)]
+        return [_row(name, row["value"], row["ros_type"]) for name, row in self._rows().items() if _in(name, wanted)]
 
     def set(self, values: Mapping[str, Any]) -> list[str]:
         """Set parameters, those of one node all or none; the reasons why some were not set."""
@@ -50,18 +50,18 @@ class RunParameters:
 
     def changes(self) -> list[dict[str, Any]]:
         """What was set since the last call, each parameter as it is now; from the first call on nothing is missed."""
-        if self._heard is None:
-            self._heard = {each["process"]: each["last"] for each in self._peer.ask("parameter_changes")}
+        if self._last_seen is None:
+            self._last_seen = {each["process"]: each["last"] for each in self._peer.ask("parameter_changes")}
             return []
         names: set[str] = set()
-        for answer in self._peer.ask("parameter_changes", since=self._heard):
-            self._heard[answer["process"]] = answer["last"]
+        for answer in self._peer.ask("parameter_changes", since=self._last_seen):
+            self._last_seen[answer["process"]] = answer["last"]
             names |= {f"{change['node']}.{change['name']}" for change in answer["changes"]}
         return self.get(names) if names else []
 
     def forget(self) -> None:
         """Nobody listens any more: what is set until somebody does again is not told."""
-        self._heard = None
+        self._last_seen = None
 
     def _set(self, node: str, values: Mapping[str, Any]) -> list[str]:
         """Set parameters of one node."""
@@ -89,14 +89,14 @@ def _in(name: str, wanted: set[str]) -> bool:
     return not wanted or name in wanted
 
 
-def _told(name: str, value: Any, ros_type: int) -> dict[str, Any]:
+def _row(name: str, value: Any, ros_type: int) -> dict[str, Any]:
     """A parameter in the protocol's words; one without a value has none there either."""
     if value is None:
         return {"name": name}
-    told: dict[str, Any] = {"name": name, "value": finite(value)}
-    if ros_type in (_DOUBLE, _DOUBLES) and not isinstance(told["value"], str):
-        told["type"] = "float64" if ros_type == _DOUBLE else "float64_array"
-    return told
+    row: dict[str, Any] = {"name": name, "value": finite(value)}
+    if ros_type in (_DOUBLE, _DOUBLES) and not isinstance(row["value"], str):
+        row["type"] = "float64" if ros_type == _DOUBLE else "float64_array"
+    return row
 
 
 def _sentence(fault: Mapping[str, Any]) -> str:

@@ -41,8 +41,8 @@ class Level(IntEnum):
 
 def text(op: str, **fields: Any) -> str:
     """A message in text; what is None is left out."""
-    told = {"op": op, **{word: value for word, value in fields.items() if value is not None}}
-    return json.dumps(told, separators=(",", ":"), allow_nan=False)
+    frame = {"op": op, **{word: value for word, value in fields.items() if value is not None}}
+    return json.dumps(frame, separators=(",", ":"), allow_nan=False)
 
 
 def status(level: Level, message: str, *, id_: str | None = None) -> str:
@@ -180,12 +180,12 @@ def read(message: str | bytes) -> Request:
     if isinstance(message, bytes):
         return _binary(message)
     try:
-        told = json.loads(message)
+        frame = json.loads(message)
     except (ValueError, RecursionError):
         raise MalformedMessage("a text frame is a JSON object") from None
-    if not isinstance(told, dict):
+    if not isinstance(frame, dict):
         raise MalformedMessage("a text frame is a JSON object")
-    fields = cast("dict[str, Any]", told)
+    fields = cast("dict[str, Any]", frame)
     op = fields.get("op")
     reader = _READERS.get(op) if isinstance(op, str) else None
     if reader is None:

@@ -43,8 +43,8 @@ _MOST_CALLS = 16
 _CALL_S = 30.0
 _GATHER_S = 0.005
 """After something was sent, what comes within this time goes together: waking up costs more than sending."""
-_TELL_NS = 1_000_000_000
-"""How often a viewer is told that it is too slow."""
+_REPORT_EVERY_NS = 1_000_000_000
+"""How often a viewer is informed that it reads too slowly."""
 
 
 class ViewedRun(Protocol):
@@ -63,7 +63,7 @@ class ViewedRun(Protocol):
     async def call(self, question: Callable[..., Any]) -> Any:
         """Have a service called, beside whatever else is asked."""
 
-    async def tell_parameters(self) -> None:
+    async def send_parameters(self) -> None:
         """Tell all viewers what was set since the last time, now rather than at the next look."""
 
 
@@ -90,7 +90,7 @@ class Viewer:
         self._calls: set[asyncio.Task[None]] = set()
         self._wake = asyncio.Event()
         self._now_ns: int | None = None
-        self._dropped_before = self._told_dropped = self._told_ns = 0
+        self._dropped_before = self._reported_dropped = self._reported_ns = 0
         self._clock = SystemClock()
         self._loop = asyncio.get_running_loop()
 
@@ -105,7 +105,7 @@ class Viewer:
                 sending = self._tasks.create_task(self._send())
                 with suppress(ConnectionClosed):
                     async for message in self._connection:
-                        await self._hear(message)
+                        await self._on_message(message)
                 for task in (sending, *self._calls):
                     task.cancel()
         finally:
@@ -129,28 +129,28 @@ class Viewer:
             self._connection.transport.abort()  # a farewell would have to wait behind all that
         self._wake.set()
 
-    def tell(self, level: Level, sentence: str, *, id_: str | None = None) -> None:
-        """Tell the person in front of it."""
+    def send_status(self, level: Level, sentence: str, *, id_: str | None = None) -> None:
+        """Show a sentence to the person at the viewer."""
         self.send(protocol.status(level, printable(sentence), id_=id_))
 
-    def tell_time(self, now_ns: int) -> None:
-        """Tell what time it is for the nodes; of what it has not read, only the last matters."""
+    def send_time(self, now_ns: int) -> None:
+        """Send the nodes' time; of unread times only the last is sent."""
         self._now_ns = now_ns
         self._wake.set()
 
     @property
     def follows_parameters(self) -> bool:
-        """Whether it wants to hear of changes."""
+        """Whether it has asked for parameter changes."""
         return self._all_parameters or bool(self._parameters)
 
-    def tell_parameters(self, rows: Sequence[dict[str, Any]]) -> None:
-        """Tell those of these parameters that it follows."""
+    def send_parameters(self, rows: Sequence[dict[str, Any]]) -> None:
+        """Send those of these parameters that it follows."""
         followed = [row for row in rows if self._all_parameters or row["name"] in self._parameters]
         if followed:
             self.send(protocol.text("parameterValues", parameters=followed))
 
     def offer(self, change: Change) -> None:
-        """Tell what has come and gone."""
+        """Announce new channels and services, and the end of others."""
         for each in [each for each in self._subscriptions.values() if each.channel.id in change.gone_channels]:
             self._end(each)
         if change.gone_channels:
@@ -158,9 +158,9 @@ class Viewer:
         if change.gone_services:
             self.send(protocol.text("unadvertiseServices", serviceIds=change.gone_services))
         if change.channels:
-            self.send(protocol.text("advertise", channels=[each.told() for each in change.channels]))
+            self.send(protocol.text("advertise", channels=[each.announcement() for each in change.channels]))
         if change.services:
-            self.send(protocol.text("advertiseServices", services=[each.told() for each in change.services]))
+            self.send(protocol.text("advertiseServices", services=[each.announcement() for each in change.services]))
 
     async def _send(self) -> None:
         with suppress(ConnectionClosed):
@@ -193,24 +193,24 @@ class Viewer:
                 stamp_ns = max(0, received.stamp_ns)
                 await self._connection.send(protocol.message_data(each.id, stamp_ns, received.payload))
                 await self._send_answers()
-        self.tell_dropped()
+        self.report_dropped()
         return found
 
-    def tell_dropped(self) -> None:
-        """Tell it how much it has missed, where that is more than it knows."""
+    def report_dropped(self) -> None:
+        """Send the number of dropped messages if it has grown."""
         dropped, now_ns = self.dropped, self._clock.monotonic_ns()
-        if dropped > self._told_dropped and now_ns - self._told_ns >= _TELL_NS:
-            self._told_dropped, self._told_ns = dropped, now_ns
+        if dropped > self._reported_dropped and now_ns - self._reported_ns >= _REPORT_EVERY_NS:
+            self._reported_dropped, self._reported_ns = dropped, now_ns
             missed = counted(dropped, "message was", "messages were")
-            self.tell(Level.WARNING, f"{missed} dropped: they came faster than they were read", id_="drops")
+            self.send_status(Level.WARNING, f"{missed} dropped: they came faster than they were read", id_="drops")
 
     # What is heard.
 
-    async def _hear(self, message: str | bytes) -> None:
+    async def _on_message(self, message: str | bytes) -> None:
         try:
             await self._do(protocol.read(message))
         except BusflowError as error:
-            self.tell(Level.ERROR, str(error))
+            self.send_status(Level.ERROR, str(error))
 
     async def _do(self, request: protocol.Request) -> None:
         match request:
@@ -233,7 +233,7 @@ class Viewer:
                     self._publications.end(id_)
             case protocol.FollowGraph(on):
                 self._follow_graph(on=on)
-            case protocol.Call():
+            case protocol.CallService():
                 self._begin_call(request)
             case _:
                 await self._do_with_parameters(request)
@@ -250,14 +250,14 @@ class Viewer:
                 self._require_writable("set parameters")
                 reasons = await self._run.ask(parameters.set, values)
                 for reason in reasons:
-                    self.tell(Level.ERROR, reason)
+                    self.send_status(Level.ERROR, reason)
                 if reasons or id_ is not None:  # after a refusal it shows what was typed, until it hears what is
                     rows = await self._run.ask(parameters.get, tuple(values)) if values else ()
                     self.send(protocol.text("parameterValues", parameters=rows, id=id_))
-                await self._run.tell_parameters()
+                await self._run.send_parameters()
             case protocol.FollowParameters(names, on):
                 self._follow_parameters(names, on=on)
-                await self._run.tell_parameters()
+                await self._run.send_parameters()
 
     def _require_writable(self, what: str) -> None:
         if self._run.read_only:
@@ -282,14 +282,14 @@ class Viewer:
         try:
             await self._run.ask(self._publications.begin, channel, self._run.graph)
         except BusflowError as error:
-            self.tell(Level.ERROR, f"cannot publish: {error}")
+            self.send_status(Level.ERROR, f"cannot publish: {error}")
 
-    def _begin_call(self, request: protocol.Call) -> None:
+    def _begin_call(self, request: protocol.CallService) -> None:
         task = self._tasks.create_task(self._call(request))
         self._calls.add(task)
         task.add_done_callback(self._calls.discard)
 
-    async def _call(self, request: protocol.Call) -> None:
+    async def _call(self, request: protocol.CallService) -> None:
         try:
             self._require_writable("call services")
             offer = self._run.catalogue.services.get(request.service)
@@ -310,10 +310,10 @@ class Viewer:
     def _subscribe(self, id_: int, channel_id: int) -> None:
         channel = self._run.catalogue.channels.get(channel_id)
         if channel is None:
-            self.tell(Level.WARNING, f"there is no channel {channel_id} any more")
+            self.send_status(Level.WARNING, f"there is no channel {channel_id} any more")
             return
         if id_ in self._subscriptions or any(each.channel.id == channel_id for each in self._subscriptions.values()):
-            self.tell(Level.WARNING, f"{channel.topic.name} is subscribed to already")
+            self.send_status(Level.WARNING, f"{channel.topic.name} is subscribed to already")
             return
         with ExitStack() as ending:
             listening = self._run.peer.listen(
@@ -326,7 +326,7 @@ class Viewer:
     def _unsubscribe(self, id_: int) -> None:
         found = self._subscriptions.get(id_)
         if found is None:
-            self.tell(Level.WARNING, f"nothing is subscribed to under the number {id_}")
+            self.send_status(Level.WARNING, f"nothing is subscribed to under the number {id_}")
         else:
             self._end(found)
 

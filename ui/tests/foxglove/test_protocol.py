@@ -60,7 +60,7 @@ def test_a_text_frame_says_what_is_wanted(message: dict[str, Any], request_: pro
 
 def test_a_binary_frame_says_what_is_wanted():
     assert protocol.read(b"\1\5\0\0\0abc") == protocol.Publish(5, b"abc")
-    assert protocol.read(struct.pack("<BIII", 2, 6, 7, 3) + b"cdrxy") == protocol.Call(6, 7, "cdr", b"xy")
+    assert protocol.read(struct.pack("<BIII", 2, 6, 7, 3) + b"cdrxy") == protocol.CallService(6, 7, "cdr", b"xy")
 
 
 @pytest.mark.parametrize(
