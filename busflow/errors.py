@@ -212,7 +212,7 @@ class NodeFailed(BusflowError):
     """A node raised; the cause is chained."""
 
 
-class Stray(BusflowError):
+class OrphanFailed(BusflowError):
     """A task or a callback of a run failed, and it cannot be told which node it belongs to; the cause is chained."""
 
 

@@ -89,13 +89,13 @@ class Log:
                 self.lost += 1
 
 
-def _raised(told: object) -> dict[str, str]:
+def _raised(exc_info: object) -> dict[str, str]:
     """What `exc_info` stands for in words: the exception, and the line it came from."""
-    error: object = told
-    if told is True:
+    error: object = exc_info
+    if exc_info is True:
         error = sys.exc_info()[1]
-    elif isinstance(told, tuple):
-        error = cast("tuple[object, object, object]", told)[1]
+    elif isinstance(exc_info, tuple):
+        error = cast("tuple[object, object, object]", exc_info)[1]
     if not isinstance(error, BaseException):
         return {}
     place = user_line(error)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, OrphanFailed, Problem
 from busflow.launchfile.check.here import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import placed
@@ -95,13 +95,13 @@ def run(
     sink = console_sink(sys.stderr, colour=False)
     simulated = any(map(is_simulated, descriptions))
     new_loop = chosen_loop(event_loop, simulated=simulated)
-    with _stated(descriptions):
+    with _environment(descriptions):
         if simulated:
             from busflow.runner.simulation import simulated_graph
 
             show = None if inspect is False else partial(_observed, record=False, inspect=inspect)
             with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-                return _told(_observed(graph, record, inspect=False), loop_factory)
+                return _run_to_end(_observed(graph, record, inspect=False), loop_factory)
         ready = [
             on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
             for each in ready
@@ -109,10 +109,10 @@ def run(
         spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
         graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
         if not spread or one_process:
-            return _told(_observed(graph, record, inspect), new_loop)
+            return _run_to_end(_observed(graph, record, inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
-        crew = _manned(graph, spread[0], inspect, outer, args or {}, record, event_loop)
-        return _told(graph, new_loop, crew)
+        group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
+        return _run_to_end(graph, new_loop, group)
 
 
 def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:
@@ -148,7 +148,7 @@ class _PlacementNote(Extension):
             self._graph.log.bind("busflow").info(text, processes=", ".join(names))
 
 
-def _manned(
+def _process_group(
     graph: Graph,
     spread: LaunchDescription,
     name: bool | str,
@@ -183,22 +183,22 @@ def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription
         LaunchError: saying what to do instead.
     """
     place = spread.processes[0].origin.place if spread.processes else None
-    told = fix = ""
+    problem = fix = ""
     if sum(isinstance(each, str | Path | LaunchDescription) for each in what) > 1:
-        told = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
+        problem = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
         fix = "include the others in it"
     elif not any(isinstance(each, str | Path) for each in what):
-        told = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
+        problem = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
         fix = "give run() the file itself"
     elif inspect is False:
-        told = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
+        problem = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
         fix = "leave it out"
-    if told:
-        raise LaunchError([Problem("processes", told, f"{fix}; or run(…, one_process=True)", place)])
+    if problem:
+        raise LaunchError([Problem("processes", problem, f"{fix}; or run(…, one_process=True)", place)])
 
 
 @contextmanager
-def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
+def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
     """The environment with the variables that launch files state, and then as it was."""
     stated = {name: value for each in descriptions for name, value in each.environment.items()}
     before = {name: os.environ.get(name) for name in stated}
@@ -212,15 +212,15 @@ def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
                 os.environ[name] = value
 
 
-def _told(graph: Graph, loop_factory: LoopFactory, crew: ProcessGroup | None = None) -> ExitCode:
+def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | None = None) -> ExitCode:
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:
         sys.stderr.writelines(f"error: {each.render()}\n" for each in graph.failures)
-    except (IncompleteRecording, Stray) as error:
+    except (IncompleteRecording, OrphanFailed) as error:
         sys.stderr.write(f"error: {error}\n")
     finally:
-        if crew:
-            crew.finish()
-            sys.stderr.writelines(f"error: {text}\n" for text in crew.failures)
+        if group:
+            group.finish()
+            sys.stderr.writelines(f"error: {text}\n" for text in group.failures)
     return graph.exit_code

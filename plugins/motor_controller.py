@@ -34,7 +34,7 @@ class MotorControllerParameters(Parameters):
     )
 
     @model_validator(mode="after")
-    def each_joint_is_told_once(self) -> "MotorControllerParameters":
+    def each_joint_has_one_drive(self) -> "MotorControllerParameters":
         joints = [*self.ankle_joints, *self.hip_joints]
         twice = sorted({joint for joint in joints if joints.count(joint) > 1})
         if twice:

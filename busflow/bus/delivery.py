@@ -57,7 +57,15 @@ class Recipient(ABC, Generic[T, S]):
     """
 
     __slots__ = (
-        "_dispatcher", "_doorbell", "_handler", "_is_async", "_open", "_origin", "_source", "delivered", "idle",
+        "_dispatcher",
+        "_handler",
+        "_is_async",
+        "_open",
+        "_origin",
+        "_source",
+        "_wakeup",
+        "delivered",
+        "idle",
         "items",
     )  # fmt: skip
 
@@ -72,7 +80,7 @@ class Recipient(ABC, Generic[T, S]):
         self._origin = origin
         self._source: S | None = None
         self._dispatcher: Dispatcher | None = None
-        self._doorbell: asyncio.Future[None] | None = None
+        self._wakeup: asyncio.Future[None] | None = None
         self._open = False
 
     @abstractmethod
@@ -99,10 +107,10 @@ class Recipient(ABC, Generic[T, S]):
     def wake(self) -> None:
         """Something waits: a plain handler gets in line, a task is woken."""
         self.idle = False
-        if self._doorbell is None:
+        if self._wakeup is None:
             self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
-        elif not self._doorbell.done():
-            self._doorbell.set_result(None)
+        elif not self._wakeup.done():
+            self._wakeup.set_result(None)
 
     def turn(self, limit: int) -> int:
         """Hand up to `limit` items to the plain handler; called by the dispatcher."""
@@ -165,17 +173,17 @@ class Recipient(ABC, Generic[T, S]):
 
     async def _wait(self) -> None:
         """Wait until something arrives, or the recipient closes."""
-        self._doorbell = asyncio.get_running_loop().create_future()
+        self._wakeup = asyncio.get_running_loop().create_future()
         self._rest()
         try:
-            await self._doorbell
+            await self._wakeup
         finally:
-            self._doorbell = None
+            self._wakeup = None
             self.idle = False
 
     def _end_wait(self) -> None:
-        if self._doorbell is not None and not self._doorbell.done():
-            self._doorbell.set_result(None)
+        if self._wakeup is not None and not self._wakeup.done():
+            self._wakeup.set_result(None)
 
     def _rest(self) -> None:
         """Have the source wake this one when something waits again."""

@@ -104,19 +104,19 @@ class Notices:
         self, kind: type[PublisherMatched | SubscriptionMatched], topic: str, come: int, current: int
     ) -> Iterator[Event]:
         """News of the ends of the other kind, of which so many have come by now and so many are there."""
-        (told_total, told_current), self._matched = self._matched, (come - self.before, current)
+        (last_total, last_current), self._matched = self._matched, (come - self.before, current)
         total = come - self.before
-        if (told_total, told_current) != self._matched:
-            yield kind(topic, total, total - told_total, current, current - told_current)
+        if (last_total, last_current) != self._matched:
+            yield kind(topic, total, total - last_total, current, current - last_current)
 
     def liveliness(self, topic: str, alive: int, not_alive: int) -> Iterator[Event]:
         """News of how many publishers are alive."""
-        told, self._alive = self._alive, (alive, not_alive)
-        if told != self._alive:
+        last, self._alive = self._alive, (alive, not_alive)
+        if last != self._alive:
             yield LivelinessChanged(topic, alive, not_alive)
 
     def losses(self, topic: str, drops: Counter[str]) -> Iterator[Event]:
         """News of messages that were lost."""
-        told, self.lost = self.lost, sum(count for reason, count in drops.items() if reason not in UNWANTED)
-        if told != self.lost:
-            yield MessageLost(topic, self.lost, self.lost - told)
+        last, self.lost = self.lost, sum(count for reason, count in drops.items() if reason not in UNWANTED)
+        if last != self.lost:
+            yield MessageLost(topic, self.lost, self.lost - last)

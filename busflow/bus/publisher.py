@@ -158,13 +158,13 @@ class Publisher(Generic[M]):
             self._lease.touch()
             if not self.alive:
                 self.alive = True
-                self._topic.tell_changes()
+                self._topic.report_changes()
 
     def _deliver(self, topic: Topic[M], message: M) -> None:
         self.published += 1
         if self.on_first is not None:
-            tell, self.on_first = self.on_first, None
-            tell()
+            on_first, self.on_first = self.on_first, None
+            on_first()
             self.adjust()
         self.assert_liveliness()
         if self._deadline is not None:
@@ -222,14 +222,14 @@ class Publisher(Generic[M]):
         if self._topic is not None:
             self._topic.replace(self._topic.publishers, predecessor, self)
 
-    def tell_changes(self) -> None:
+    def report_changes(self) -> None:
         """Tell the node who receives what is published here, as far as that has changed since it was last told."""
-        tell, topic = self.on_event, self._topic
-        if tell is None or topic is None:
+        on_event, topic = self.on_event, self._topic
+        if on_event is None or topic is None:
             return
         come, current = topic.subscriptions_come, len(topic.subscriptions)
         for event in self._notices.matching(PublisherMatched, self.topic, come, current):
-            tell(event)
+            on_event(event)
 
     def close(self) -> None:
         """Leave the topic: what was published stays counted, what was kept for late joiners is gone."""
@@ -292,7 +292,7 @@ class Publisher(Generic[M]):
         if self.on_event is not None:
             self.on_event(LivelinessLost(self.topic, self.liveliness_lost))
         if self._topic is not None:
-            self._topic.tell_changes()
+            self._topic.report_changes()
 
     def __repr__(self) -> str:
         return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"

@@ -66,10 +66,10 @@ def compatibility(offered: QoS, requested: QoS) -> Compatibility:
     if clashes := [pair for pair in pairs if _clash(*pair)]:
         fixes = [" and ".join(f"{_said(each[0], each[end])}" for each in clashes) for end in (1, 2)]
         fix = f"set {fixes[0]} on the subscription, or {fixes[1]} on the publisher"
-        return Compatibility(Verdict.ERROR, *_told(clashes), fix)
+        return Compatibility(Verdict.ERROR, *_explained(clashes), fix)
     if doubts := [pair for pair in pairs if _doubt(*pair)]:
         fix = f"state {' and '.join(name for name, *_ in doubts)} on both ends"
-        return Compatibility(Verdict.WARNING, *_told(doubts), fix)
+        return Compatibility(Verdict.WARNING, *_explained(doubts), fix)
     return Compatibility(Verdict.OK)
 
 
@@ -87,13 +87,13 @@ def _doubt(name: str, offered: Any, requested: Any) -> bool:
     return offered in (*_UNCLEAR, weak) and requested in (*_UNCLEAR, strong)
 
 
-def _told(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _explained(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The policies' names, and a reason for each."""
-    told = [
+    explained = [
         (_POLICIES[name], f"{_said(name, offered)} is offered, {_value(requested)} is requested")
         for name, offered, requested in pairs
     ]
-    return tuple(name for name, _ in told), tuple(reason for _, reason in told)
+    return tuple(name for name, _ in explained), tuple(reason for _, reason in explained)
 
 
 def _said(name: str, value: str | float | None) -> str:

@@ -193,9 +193,9 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         if self._serving is item:
             self._serving = None
             self.failed += 1
-            told = ServiceFailed(f"{self.service} failed in {self.node}: {printable(reason(error), limit=400)}")
-            told.__cause__ = error
-            item.fail(told)
+            failure = ServiceFailed(f"{self.service} failed in {self.node}: {printable(reason(error), limit=400)}")
+            failure.__cause__ = error
+            item.fail(failure)
 
     def __repr__(self) -> str:
         s = self.statistics()

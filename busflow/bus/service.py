@@ -189,17 +189,17 @@ class Service(DeliverySource, Generic[Req, Res]):
         account = server.statistics()
         if account is not None:
             _enter(self._gone_servers, account)
-            self._tell_leaving(server)
+            self._notify_left(server)
 
     def forget_client(self, client: Asker) -> None:
         """A client leaves; its account stays."""
         self.clients.remove(client)
         _enter(self._gone_clients, client.statistics())
-        self._tell_leaving(client)
+        self._notify_left(client)
 
-    def _tell_leaving(self, end: Any) -> None:
-        for hear in self._on_leave:
-            hear(end)
+    def _notify_left(self, end: Any) -> None:
+        for on_leave in self._on_leave:
+            on_leave(end)
 
     def statistics(self) -> ServiceStatistics:
         """The accounts of both ends, as they stand now; one for all lives of a node, and for all its clients."""

@@ -35,8 +35,23 @@ class Subscription(Recipient[M, Topic[M]]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_hear", "_latest", "_notices", "_on_failure",
-        "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
+        "_at_close",
+        "_at_start",
+        "_clock",
+        "_deadline",
+        "_ended",
+        "_latest",
+        "_notices",
+        "_observer",
+        "_on_failure",
+        "deadlines_missed",
+        "endpoint",
+        "is_pulled",
+        "link",
+        "on_close",
+        "on_event",
+        "queue",
+        "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -50,7 +65,7 @@ class Subscription(Recipient[M, Topic[M]]):
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
         self.is_pulled = handler is None
-        self._hear: Callable[[M], None] | None = None
+        self._observer: Callable[[M], None] | None = None
         self._latest: M | None = None
         self._clock: Clock | None = None
         self._on_failure: OnFailure | None = None
@@ -98,7 +113,7 @@ class Subscription(Recipient[M, Topic[M]]):
         """How many messages were lost here, by reason."""
         drops = Counter(self.queue.drops)
         lost = self.published - self.delivered - self.queued - drops.total()
-        if self.queue.forgets and lost > 0:
+        if not self.queue.counts_overflow and lost > 0:
             drops["overflow"] += lost
         return drops
 
@@ -131,7 +146,7 @@ class Subscription(Recipient[M, Topic[M]]):
         while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
-            if self._doorbell is not None:
+            if self._wakeup is not None:
                 raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
             await self._wait()
         return message
@@ -161,26 +176,26 @@ class Subscription(Recipient[M, Topic[M]]):
         if message is not None:
             self._latest = message
             self.delivered += 1
-            if self._hear is not None:
-                self._hear(message)
+            if self._observer is not None:
+                self._observer(message)
         if self._source is not None and self._source.waiting:
             self._source.grant()
         return message
 
     # Being handed messages.
 
-    def observe(self, hear: Callable[[M], None]) -> None:
+    def observe(self, listener: Callable[[M], None]) -> None:
         """Have every message told just before it is handed over; who does not ask pays nothing."""
-        inner: Any = self._hear if self._handler is None else self._handler
+        inner: Any = self._observer if self._handler is None else self._handler
 
-        def heard(message: M) -> Any:
-            hear(message)
+        def observed(message: M) -> Any:
+            listener(message)
             return inner(message)
 
         if self._handler is None:
-            self._hear = hear if inner is None else heard
+            self._observer = listener if inner is None else observed
         else:
-            self._handler = heard
+            self._handler = observed
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
         """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
@@ -203,15 +218,17 @@ class Subscription(Recipient[M, Topic[M]]):
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """What has to hear of a message that arrives."""
-        push = self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.way_in
+        push = (
+            self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.fast_push
+        )
         if self._deadline is None or self._ended:
             return (push,)
         return (push, self._deadline.touch)
 
-    def tell_changes(self) -> None:
+    def report_changes(self) -> None:
         """Tell the node who publishes here, as far as that has changed since it was last told."""
-        tell, topic = self.on_event, self._source
-        if tell is None or topic is None:
+        on_event, topic = self.on_event, self._source
+        if on_event is None or topic is None:
             return
         name, notices = self.topic, self._notices
         for event in (
@@ -219,7 +236,7 @@ class Subscription(Recipient[M, Topic[M]]):
             *notices.liveliness(name, *topic.liveliness()),
             *notices.losses(name, self.drops),
         ):
-            tell(event)
+            on_event(event)
 
     def receive(self, item: M | Perishable[M]) -> None:
         """Take in a message that a link has held."""
@@ -234,19 +251,19 @@ class Subscription(Recipient[M, Topic[M]]):
         for item in items:
             self.receive(item)
 
-    def had_already(self) -> None:
+    def discount_duplicate(self) -> None:
         """What is being published was received before it came here: it is not counted twice."""
         self._at_start += 1
 
-    def hear_drops(self, hear: Callable[[str], None]) -> None:
+    def observe_drops(self, listener: Callable[[str], None]) -> None:
         """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
-        self.queue.hear_drops(hear)
+        self.queue.observe_drops(listener)
         if self._source is not None:
             self._source.rebuild()
 
-    def hear_losses(self) -> None:
+    def report_losses(self) -> None:
         """Tell the node also of messages that were lost, together those of one moment."""
-        self.hear_drops(self._on_drop)
+        self.observe_drops(self._on_drop)
 
     def close(self) -> None:
         """Leave the topic; iterations end after what still waits."""
@@ -319,11 +336,11 @@ class Subscription(Recipient[M, Topic[M]]):
     def _on_drop(self, reason: str) -> None:
         if self._clock is not None and reason not in UNWANTED and not self._notices.pending:
             self._notices.pending = True
-            self._clock.call_at(self._clock.monotonic_ns(), self._tell_losses)
+            self._clock.call_at(self._clock.monotonic_ns(), self._report_losses)
 
-    def _tell_losses(self) -> None:
+    def _report_losses(self) -> None:
         self._notices.pending = False
-        self.tell_changes()
+        self.report_changes()
 
     def _miss_deadline(self) -> None:
         self.deadlines_missed += 1

@@ -128,15 +128,15 @@ class Timer:
         self.fired, self.missed = predecessor.fired, predecessor.missed
         self._lateness_ns.extend(predecessor._lateness_ns)
 
-    def observe(self, hear: Callable[[], None]) -> None:
+    def observe(self, listener: Callable[[], None]) -> None:
         """Have every call of the handler told just before it; who does not ask pays nothing."""
         handler: Any = self._handler
 
-        def heard() -> Any:
-            hear()
+        def observed() -> Any:
+            listener()
             return handler()
 
-        self._handler = heard
+        self._handler = observed
 
     def open(self) -> None:
         """Begin to tick."""

@@ -33,7 +33,7 @@ class End(Protocol):
     endpoint: Endpoint
     on_event: Callable[[Event], None] | None
 
-    def tell_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
+    def report_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
 
 
 class TopicPublisher(End, Protocol):
@@ -213,7 +213,7 @@ class Topic(DeliverySource, Generic[M]):
         self.pushes = (*recent, *taps, *(push for each in self.subscriptions for push in each.pushes))
         self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
         self._adjust()
-        self.tell_changes()
+        self.report_changes()
         self.grant()
 
     def _adjust(self) -> None:
@@ -223,7 +223,7 @@ class Topic(DeliverySource, Generic[M]):
     def _guarded(self, tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
         """A tap is given the message itself, and what it raises keeps the message from nobody."""
 
-        def hear(item: M | Perishable[M]) -> None:
+        def call(item: M | Perishable[M]) -> None:
             try:
                 tap(cast("M", item.message if isinstance(item, Perishable) else item))
             except Exception as error:  # noqa: BLE001  # told below; the publisher is not to blame
@@ -233,18 +233,18 @@ class Topic(DeliverySource, Generic[M]):
                 text = f"a tap of {self.name} raised, and hears no more of it"
                 asyncio.get_running_loop().call_exception_handler({"message": text, "exception": error})
 
-        return hear
+        return call
 
     def liveliness(self) -> tuple[int, int]:
         """How many publishers are alive, and how many are there but silent beyond their lease."""
         alive = sum(publisher.alive for publisher in self.publishers)
         return alive, len(self.publishers) - alive
 
-    def tell_changes(self) -> None:
+    def report_changes(self) -> None:
         """Let those nodes know that listen who is on the other end, if that has changed."""
         for end in (*self.publishers, *self.subscriptions):
             if end.on_event is not None:
-                end.tell_changes()
+                end.report_changes()
 
     # Ends that come and leave.
 

@@ -15,7 +15,7 @@ import click
 
 from busflow.cli.terminal.output import colour, json_text, print_message
 from busflow.cli.terminal.run_summary import print_summary
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Stray
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, OrphanFailed
 from busflow.launchfile.check.here import on_machine
 from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.placement import ProcessLayout, placed
@@ -167,7 +167,7 @@ class Run:
         except NodeFailed:
             for failure in graph.failures:
                 print_message(f"error: {failure.render()}")
-        except (IncompleteRecording, Stray) as error:
+        except (IncompleteRecording, OrphanFailed) as error:
             print_message(f"error: {error}")
         finally:
             if self._crew:

@@ -108,7 +108,7 @@ class Ends:
         bus.attach_subscription(subscription, on_failure, before)
         subscription.on_close = self.subscriptions.remove
         if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
-            subscription.hear_losses()
+            subscription.report_losses()
 
     def _connect_server(self, server: Server[Any, Any], bus: Bus) -> None:
         life = self._life
@@ -156,7 +156,7 @@ class Ends:
         """Hear of events from now on, and at once of what there is already."""
         if self.listeners and isinstance(end, Publisher | Subscription):
             end.on_event = self._hear
-            end.tell_changes()
+            end.report_changes()
 
     def _hear(self, event: Event) -> None:
         for listener in self.listeners:

@@ -27,7 +27,7 @@ from typing import Any
 import anyio
 
 from busflow.bus.failure import Failure
-from busflow.errors import Stray
+from busflow.errors import OrphanFailed
 from busflow.log import Log
 from busflow.node.lifetime import NodeLifetime
 from busflow.node.node import Node
@@ -68,9 +68,9 @@ class OrphanTasks:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         """Make all tasks of this loop from now on."""
-        self.on_orphan: list[Callable[[Stray], None]] = []
+        self.on_orphan: list[Callable[[OrphanFailed], None]] = []
         """Called with each failure that is no node's: the graphs on this loop give up."""
-        self.left: list[Stray] = []
+        self.left: list[OrphanFailed] = []
         """The failures that came when there was no graph any more."""
         self._loop = loop
         self._make: Any = loop.get_task_factory() or _plain_task
@@ -148,7 +148,7 @@ class OrphanTasks:
             life.fail(f"{life.kind} ({origin})", error)
             return
         owner = "no node is known for what" if life is None else f"node {life.name}"
-        orphan = Stray(f"{owner} {Failure('', origin, error).summary}")
+        orphan = OrphanFailed(f"{owner} {Failure('', origin, error).summary}")
         orphan.__cause__ = error
         for report in self.on_orphan or [self.left.append]:
             report(orphan)
@@ -158,7 +158,7 @@ def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any)
     return asyncio.Task(coroutine, loop=loop, **options)
 
 
-def orphans_left(loop: asyncio.AbstractEventLoop) -> list[Stray]:
+def orphans_left(loop: asyncio.AbstractEventLoop) -> list[OrphanFailed]:
     """The failures on a loop that is closed which no graph was there to have."""
     if (tasks := OrphanTasks.of(loop)) is None:
         return []

@@ -14,7 +14,7 @@ import numpy as np
 from busflow.bus.publisher import Publisher
 from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Time
-from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
+from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, OrphanFailed, Problem
 from busflow.interfaces.message import Message, type_name
 from busflow.launchfile.check.preflight import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
@@ -69,7 +69,7 @@ class Trials:
             try:
                 with asyncio.Runner(loop_factory=loop_factory) as runner:
                     runner.run(_run(graph, self.for_s))
-            except (NodeFailed, Stray, Deadlock) as error:
+            except (NodeFailed, OrphanFailed, Deadlock) as error:
                 return [(str(error).partition("\n")[0], Fault((), str(error), code="failed"))]
             return [(str(fault.path), fault) for fault in expectations.broken()]
 

@@ -190,7 +190,7 @@ def test_what_overflows_uncounted_is_what_was_counted_one_by_one(make_bench, dep
                 counted["superseded"] += max(0, forgetting.queued - 1)
                 _ = forgetting.latest
             elif step == "hear":
-                forgetting.hear_drops(lambda _reason: None)
+                forgetting.observe_drops(lambda _reason: None)
             elif step == "rebuild":
                 forgetting.queue.ignore_drops()
                 bench.bus.topics["/number"].rebuild()

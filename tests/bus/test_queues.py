@@ -42,14 +42,14 @@ def test_a_depth_below_one_is_refused_with_the_depth(depth):
 def test_a_queue_that_nobody_listens_to_may_forget_what_it_loses_and_only_then():
     queue = create_queue(Overflow.DROP_OLDEST, 2)
     for item in "abc":
-        queue.way_in(item)
-    assert (list(queue.items), queue.dropped, queue.forgets) == (["b", "c"], 0, True)
+        queue.fast_push(item)
+    assert (list(queue.items), queue.dropped, queue.counts_overflow) == (["b", "c"], 0, False)
     heard: list[str] = []
-    queue.hear_drops(heard.append)
-    queue.way_in("d")
+    queue.observe_drops(heard.append)
+    queue.fast_push("d")
     assert (list(queue.items), queue.dropped, heard) == (["c", "d"], 1, ["overflow"])
     queue.ignore_drops()
-    queue.way_in("e")
+    queue.fast_push("e")
     assert (list(queue.items), queue.dropped, heard) == (["d", "e"], 1, ["overflow"])
 
 
@@ -57,10 +57,10 @@ def test_a_queue_that_nobody_listens_to_may_forget_what_it_loses_and_only_then()
 def test_no_other_queue_forgets(overflow):
     queue = create_queue(overflow, 2)
     for item in "ab":
-        queue.way_in(item)
+        queue.fast_push(item)
     if overflow is Overflow.DROP_NEWEST:
-        queue.way_in("c")
-    assert not queue.forgets
+        queue.fast_push("c")
+    assert queue.counts_overflow
     assert (list(queue.items), queue.dropped) == (["a", "b"], int(overflow is Overflow.DROP_NEWEST))
 
 

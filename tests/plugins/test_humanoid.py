@@ -188,7 +188,7 @@ async def test_parts_are_put_together_and_one_that_falls_silent_is_left_out_unti
         lab.publish("right/joints", right)
         await lab.advance(0.1)
         assert list(lab.received("joint_states", JointState)[-1].name) == ["l1", "l2", "r1"]
-    assert [line.event for line in lab.log] == ["parts are left out", "all parts are heard"]
+    assert [line.event for line in lab.log] == ["parts are left out", "all parts are back"]
 
 
 def test_a_source_that_stands_twice_is_refused():

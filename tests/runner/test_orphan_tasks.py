@@ -9,7 +9,7 @@ import pytest
 
 import busflow
 from busflow import Node, NodeFailed, publisher, supervised, timer
-from busflow.errors import ExitCode, Stray
+from busflow.errors import ExitCode, OrphanFailed
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import harness, virtual_time
 
@@ -179,7 +179,7 @@ def test_whoever_sent_the_message_has_no_part_in_what_its_handler_began():
             TASKS.clear()
             await lab.advance(1)
 
-    with pytest.raises(Stray, match="no node is known for what failed in task elsewhere"):
+    with pytest.raises(OrphanFailed, match="no node is known for what failed in task elsewhere"):
         test()
 
 
@@ -205,7 +205,7 @@ async def a_test_with_a_task(*, then: str) -> None:
 
 def test_a_task_of_no_node_fails_the_run_with_an_error_of_its_own():
     for then in ("forget it", "hold it"):
-        with pytest.raises(Stray, match="no node is known for what failed in task elsewhere") as lost:
+        with pytest.raises(OrphanFailed, match="no node is known for what failed in task elsewhere") as lost:
             a_test_with_a_task(then=then)
         assert isinstance(lost.value.__cause__, ValueError)
     a_test_with_a_task(then="await it")
