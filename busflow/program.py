@@ -1,4 +1,4 @@
-"""A graph in a Python program: `launch` beside an event loop that runs already, `run` as the whole program."""
+"""Graphs in a Python program: `launch` in a running event loop, `run` as the whole program."""
 
 from __future__ import annotations
 
@@ -37,27 +37,27 @@ def launch(
     watchdog: float | None = None,
     record: Wanted | None = None,
 ) -> Graph:
-    """A graph of launch files, node classes and instances, for a program that has an event loop already.
+    """Create a graph of launch files, node classes and instances, for a program with its own event loop.
 
-    It installs no signal handlers and logs to standard error. All nodes run in this process, also those for which a
-    launch file names another one: the log says so.
+    The graph installs no signal handlers and logs to standard error. All nodes run in this process, even those that a
+    launch file places in another one; the log says so.
 
         async with busflow.launch("configs/lab1.yaml", args={"rate_hz": 50}) as graph:
             async for state in graph.subscribe(Float64, "balance_state"):
                 ...
 
     Args:
-        what: what the graph is made of.
+        what: launch files, descriptions, node classes and instances of the graph.
         args: the launch files' arguments.
-        seed: of the nodes' random generators, in place of the file's.
-        strict: a subscription whose topic nobody publishes is an error.
-        inspect: let other terminals of this user look into it, under this name if it is one.
+        seed: the seed of the nodes' random generators, instead of the file's.
+        strict: a subscription without a publisher is an error.
+        inspect: let other terminals of this user inspect the graph, under this name if it is a string.
         watchdog: seconds for which a handler may block the event loop before the log names it.
-        record: the file to record to, or the keys of a launch file's `record:`, which it replaces; False for none.
+        record: the file to record to, or the keys that replace a launch file's `record:`; False for none.
 
     Raises:
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
-        RecordingRefused: on start, the file is there already, or cannot be made.
+        RecordingRefused: on start, the file exists already, or cannot be created.
     """
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
@@ -76,15 +76,14 @@ def run(
     machine: str | None = None,
     event_loop: LoopName = "busflow",
 ) -> ExitCode:
-    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
+    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; return the exit code.
 
-    On the system's time, and where it follows `/clock`, other terminals can look into it, under the name that `inspect`
-    may give, unless it is False.
-    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
-    launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
-    machines, what it places on `machine` runs, or what it places on none. Each process has an
-    event loop of its own, which is busflow's or, on real time, "uvloop" (an extra).
-    A failure is told on standard error, as `busflow run` tells it.
+    On system time, and if the graph follows `/clock`, other terminals can inspect it, unless `inspect` is False; a
+    string sets its name. There, too, the log names a handler that blocks the event loop for longer than `watchdog`
+    seconds. The nodes of a launch file run in the processes it states; with `one_process`, and on simulated time, in
+    one. If the file names machines, the nodes placed on `machine` run, or those placed on none. Each process has its
+    own event loop: busflow's or, on real time, "uvloop" (an extra). A failure is printed on standard error, as by
+    `busflow run`.
 
     Raises:
         LaunchError: the graph cannot run.
@@ -116,11 +115,11 @@ def run(
 
 
 def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:
-    """The graph, which is recorded if `record` or its launch file says so, and which other terminals can look into.
+    """Attach a recorder if `record` or the launch file asks for it, and inspection; return the graph.
 
     Raises:
-        InvalidParameter: these keys of a recording cannot be, with every reason.
-        InvalidName: one of the patterns is none.
+        InvalidParameter: keys of the recording are invalid, with every reason.
+        InvalidName: a pattern of topics is invalid.
     """
     if record or (record is None and any(each.record for each in graph.descriptions)):
         from busflow.recording.recorder.recorder import record_graph
@@ -134,7 +133,7 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
 
 
 class _PlacementNote(Extension):
-    """A line of the log where a launch file puts into several processes what is in one."""
+    """A log line if a launch file states several processes but all nodes run in one."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -157,8 +156,8 @@ def _process_group(
     record: Wanted | None,
     event_loop: LoopName,
 ) -> ProcessGroup:
-    """The other processes of a graph, which end with it."""
-    from busflow.processes.process_group import ProcessGroup  # which needs Zenoh, as its members do
+    """Create the group of a graph's other processes, which end with it."""
+    from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
     from busflow.recording.recorder.options import spec_of
 
     file = str(spread.files[0].absolute())
@@ -172,15 +171,15 @@ def _process_group(
 
 
 def _is_spread(description: LaunchDescription) -> bool:
-    """Whether it is run by more than this process, on this machine or on others."""
+    """Return whether more processes than this one run it, on this machine or on others."""
     return bool(placed(description).others) or description.here is not None
 
 
 def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription, inspect: bool | str) -> None:
-    """Refuse what other processes could not be told.
+    """Refuse arguments that cannot be passed on to other processes.
 
     Raises:
-        LaunchError: saying what to do instead.
+        LaunchError: the message says what to do instead.
     """
     place = spread.processes[0].origin.place if spread.processes else None
     problem = fix = ""
@@ -199,7 +198,7 @@ def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription
 
 @contextmanager
 def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
-    """The environment with the variables that launch files state, and then as it was."""
+    """Set the environment variables that launch files state, and restore the environment at the end."""
     stated = {name: value for each in descriptions for name, value in each.environment.items()}
     before = {name: os.environ.get(name) for name in stated}
     os.environ.update(stated)

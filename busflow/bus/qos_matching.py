@@ -1,7 +1,7 @@
-"""Compatibility: which publisher and subscription fit together, and what to change where they do not.
+"""Compatibility: whether the QoS of a publisher and a subscription fit, and what to change if not.
 
-A publisher offers, a subscription requests, and a pair is refused when less is offered than requested. This
-is the rule of DDS, which ROS 2 follows on every middleware but Zenoh; that one delivers regardless.
+A publisher offers, a subscription requests, and a pair is refused if less is offered than requested. This is the rule
+of DDS. ROS 2 follows it on every middleware but Zenoh, which delivers regardless.
 
 >>> found = compatibility(QoS(reliability=Reliability.BEST_EFFORT), QoS())
 >>> found.verdict, found.reasons
@@ -26,13 +26,13 @@ class Verdict(StrEnum):
 
     OK = "OK"
     WARNING = "WARNING"
-    """It depends on what a `system_default` or unknown policy turns out to be."""
+    """The result depends on the actual value of a `system_default` or unknown policy."""
     ERROR = "ERROR"
 
 
 @dataclass(frozen=True, slots=True)
 class Compatibility:
-    """Whether two ends fit: every policy that is in the way, why, and the smallest change that helps."""
+    """Whether two endpoints fit: every conflicting policy, the reasons, and the smallest change that helps."""
 
     verdict: Verdict
     policies: tuple[str, ...] = ()
@@ -57,9 +57,9 @@ _UNCLEAR = ("system_default", "unknown")
 
 
 def compatibility(offered: QoS, requested: QoS) -> Compatibility:
-    """Whether a publisher offers what a subscription requests.
+    """Compare the QoS that a publisher offers with the QoS that a subscription requests.
 
-    Depth, overflow and lifespan never matter. Doubts are told only where there is no error. An unlimited
+    Depth, overflow and lifespan never matter. Warnings are reported only if there is no error. An unlimited
     deadline or lease is the same as none.
     """
     pairs = [(name, getattr(offered, name), getattr(requested, name)) for name in _POLICIES]
@@ -80,7 +80,7 @@ def _clash(name: str, offered: Any, requested: Any) -> bool:
 
 
 def _doubt(name: str, offered: Any, requested: Any) -> bool:
-    """Whether the two would clash if what is unclear turned out badly."""
+    """Return whether the two would conflict in the worst case of an unclear policy."""
     if name not in _WEAK_AND_STRONG or not {offered, requested} & {*_UNCLEAR}:
         return False
     weak, strong = _WEAK_AND_STRONG[name]
@@ -88,7 +88,7 @@ def _doubt(name: str, offered: Any, requested: Any) -> bool:
 
 
 def _explained(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The policies' names, and a reason for each."""
+    """Return the policies' names, and a reason for each."""
     explained = [
         (_POLICIES[name], f"{_said(name, offered)} is offered, {_value(requested)} is requested")
         for name, offered, requested in pairs
@@ -97,7 +97,7 @@ def _explained(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], 
 
 
 def _said(name: str, value: str | float | None) -> str:
-    """A field as YAML has it."""
+    """Return a field in the form of YAML."""
     return f"{name.removesuffix('_s')}: {_value(value)}"
 
 

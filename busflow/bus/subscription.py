@@ -55,7 +55,7 @@ class Subscription(Recipient[M, Topic[M]]):
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
-        """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
+        """Create a subscription that `Bus.attach_subscription` connects later; without a handler it is pulled from."""
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         super().__init__(self.queue.items, handler, endpoint.origin)
         self.endpoint = endpoint
@@ -82,18 +82,18 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def publisher_count(self) -> int:
-        """How many publishers there are on the topic."""
+        """The number of publishers on the topic."""
         return len(self._source.publishers) if self._source else 0
 
     @property
     def published(self) -> int:
-        """How many messages were published to this subscription since it came."""
+        """The number of messages published to this subscription since it attached."""
         if self._at_close is not None:
             return self._at_close
         return self._source.published - self._at_start if self._source else 0
 
     def statistics(self) -> SubscriptionStatistics:
-        """The ledger's line of this subscription, as it stands now."""
+        """Return the ledger's current line of this subscription."""
         drops, qos = self.drops, self.endpoint.qos
         return SubscriptionStatistics(
             node=self.endpoint.node,
@@ -110,7 +110,7 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def drops(self) -> Counter[str]:
-        """How many messages were lost here, by reason."""
+        """The number of messages dropped here, by reason."""
         drops = Counter(self.queue.drops)
         lost = self.published - self.delivered - self.queued - drops.total()
         if not self.queue.counts_overflow and lost > 0:
@@ -119,18 +119,18 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def queued(self) -> int:
-        """How many messages wait here, or are on their way."""
+        """The number of messages queued here or held by the link."""
         return len(self.queue) if self.link is None else len(self.queue) + self.link.held
 
     @property
     def full(self) -> bool:
-        """Whether the next message finds no room; what has expired while it waited makes room first."""
+        """Whether the queue has no room for the next message; expired messages are discarded first."""
         if self.queued >= self.queue.depth:
             self.discard_expired()
         return self.queued >= self.queue.depth
 
     def discard_expired(self) -> None:
-        """Drop what has outlived its lifespan while it waited."""
+        """Drop the queued messages that have expired."""
         if self._source is None or not self._source.perishable:
             return
         if expired := expire(self.items, self._source.clock):
@@ -166,7 +166,7 @@ class Subscription(Recipient[M, Topic[M]]):
         return self._latest
 
     def _take(self) -> M | None:
-        """Hand over the oldest message that has not expired, if one waits."""
+        """Take the oldest message that has not expired, if there is one."""
         items: Any = self.items
         message: M | None = None
         while items and message is None:
@@ -182,10 +182,10 @@ class Subscription(Recipient[M, Topic[M]]):
             self._source.grant()
         return message
 
-    # Being handed messages.
+    # Receiving messages.
 
     def observe(self, listener: Callable[[M], None]) -> None:
-        """Have every message told just before it is handed over; who does not ask pays nothing."""
+        """Call `listener` with every message just before it is delivered; without listeners this costs nothing."""
         inner: Any = self._observer if self._handler is None else self._handler
 
         def observed(message: M) -> Any:
@@ -198,7 +198,7 @@ class Subscription(Recipient[M, Topic[M]]):
             self._handler = observed
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
-        """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
+        """Connect to a topic and receive its messages for late joiners; called by the bus."""
         self._source, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
         self._notices.before = topic.publishers_come - len(topic.publishers)
@@ -212,12 +212,12 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """What a publish on the topic has to call for this subscription."""
+        """The functions that a publish on the topic calls for this subscription."""
         return self.arrivals if self.link is None else (self.link.carry,)
 
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """What has to hear of a message that arrives."""
+        """The functions to call with an arriving message."""
         push = (
             self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.fast_push
         )
@@ -226,7 +226,7 @@ class Subscription(Recipient[M, Topic[M]]):
         return (push, self._deadline.touch)
 
     def report_changes(self) -> None:
-        """Tell the node who publishes here, as far as that has changed since it was last told."""
+        """Send the node events for changes of publishers, liveliness and losses since the last ones."""
         on_event, topic = self.on_event, self._source
         if on_event is None or topic is None:
             return
@@ -239,34 +239,34 @@ class Subscription(Recipient[M, Topic[M]]):
             on_event(event)
 
     def receive(self, item: M | Perishable[M]) -> None:
-        """Take in a message that a link has held."""
+        """Accept a message that a link has held."""
         for arrive in self.arrivals:
             arrive(item)
         if self.idle:
             self.wake()
 
     def receive_earlier(self, items: Sequence[M | Perishable[M]]) -> None:
-        """Take in what was published before this subscription came, and is found to be kept for it only now."""
+        """Accept kept messages that were published before this subscription attached and arrive only now."""
         self._at_start -= len(items)
         for item in items:
             self.receive(item)
 
     def discount_duplicate(self) -> None:
-        """What is being published was received before it came here: it is not counted twice."""
+        """Do not count the current message: it was already delivered from history."""
         self._at_start += 1
 
     def observe_drops(self, listener: Callable[[str], None]) -> None:
-        """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
+        """Call `listener` with the reason of every drop as it happens; from now on each drop is counted one by one."""
         self.queue.observe_drops(listener)
         if self._source is not None:
             self._source.rebuild()
 
     def report_losses(self) -> None:
-        """Tell the node also of messages that were lost, together those of one moment."""
+        """Send the node an event for lost messages too, one for all losses of the same moment."""
         self.observe_drops(self._on_drop)
 
     def close(self) -> None:
-        """Leave the topic; iterations end after what still waits."""
+        """Leave the topic; iterations end after the queued messages."""
         self.pause()
         if not self._ended and self.on_close is not None:
             self.on_close(self)
@@ -280,10 +280,10 @@ class Subscription(Recipient[M, Topic[M]]):
             topic.remove_subscription(self)
 
     def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
-        """Take over the place of the same subscription of an earlier life of this node; called by the bus.
+        """Take the place of the same subscription of the node's previous start; called by the bus.
 
-        Its queue, account and topic, the link before it and the deadline that runs go over. Who observed it is told of
-        the new one and can observe that; the node, which is new too, will be told anew who publishes.
+        Its queue, counts, topic, link and running deadline carry over. Observers do not: they learn of the new
+        subscription through `Bus.on_attach`. The restarted node gets new events for the publishers that match.
         """
         self._have(predecessor.queue)
         self.queue.ignore_drops()
@@ -309,11 +309,11 @@ class Subscription(Recipient[M, Topic[M]]):
             raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
 
     def _have(self, queue: Queue[M | Perishable[M]]) -> None:
-        """Take from this queue; what waits in it is looked at so often that it is at hand here too."""
+        """Use this queue; `items` is stored here too, because it is read so often."""
         self.queue, self.items = queue, queue.items
 
     def _fresh(self, item: Any) -> M | None:
-        """The message of an item, or None and one more drop when it has expired."""
+        """Return the message of an item; if it has expired, count the drop and return None."""
         message = item if self._clock is None else fresh(item, self._clock)
         if message is None:
             self.queue.drops["expired"] += 1
@@ -353,15 +353,15 @@ class Subscription(Recipient[M, Topic[M]]):
 
 
 class Link(Protocol):
-    """What a test, or the wire, may put between a topic and one of its subscriptions."""
+    """A delay or loss that a test, or the wire, puts between a topic and one of its subscriptions."""
 
     target: Subscription[Any]
 
     @property
     def held(self) -> int:
-        """Messages on their way: they count as queued."""
+        """The number of messages on their way, which count as queued."""
         ...
 
     def carry(self, item: Any) -> None:
-        """Bring a message to the target, now or later, or lose it and count that."""
+        """Deliver a message to the target now or later, or drop and count it."""
         ...

@@ -230,7 +230,7 @@ async def test_what_a_tap_raises_keeps_the_message_from_nobody_and_is_told_once(
     assert [message.data for message in subscription.queue.items] == [1, 2]
     assert bench.balanced()
     [context] = told
-    assert context["message"] == "a tap of /number raised, and hears no more of it"
+    assert context["message"] == "a tap of /number raised and was removed"
     assert str(context["exception"]) == "1"
 
 
