@@ -22,7 +22,7 @@ def run(*words):
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
+def answer(tmp_path_factory):
     file = tmp_path_factory.mktemp("benchmarks") / "found.json"
     ended = run("--quick", "--without-peers", "--only", "delivery,messages,collection,loops", "--json", str(file))
     assert ended.returncode == 0, ended.stderr
@@ -30,8 +30,8 @@ def told(tmp_path_factory):
 
 
 @pytest.mark.timeout(150)
-def test_a_question_is_answered_with_a_table_and_with_data(told):
-    table, found = told
+def test_a_question_is_answered_with_a_table_and_with_data(answer):
+    table, found = answer
     delivery = found["questions"]["delivery"]
     assert delivery["failed"] == {}
     assert {"busflow", "asyncio.Queue", "bare calls"} == {each["contender"] for each in delivery["figures"]}
@@ -43,16 +43,16 @@ def test_a_question_is_answered_with_a_table_and_with_data(told):
 
 
 @pytest.mark.parametrize("name", ["delivery", "messages", "collection", "loops"])
-def test_every_case_of_busflow_has_its_figures(told, name):
-    _, found = told
+def test_every_case_of_busflow_has_its_figures(answer, name):
+    _, found = answer
     question = found["questions"][name]
     assert question["failed"] == {}
     assert "busflow" in {each["contender"] for each in question["figures"]}
     assert question["call_s"] > [0.0]
 
 
-def test_a_peer_that_does_not_take_part_is_named(told):
-    table, found = told
+def test_a_peer_that_does_not_take_part_is_named(answer):
+    table, found = answer
     assert "ezmsg" in found["questions"]["delivery"]["missing"]
     assert any("ezmsg" in line for line in table.splitlines() if line.startswith("missing: "))
 
@@ -67,8 +67,8 @@ def test_a_plot_is_the_same_for_the_same_figures_and_is_read_on_light_and_dark()
     lines = [Line("busflow", [(1, 10.0), (10, 55.0)]), Line("a & b", [(1, 11.0), (10, 56.0)])]
     drawn = svg("Cost", "subscribers", "bare calls", lines)
     assert drawn == svg("Cost", "subscribers", "bare calls", lines)
-    told = ET.fromstring(drawn).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314  # we have just written it
-    texts = [each.text for each in told]
+    answer = ET.fromstring(drawn).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314  # we have just written it
+    texts = [each.text for each in answer]
     assert {"Cost", "busflow", "a & b", "1", "10", "100"} <= set(texts)
     assert "prefers-color-scheme: dark" in drawn
 
