@@ -1,4 +1,4 @@
-"""The joints of the whole robot in one message, put together from those of its parts."""
+"""Joint states of the whole robot in one message, merged from the messages of its parts."""
 
 from functools import partial
 
@@ -23,7 +23,7 @@ class JointStatePublisherParameters(Parameters):
 
 
 class JointStatePublisher(Node):
-    """Puts the joints of several topics into one; a part that falls silent is left out until it publishes again."""
+    """Merges the joints of several topics; a part that falls silent is left out until it publishes again."""
 
     parameters: JointStatePublisherParameters
 

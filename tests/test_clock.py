@@ -1,4 +1,4 @@
-"""Time: exact arithmetic with rclpy's rules, and the clocks' promises."""
+"""Tests of `clock.py`: exact arithmetic with rclpy's rules, and the clocks' promises."""
 
 import asyncio
 import builtins

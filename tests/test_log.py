@@ -1,4 +1,4 @@
-"""The log of a run: bound to nodes, counted by level, shown safely."""
+"""Tests of `log.py`: lines bound to nodes, counted by level, shown safely."""
 
 import io
 import json

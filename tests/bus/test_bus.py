@@ -1,4 +1,4 @@
-"""Tests of `bus.py` and `inbox.py`: endpoints that fit, the account of every message, messages of other threads."""
+"""Tests of `bus.py`, `inbox.py` and `endpoint.py`: endpoints that fit, every message accounted for, threads."""
 
 import asyncio
 import threading

@@ -1,4 +1,4 @@
-"""Who is served when: fair turns, bounded budgets, and no turn of the loop between an entry point and its effect."""
+"""Tests of `dispatcher.py`: fair turns, bounded budgets, and delivery before an entry point returns."""
 
 import asyncio
 import itertools

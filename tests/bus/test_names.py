@@ -1,4 +1,4 @@
-"""Names: ROS 2's own cases, and the laws of expansion and remapping."""
+"""Tests of `names.py`: ROS 2's own cases, and the laws of expansion and remapping."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Patterns of names: which topics they mean, beside what ROS 2's recorder takes and leaves out."""
+"""Tests of `patterns.py`: the topics a selection includes, compared with ROS 2's recorder."""
 
 import json
 from pathlib import Path

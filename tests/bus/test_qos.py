@@ -1,4 +1,4 @@
-"""QoS: ROS 2's profiles and words, which ends fit, and how layers decide a profile."""
+"""Tests of `qos.py`: ROS 2's profiles and words, and the merge of layers."""
 
 import itertools
 import json

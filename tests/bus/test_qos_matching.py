@@ -1,4 +1,4 @@
-"""Which ends of a topic fit, and what mends those that do not."""
+"""Tests of `qos_matching.py`: endpoints that fit, and the fix for those that do not."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""What a full queue does, and what it counts."""
+"""Tests of `queues.py`: the overflow policies, and the counts of drops."""
 
 from collections import deque
 

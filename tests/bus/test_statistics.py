@@ -1,4 +1,4 @@
-"""Statistics: every object of a running graph says what it has counted, and asking changes nothing."""
+"""Tests of `statistics.py`: every object of a running graph reports its counts; reading changes nothing."""
 
 from dataclasses import FrozenInstanceError, replace
 

@@ -1,4 +1,4 @@
-"""Receiving: one message at a time, in order, by a handler or by pulling, and every message accounted for."""
+"""Tests of `subscription.py`: one message at a time, in order, to a handler or by pulling; all accounted for."""
 
 import asyncio
 import random

@@ -1,4 +1,4 @@
-"""Timers: an exact grid that never drifts, and an account of every tick that could not be kept."""
+"""Tests of `timer.py`: an exact grid that never drifts, and a count of every missed tick."""
 
 import asyncio
 import json

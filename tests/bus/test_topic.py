@@ -1,4 +1,4 @@
-"""What late joiners receive, and what a queue of some depth keeps of a history."""
+"""Tests of `topic.py`: late joiners, deadlines, taps and successors."""
 
 import asyncio
 import json

@@ -1,4 +1,4 @@
-"""Annotations: the words, ranges and choices that are read from them."""
+"""Tests of `annotations.py`: names, ranges and choices of type annotations."""
 
 from enum import Enum
 from pathlib import Path

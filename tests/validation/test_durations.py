@@ -1,4 +1,4 @@
-"""Durations as text: read and shown without losing a nanosecond."""
+"""Tests of `durations.py`: text to seconds and back, exact to the nanosecond."""
 
 import pytest
 from hypothesis import given

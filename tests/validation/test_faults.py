@@ -1,4 +1,4 @@
-"""pydantic's errors in busflow's words: the shapes that parameters alone do not show."""
+"""Tests of `faults.py`: pydantic's errors as faults, for shapes that parameters alone do not cover."""
 
 from typing import Annotated, Literal
 
