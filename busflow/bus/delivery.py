@@ -57,15 +57,7 @@ class Recipient(ABC, Generic[T, S]):
     """
 
     __slots__ = (
-        "_dispatcher",
-        "_handler",
-        "_is_async",
-        "_open",
-        "_origin",
-        "_source",
-        "_wakeup",
-        "delivered",
-        "idle",
+        "_dispatcher", "_handler", "_is_async", "_open", "_origin", "_source", "_wakeup", "delivered", "idle",
         "items",
     )  # fmt: skip
 

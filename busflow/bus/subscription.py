@@ -35,23 +35,8 @@ class Subscription(Recipient[M, Topic[M]]):
     """
 
     __slots__ = (
-        "_at_close",
-        "_at_start",
-        "_clock",
-        "_deadline",
-        "_ended",
-        "_latest",
-        "_notices",
-        "_observer",
-        "_on_failure",
-        "deadlines_missed",
-        "endpoint",
-        "is_pulled",
-        "link",
-        "on_close",
-        "on_event",
-        "queue",
-        "type",
+        "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_latest", "_notices", "_observer", "_on_failure",
+        "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
