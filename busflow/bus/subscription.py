@@ -116,9 +116,8 @@ class Subscription(Recipient[M, Topic[M]]):
 
     def discard_expired(self) -> None:
         """Drop the queued messages that have expired."""
-        if self._source is None or not self._source.perishable:
-            return
-        if expired := expire(self.items, self._source.clock):
+        source = self._source
+        if source is not None and source.perishable and (expired := expire(self.items, source.clock)):
             self.queue.drops["expired"] += expired
 
     # Pulling.
@@ -203,9 +202,8 @@ class Subscription(Recipient[M, Topic[M]]):
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
         """The functions to call with an arriving message."""
-        push = (
-            self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.fast_push
-        )
+        perishable = self._source is not None and self._source.perishable
+        push = self._make_room_and_push if perishable else self.queue.fast_push
         if self._deadline is None or self._ended:
             return (push,)
         return (push, self._deadline.touch)
