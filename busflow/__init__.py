@@ -1,6 +1,6 @@
 """busflow: a robot's node graph that you `pip install`.
 
-Everything public of the core is here, imported when first used so that the command line starts fast.
+All public names of the core are here. They are imported at first use, so that the command line starts fast.
 """
 
 from typing import TYPE_CHECKING, Any

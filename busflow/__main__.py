@@ -4,9 +4,9 @@ import sys
 
 
 def main() -> int:
-    """Answer the command line; returns the exit code."""
+    """Run the command line, and return its exit code."""
     try:
-        from busflow.cli import main as answer  # whoever presses Ctrl-C while it is imported is not shown a traceback
+        from busflow.cli import main as answer  # no traceback for Ctrl-C during the import
 
         return answer()
     except KeyboardInterrupt:

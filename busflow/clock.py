@@ -1,4 +1,4 @@
-"""Time: points in time, durations, and the clocks that a run may have. No other file reads time or sleeps."""
+"""Time: points in time, durations, and the clocks of a run. No other module reads time or sleeps."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 NS_PER_S = 1_000_000_000
 SIM_EPOCH_NS = 1_767_225_600 * NS_PER_S
-"""2026-01-01T00:00:00Z, where simulated time begins: zero would pass for a stamp that nobody set."""
+"""2026-01-01T00:00:00Z, the start of simulated time: zero would look like a stamp that was never set."""
 _MAX = 2**63 - 1
 
 perf_counter = time.perf_counter
-"""Wall time that work is budgeted by and measured with; never decides anything in simulated time."""
+"""Wall time for budgets and measurements; it never decides anything in simulated time."""
 monotonic = time.monotonic
-"""What an event loop on real time counts its deadlines by."""
+"""The clock of an event loop's deadlines on real time."""
 
 
 def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:
-    """Both as ROS's 64-bit count: seconds to the nearest nanosecond, parts of a nanosecond dropped."""
+    """Return the sum as ROS's 64-bit count: seconds are rounded to nanoseconds, fractions of one are dropped."""
     total = int(nanoseconds) + (seconds * NS_PER_S if isinstance(seconds, int) else round(seconds * NS_PER_S))
     if not lowest <= total <= _MAX:
         raise OverflowError(f"{total} ns is beyond what ROS 2 can express, 64 bits of nanoseconds (292 years)")
@@ -42,23 +42,23 @@ def _total_ns(nanoseconds: float, seconds: float, *, lowest: int) -> int:
 
 
 class ClockType(IntEnum):
-    """What a time counts from. Times of different types are never compared: that is always a mistake."""
+    """The source of a time. Comparing times of different types is an error."""
 
     ROS_TIME = 1
-    """The run's clock, whatever drives it; what stamps in messages are."""
+    """The run's clock, real or simulated; used for stamps in messages."""
     SYSTEM_TIME = 2
     STEADY_TIME = 3
 
 
 @total_ordering
 class _Nanoseconds:
-    """A whole number of nanoseconds that compares with its own kind alone."""
+    """A whole number of nanoseconds that compares only with its own type."""
 
     __slots__ = ()
     nanoseconds: int
 
     def _ns_of(self, other: object) -> int | None:
-        """The other's nanoseconds, None when it is something else."""
+        """Return the other value's nanoseconds; None if it is of another type."""
         return other.nanoseconds if isinstance(other, type(self)) else None
 
     def __eq__(self, other: object) -> bool:
@@ -75,7 +75,7 @@ class _Nanoseconds:
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Duration(_Nanoseconds):
-    """A span of time in whole nanoseconds, negative too.
+    """A span of time in whole nanoseconds; it may be negative.
 
     >>> Duration(seconds=1.5) - Duration(1)
     Duration(nanoseconds=1499999999)
@@ -88,7 +88,7 @@ class Duration(_Nanoseconds):
 
     @property
     def seconds(self) -> float:
-        """The span in seconds; a float, so not exact beyond 104 days."""
+        """The span in seconds, as a float: not exact beyond 104 days."""
         return self.nanoseconds / NS_PER_S
 
     def __add__(self, other: Duration) -> Duration:
@@ -112,7 +112,7 @@ class Duration(_Nanoseconds):
         return "Infinite" if self.nanoseconds == _MAX else f"{self.nanoseconds} nanoseconds"
 
     def to_msg(self) -> DurationMsg:
-        """The duration as a ROS message."""
+        """Return the duration as a ROS message."""
         from busflow.msgs.builtin_interfaces import Duration as DurationMsg
 
         sec, nanosec = divmod(self.nanoseconds, NS_PER_S)
@@ -120,12 +120,12 @@ class Duration(_Nanoseconds):
 
     @classmethod
     def from_msg(cls, msg: DurationMsg) -> Duration:
-        """The duration that a ROS message carries."""
+        """Create the duration of a ROS message."""
         return cls(msg.sec * NS_PER_S + msg.nanosec)
 
 
 INFINITE = Duration(_MAX)
-"""What ROS 2 takes for no limit."""
+"""The duration that means "no limit" in ROS 2."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -146,7 +146,7 @@ class Time(_Nanoseconds):
         self, nanoseconds: float = 0, *, seconds: float = 0, clock_type: ClockType = ClockType.ROS_TIME
     ) -> None:
         if type(nanoseconds) is int and 0 <= nanoseconds <= _MAX and seconds == 0 and type(clock_type) is ClockType:
-            _set_nanoseconds(self, nanoseconds)  # each stamp of a message is made here
+            _set_nanoseconds(self, nanoseconds)  # the fast path: each stamp of a message is created here
             _set_clock_type(self, clock_type)
             return
         if not isinstance(cast("object", clock_type), ClockType):
@@ -165,7 +165,7 @@ class Time(_Nanoseconds):
         return self.nanoseconds % NS_PER_S
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
-        """Both parts at once."""
+        """Return the seconds and the nanoseconds within the second."""
         return self.sec, self.nanosec
 
     def __add__(self, other: Duration) -> Time:
@@ -192,19 +192,19 @@ class Time(_Nanoseconds):
         return other.nanoseconds if isinstance(other, Time) else None
 
     def to_msg(self) -> TimeMsg:
-        """The time as a ROS message, for a header's stamp."""
+        """Return the time as a ROS message, for a header's stamp."""
         sec, nanosec = divmod(self.nanoseconds, NS_PER_S)
         return _time_message()(sec=sec, nanosec=nanosec)
 
     @classmethod
     def from_msg(cls, msg: TimeMsg, clock_type: ClockType = ClockType.ROS_TIME) -> Time:
-        """The time that a ROS message carries."""
+        """Create the time of a ROS message."""
         return cls(msg.sec * NS_PER_S + msg.nanosec, clock_type=clock_type)
 
 
 @cache
 def _time_message() -> type[TimeMsg]:
-    """The message, imported when the first stamp is taken: it is built on pydantic, which starts slowly."""
+    """Return the message class, imported at the first stamp, because pydantic is slow to import."""
     from busflow.msgs.builtin_interfaces import Time as TimeMsg
 
     return TimeMsg
@@ -215,45 +215,45 @@ _set_clock_type: Callable[[Time, ClockType], None] = cast("Any", Time).clock_typ
 
 
 class Clock(ABC):
-    """The time of one run. Made when the run begins."""
+    """The clock of one run, created when the run begins."""
 
     kind: ClassVar[Literal["system", "sim"]]
 
     def __init__(self) -> None:
         self.on_jump: list[Callable[[Duration], None]] = []
-        """Who hears when a simulator sets the time back, and by how much."""
+        """Called with the difference when a simulator sets the time back."""
         self._start_ns = self.monotonic_ns()
 
     def begin(self) -> None:
-        """Let `seconds` count from now: the run begins."""
+        """Mark the start of the run, from which `seconds` counts."""
         self._start_ns = self.monotonic_ns()
 
     @abstractmethod
     def now(self) -> Time:
-        """The time to stamp messages with."""
+        """Return the current time, for stamps of messages."""
 
     def now_ns(self) -> int:
-        """The same in nanoseconds, for whoever asks ten thousand times a second."""
+        """Return the current time in nanoseconds, for code that reads it very often."""
         return self.now().nanoseconds
 
     @abstractmethod
     def monotonic_ns(self) -> int:
-        """Nanoseconds that never go back nor jump: what timers count."""
+        """Return nanoseconds that never go back nor jump, for timers."""
 
     @abstractmethod
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
-        """Have the running loop call back once `monotonic_ns` reaches the deadline; at once if it has."""
+        """Schedule a callback on the running loop for when `monotonic_ns` reaches the deadline; at once if it has."""
 
     def seconds(self) -> float:
-        """Seconds since the run began."""
+        """Return the seconds since the run began."""
         return self.elapsed_ns() / NS_PER_S
 
     def elapsed_ns(self) -> int:
-        """Nanoseconds since the run began."""
+        """Return the nanoseconds since the run began."""
         return self.monotonic_ns() - self._start_ns
 
     async def sleep(self, seconds: float) -> None:
-        """Wait. Zero and less let others run once; infinity waits until cancelled."""
+        """Wait. Zero or less yields to the event loop once; infinity waits until cancelled."""
         if math.isnan(seconds):
             raise ValueError("cannot sleep for NaN seconds; check what the number was computed from")
         import asyncio
@@ -268,11 +268,11 @@ class Clock(ABC):
         while (left := until - self.now()).nanoseconds > 0:  # time may have been set back meanwhile
             await self.sleep(left.seconds)
 
-    async def settle(self) -> None:  # noqa: B027  # only where time stands still meanwhile is there anything to do
-        """Let everything run that is due now, where time can wait for it; real time does not."""
+    async def settle(self) -> None:  # noqa: B027  # only simulated time has something to do
+        """Run everything that is due now, in simulated time; in real time this does nothing."""
 
     def wall_timeout(self, seconds: float) -> AbstractContextManager[anyio.CancelScope]:
-        """As `anyio.move_on_after`, in wall time whatever the clock: for limits on what the real world may take."""
+        """Return `anyio.move_on_after` in wall time with any clock, for limits on real-world operations."""
         import anyio
 
         return anyio.move_on_after(seconds)
@@ -284,26 +284,26 @@ class SystemClock(Clock):
     kind = "system"
 
     def now(self) -> Time:
-        """The wall clock's time, in UTC."""
+        """Return the wall clock's time, in UTC."""
         return Time(time.time_ns())
 
     def now_ns(self) -> int:
-        """The same in nanoseconds."""
+        """Return the current time in nanoseconds."""
         return time.time_ns()
 
     def monotonic_ns(self) -> int:
-        """The system's monotonic clock, which setting the wall clock does not move."""
+        """Return the system's monotonic clock, which does not follow changes of the wall clock."""
         return time.monotonic_ns()
 
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
-        """Have the running loop call back at the deadline. Its clock is the same monotonic one."""
-        import asyncio  # commands that only ask for the time do without it
+        """Schedule a callback on the running loop, whose clock is the same monotonic one."""
+        import asyncio  # not imported by commands that only read the time
 
         return asyncio.get_running_loop().call_at(deadline_ns / NS_PER_S, callback)
 
 
 class SimClock(Clock):
-    """Simulated time: that of a virtual-time loop, by default of the one in which it is made."""
+    """Simulated time: the time of a virtual-time loop, by default the running one."""
 
     kind = "sim"
 
@@ -318,36 +318,36 @@ class SimClock(Clock):
         super().__init__()
 
     def now(self) -> Time:
-        """The epoch plus the loop's virtual time."""
+        """Return the epoch plus the loop's virtual time."""
         return Time(self.now_ns())
 
     def now_ns(self) -> int:
-        """The same in nanoseconds."""
+        """Return the current time in nanoseconds."""
         return self._epoch_ns + self._loop.time_ns()
 
     async def settle(self) -> None:
-        """Let everything run that is due now; time does not move."""
+        """Run everything that is due now; time does not move."""
         await self._loop.settle()
 
     def start_at(self, stamp: Time) -> None:
-        """Let the stamps begin with this one."""
+        """Set the current time to this stamp."""
         self._epoch_ns = stamp.nanoseconds - self._loop.time_ns()
 
     def jump(self, by: Duration) -> None:
-        """Set the stamps forwards or backwards, as when a real clock is set; timers do not feel it."""
+        """Set the time of stamps forwards or backwards, as when a real clock is set; timers are not affected."""
         self._epoch_ns += by.nanoseconds
 
     def monotonic_ns(self) -> int:
-        """The loop's virtual time."""
+        """Return the loop's virtual time."""
         return self._loop.time_ns()
 
     def call_at(self, deadline_ns: int, callback: Callable[[], object]) -> asyncio.TimerHandle:
-        """Have the loop call back at exactly the deadline."""
+        """Schedule a callback on the loop at exactly the deadline."""
         return self._loop.call_at_ns(deadline_ns, callback)
 
     @contextmanager
     def wall_timeout(self, seconds: float) -> Generator[anyio.CancelScope]:
-        """Virtual time may jump past the limit any number of times: only real seconds count."""
+        """Limit a block to real seconds; jumps of virtual time do not count."""
         import anyio
 
         with anyio.CancelScope() as scope:

@@ -1,7 +1,7 @@
-"""Every exception busflow raises, all under `BusflowError`, and `Problem`: one thing wrong in a file.
+"""All exceptions of busflow, subclasses of `BusflowError`, and `Problem`: one mistake in a file.
 
-A message says what is wrong, where, why, and what to do. Problems are collected rather than raised one at a
-time, so that a launch file shows all its mistakes in one report.
+A message says what is wrong, where, why, and what to do. Problems are collected, not raised one at a time, so that a
+launch file shows all its mistakes in one report.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ from typing import TypeAlias
 from busflow.text import printable
 
 KeyPath: TypeAlias = tuple[str | int, ...]
-"""The way to a value in nested data: keys of mappings and indices of lists."""
+"""The path to a value in nested data: keys of mappings and indices of lists."""
 
 
 class ExitCode(IntEnum):
-    """What the `busflow` command answers to the shell."""
+    """The exit codes of the `busflow` command."""
 
     OK = 0
     FAILED = 1  # a node or an expectation failed
     USAGE = 2  # wrong usage, or a file that cannot run
     DIFFERENT = 3  # `check` or `diff` found something
     NOT_FOUND = 4  # no such run or target
-    INCOMPLETE = 5  # dropped or incomplete where that was forbidden
+    INCOMPLETE = 5  # messages dropped, or a recording incomplete, where that was forbidden
     HUNG_UP = 129  # SIGHUP: the terminal is gone
     INTERRUPTED = 130  # Ctrl-C
     TERMINATED = 143  # SIGTERM
 
 
 class BusflowError(Exception):
-    """Anything that went wrong in a way busflow can explain."""
+    """Base of all exceptions of busflow."""
 
     exit_code = ExitCode.FAILED
     place: Place | None = None
-    """The line of the user's code that is at fault, where it is not where the exception was raised."""
+    """The line of the user's code at fault, if it is not the line that raised."""
 
 
 class InvalidName(BusflowError, ValueError):
@@ -46,7 +46,7 @@ class InvalidName(BusflowError, ValueError):
 
 
 class InvalidQoS(BusflowError, ValueError):
-    """A QoS profile asks for something that cannot be."""
+    """A QoS profile has an impossible value."""
 
 
 class InvalidDeclaration(BusflowError, TypeError):
@@ -55,7 +55,7 @@ class InvalidDeclaration(BusflowError, TypeError):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One value that does not validate: which one, why, and what to do about it."""
+    """One invalid value: its path, the reason, and a fix."""
 
     path: KeyPath
     message: str
@@ -65,7 +65,7 @@ class Fault:
 
 
 class InvalidParameter(BusflowError, ValueError):
-    """Parameters of a node do not validate: all their faults at once."""
+    """Parameters of a node are invalid; the error lists all their faults."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -73,7 +73,7 @@ class InvalidParameter(BusflowError, ValueError):
 
 
 class InvalidMessage(BusflowError, ValueError):
-    """A message cannot hold what it was given: all its faults at once.
+    """Field values of a message are invalid; the error lists all their faults.
 
     >>> str(InvalidMessage("Vector3", [Fault(("v",), "unknown field v", "did you mean 'x'?")]))
     "Vector3: unknown field v (did you mean 'x'?)"
@@ -91,7 +91,7 @@ class UnknownType(BusflowError, LookupError):
 
 
 class IncompatibleType(BusflowError, TypeError):
-    """Two ends of one topic, or a message and its topic, are of different types."""
+    """Two endpoints of one topic, or a message and its topic, are of different types."""
 
 
 class IncompatibleQoS(BusflowError, ValueError):
@@ -99,7 +99,7 @@ class IncompatibleQoS(BusflowError, ValueError):
 
 
 class MalformedMessage(BusflowError, ValueError):
-    """Bytes from outside are not what they claim to be, or a value cannot be put into bytes.
+    """Bytes from outside do not match their type, or a value cannot be encoded.
 
     >>> str(MalformedMessage("no room", type_name="a/msg/B", path=("points", 3, "x"), offset=20))
     'a/msg/B: points[3].x at byte 20: no room'
@@ -107,18 +107,18 @@ class MalformedMessage(BusflowError, ValueError):
 
     def __init__(self, reason: str, *, type_name: str = "", path: KeyPath = (), offset: int | None = None) -> None:
         self.reason, self.type_name, self.path, self.offset = reason, type_name, path, offset
-        """What is wrong; of which type, where in a value of it, and at which byte, its header counted, if known."""
+        """The reason, the type, the path in its value, and the byte offset including the header, if known."""
         field = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
         where = " ".join(part for part in (field, "" if offset is None else f"at byte {offset}") if part)
         super().__init__(printable(": ".join(part for part in (type_name, where, reason) if part)))
 
 
 class InspectionUnavailable(BusflowError, RuntimeError):
-    """A run cannot be looked into: no safe directory, no Zenoh, or nobody answers."""
+    """A run cannot be inspected: no safe directory, no Zenoh, or no answer."""
 
 
 class BagError(BusflowError, ValueError):
-    """A recording cannot be read, or not beyond a place in it.
+    """A recording cannot be read, or only up to some offset.
 
     >>> str(BagError("a chunk is damaged", file="run.mcap", offset=20, fix="recover it"))
     'run.mcap: at byte 20: a chunk is damaged; recover it'
@@ -134,13 +134,13 @@ class BagError(BusflowError, ValueError):
 
 
 class NoSuchRun(BusflowError, LookupError):
-    """No run of this name lives on this machine, or it has to be said which."""
+    """No run of this name is on this machine, or several are and none was chosen."""
 
     exit_code = ExitCode.NOT_FOUND
 
 
 class NotAllowed(BusflowError, PermissionError):
-    """Who has joined a run on other machines may look, and no more."""
+    """A session that joined a run on other machines may only read."""
 
 
 class NoSuchTarget(BusflowError, LookupError):
@@ -154,15 +154,15 @@ class NotRunning(BusflowError, RuntimeError):
 
 
 class WouldBlock(BusflowError):
-    """A `publish` would have to wait for a subscription whose queue is full; nobody received the message."""
+    """A `publish` would have to wait for a subscription whose queue is full; no subscription received the message."""
 
 
 class SendTimeout(WouldBlock, TimeoutError):
-    """A `send` waited for room as long as the subscription allows; nobody received the message."""
+    """A `send` waited for room as long as the subscription allows; no subscription received the message."""
 
 
 class Occupied(BusflowError, RuntimeError):
-    """A subscription is pulled from while its messages go to somebody else: its handler, or another task."""
+    """A task pulls from a subscription whose messages go to its handler or to another task."""
 
 
 class ServiceError(BusflowError):
@@ -170,7 +170,7 @@ class ServiceError(BusflowError):
 
 
 class ServiceUnavailable(ServiceError):
-    """Nobody answers the service, or its server has no room for another request."""
+    """The service has no server, or its server has no room for another request."""
 
 
 class ServiceGone(ServiceError):
@@ -178,7 +178,7 @@ class ServiceGone(ServiceError):
 
 
 class ServiceFailed(ServiceError):
-    """The server's handler raised; the message carries its words, and its own node logs the rest."""
+    """The server's handler raised; the message carries its text, and its own node logs the details."""
 
 
 class ServiceTimeout(ServiceError, TimeoutError):
@@ -186,24 +186,24 @@ class ServiceTimeout(ServiceError, TimeoutError):
 
 
 class DeadlockError(BusflowError, RuntimeError):
-    """A call would wait for somebody who waits for its caller; the message names the chain.
+    """A call would wait for a server that waits for its caller; the message names the chain.
 
-    It is no `ServiceError`: trying again does not help, the nodes have to be written otherwise.
+    It is not a `ServiceError`: a retry does not help, the nodes must be changed.
     """
 
 
 class DuplicateServer(BusflowError, ValueError):
-    """Two nodes want to answer one service."""
+    """A second server was declared for a service."""
 
 
 class RecordingRefused(BusflowError, ValueError):
-    """A recording cannot be made as it is asked for: its file is there already, or cannot be."""
+    """A recording cannot be made: its file exists already, or cannot be created."""
 
     exit_code = ExitCode.USAGE
 
 
 class IncompleteRecording(BusflowError):
-    """A recording lacks something of the run, which it was not to."""
+    """A recording that had to be complete lacks messages of the run."""
 
     exit_code = ExitCode.INCOMPLETE
 
@@ -213,7 +213,7 @@ class NodeFailed(BusflowError):
 
 
 class Stray(BusflowError):
-    """A task or a callback of a run failed, and it cannot be told which node it belongs to; the cause is chained."""
+    """A task or a callback of a run failed, and its node is unknown; the cause is chained."""
 
 
 class StopTimeout(BusflowError, TimeoutError):
@@ -221,15 +221,15 @@ class StopTimeout(BusflowError, TimeoutError):
 
 
 class RestartLimit(BusflowError):
-    """A node was started anew as often as its launch file allows within some time."""
+    """A node was restarted as often as its launch file allows within some time."""
 
 
 class DependencyEnded(BusflowError):
-    """A node waits for another one that has ended before what is waited for came about."""
+    """A node waits for a condition of another node, which ended before it was met."""
 
 
 class ProcessFailed(BusflowError):
-    """A process of a run could not be started, did not get ready, or ended before its time."""
+    """A process of a run could not be started, did not become ready, or ended too early."""
 
 
 class CertificateError(BusflowError):
@@ -243,17 +243,17 @@ class StartTimeout(BusflowError, TimeoutError):
 
 
 class NotSeen(BusflowError, AssertionError):
-    """What a test waited for did not come; the message says what there was instead."""
+    """A condition that a test waited for was not met; the message says what was seen instead."""
 
 
 class ReplayDiffers(BusflowError, AssertionError):
-    """Nodes that were run anew on a recording did not publish what was recorded."""
+    """Nodes replayed on a recording did not publish the recorded messages."""
 
     exit_code = ExitCode.DIFFERENT
 
 
 class Deadlock(BusflowError):
-    """On virtual time, nothing is left that could let the waiting tasks go on; the message names them."""
+    """In virtual time, no event is left that could wake the waiting tasks; the message names them."""
 
 
 class PluginError(BusflowError):
@@ -267,7 +267,7 @@ class PluginError(BusflowError):
 
 
 class InvalidInput(BusflowError, ValueError):
-    """What was typed on the command line for a running graph does not fit; `problem.place` is the part at fault."""
+    """A command-line value for a running graph is invalid; `problem.place` is the part at fault."""
 
     exit_code = ExitCode.USAGE
 
@@ -277,7 +277,7 @@ class InvalidInput(BusflowError, ValueError):
 
 
 class Severity(StrEnum):
-    """How much a problem matters: an error stops the start, a warning does not, info is told on `-v`."""
+    """The severity of a problem: an error stops the start, a warning does not, info is shown with `-v`."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -286,7 +286,7 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A stretch of one line of a file: where a problem is. Line and column count from 1."""
+    """The position of a problem: a range in one line of a file. Line and column count from 1."""
 
     file: str
     line: int
@@ -300,7 +300,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing wrong: what and why, where, and what to do about it."""
+    """One mistake in a file: the reason, the place, and a fix."""
 
     code: str
     """A stable word for scripts, in kebab-case: `unknown-parameter`."""
@@ -312,7 +312,7 @@ class Problem:
     """The `include` entries that led to the file, innermost first."""
 
     def render(self) -> str:
-        """The problem as a person reads it: `file:line:col: error: …`, the line, a caret, the fix."""
+        """Return the problem as text for people: `file:line:col: error: …`, the line, a caret, the fix."""
         where = f"{self.place}: " if self.place else ""
         lines = [f"{where}{self.severity}: {printable(self.message)}"]
         if self.place and self.place.excerpt:
@@ -323,7 +323,7 @@ class Problem:
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, object]:
-        """The problem as `--json` prints it."""
+        """Return the problem in the form that `--json` prints."""
         place = self.place
         return {
             "code": self.code,
@@ -338,7 +338,7 @@ class Problem:
 
 
 class LaunchError(BusflowError):
-    """A launch description cannot run: all its problems at once."""
+    """A launch description cannot run; the error lists all its problems."""
 
     exit_code = ExitCode.USAGE
 
@@ -348,7 +348,7 @@ class LaunchError(BusflowError):
 
 
 def how_to_install(*parts: str) -> str:
-    """How parts of this project are installed: none of it is published yet, so all of it comes from a clone.
+    """Return the install command for parts of this project; nothing is published yet, so it uses a clone.
 
     >>> how_to_install(".[top]"), how_to_install(".", "./ui")
     ("in a clone of busflow: pip install '.[top]'", 'in a clone of busflow: pip install . ./ui')
@@ -363,7 +363,7 @@ def _sentence(fault: Fault) -> str:
 
 
 def _excerpt(place: Place) -> list[str]:
-    """The line with a caret under the place; a long line is cut around it."""
+    """Return the line with a caret under the place; a long line is cut around it."""
     start = max(0, place.column - 81)
     shown = printable(place.excerpt[start : start + 160])
     offset = len(printable(place.excerpt[start : place.column - 1]))

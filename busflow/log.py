@@ -1,7 +1,7 @@
-"""Log: the structured log lines of one run, bound to nodes, written to the sinks that the run was given.
+"""Log: the structured log lines of one run, bound to nodes, written to the run's sinks.
 
-Nothing global is configured. A sink is a function that takes one finished record; what a record holds from
-outside is escaped by whoever shows it.
+Nothing global is configured. A sink is a function that takes one finished record. A sink that prints escapes the text
+from outside.
 """
 
 from __future__ import annotations
@@ -31,36 +31,36 @@ class LogRecord:
     """One line of the log."""
 
     stamp_ns: int
-    """The run's clock when it was written, nanoseconds since 1970."""
+    """Time of writing by the run's clock, in nanoseconds since 1970."""
     level: str
     node: str
     event: str
     values: Mapping[str, Any]
-    """What the line carries besides its text."""
+    """The keyword values of the line."""
     process: str = ""
-    """Where the node is; empty for the process that shows the line."""
+    """The process of the node; empty for the process that shows the line."""
 
 
 Sink = Callable[[LogRecord], None]
 
 
 class Log:
-    """Where the nodes of a run write, and how many lines of each level there were."""
+    """The log of the nodes of a run, with the number of lines per level."""
 
     def __init__(self, clock: Clock, *, level: str = "info", sinks: tuple[Sink, ...] = ()) -> None:
-        """A log that is written to `sinks`, those that whoever starts the run reads; others may be added."""
+        """Create a log that writes to `sinks`, the run's own output; others may be added to the attribute."""
         self.sinks: list[Sink] = list(sinks)
         self._first = tuple(sinks)
         self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
         self.lost = 0
-        """How many lines a sink could not take: the stream was closed, the disk is full."""
+        """The number of lines a sink failed to write: a closed stream, a full disk."""
         self.level = level
         """The lowest level that is written."""
         self._clock = clock
         self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
 
     def bind(self, node: str, *, to_all: bool = True) -> FilteringBoundLogger:
-        """The logger of one node; unless `to_all`, its lines are for those alone who look into the run."""
+        """Return the logger of one node; without `to_all`, its lines go only to sinks added later."""
         write = partial(self._write, node, to_all)
         logger = structlog.wrap_logger(None, processors=[write], wrapper_class=self._wrapper, context_class=dict)
         return cast("FilteringBoundLogger", logger.bind())
@@ -79,7 +79,7 @@ class Log:
         self.counts[level] = self.counts.get(level, 0) + 1
         record = LogRecord(self._clock.now().nanoseconds, level, node, text, values)
         self._show(record, without=() if to_all else self._first)
-        raise structlog.DropEvent  # the sinks have it; structlog itself writes nothing
+        raise structlog.DropEvent  # the sinks have written it; structlog itself writes nothing
 
     def _show(self, record: LogRecord, without: Sequence[Sink] = ()) -> None:
         for sink in [each for each in self.sinks if each not in without]:
@@ -89,13 +89,13 @@ class Log:
                 self.lost += 1
 
 
-def _raised(told: object) -> dict[str, str]:
-    """What `exc_info` stands for in words: the exception, and the line it came from."""
-    error: object = told
-    if told is True:
+def _raised(exc_info: object) -> dict[str, str]:
+    """Return the exception of `exc_info` as text, with the line that raised it."""
+    error: object = exc_info
+    if exc_info is True:
         error = sys.exc_info()[1]
-    elif isinstance(told, tuple):
-        error = cast("tuple[object, object, object]", told)[1]
+    elif isinstance(exc_info, tuple):
+        error = cast("tuple[object, object, object]", exc_info)[1]
     if not isinstance(error, BaseException):
         return {}
     place = user_line(error)
@@ -103,12 +103,12 @@ def _raised(told: object) -> dict[str, str]:
 
 
 def values_text(values: Mapping[str, object]) -> str:
-    """What a line carries besides its text, as people read it, safe for a terminal."""
+    """Return the values of a line as text for people, safe for a terminal."""
     return "".join(f" {printable(name)}={printable(plain(value), limit=400)}" for name, value in values.items())
 
 
 def console_sink(stream: TextIO, *, colour: bool) -> Sink:
-    """Lines for people: time of day (UTC), level, node, text, values."""
+    """Create a sink of lines for people: time of day (UTC), level, node, text, values."""
 
     def write(record: LogRecord) -> None:
         seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
@@ -125,14 +125,14 @@ def console_sink(stream: TextIO, *, colour: bool) -> Sink:
 
 
 def json_sink(stream: TextIO) -> Sink:
-    """One JSON object a line: `stamp_ns`, `level`, `node`, `event`, `process` of another one, and values by name."""
+    """Create a sink of JSON lines: `stamp_ns`, `level`, `node`, `event`, `process` if another one, and the values."""
 
     def write(record: LogRecord) -> None:
         line = {"stamp_ns": record.stamp_ns, "level": record.level, "node": record.node, "event": record.event}
         line |= {"process": record.process} if record.process else {}
         try:
             text = json.dumps({**record.values, **line}, default=str, allow_nan=False)
-        except (TypeError, ValueError):  # a key, a circle or a NaN, that JSON has no form for
+        except (TypeError, ValueError):  # a key, a circle or a NaN that JSON cannot express
             text = json.dumps({**{name: str(value) for name, value in record.values.items()}, **line})
         stream.write(text + "\n")
         stream.flush()

@@ -1,4 +1,4 @@
-"""A graph in a Python program: `launch` beside an event loop that runs already, `run` as the whole program."""
+"""Graphs in a Python program: `launch` in a running event loop, `run` as the whole program."""
 
 from __future__ import annotations
 
@@ -37,27 +37,27 @@ def launch(
     watchdog: float | None = None,
     record: Wanted | None = None,
 ) -> Graph:
-    """A graph of launch files, node classes and instances, for a program that has an event loop already.
+    """Create a graph of launch files, node classes and instances, for a program with its own event loop.
 
-    It installs no signal handlers and logs to standard error. All nodes run in this process, also those for which a
-    launch file names another one: the log says so.
+    The graph installs no signal handlers and logs to standard error. All nodes run in this process, even those that a
+    launch file places in another one; the log says so.
 
         async with busflow.launch("configs/lab1.yaml", args={"rate_hz": 50}) as graph:
             async for state in graph.subscribe(Float64, "balance_state"):
                 ...
 
     Args:
-        what: what the graph is made of.
+        what: launch files, descriptions, node classes and instances of the graph.
         args: the launch files' arguments.
-        seed: of the nodes' random generators, in place of the file's.
-        strict: a subscription whose topic nobody publishes is an error.
-        inspect: let other terminals of this user look into it, under this name if it is one.
+        seed: the seed of the nodes' random generators, instead of the file's.
+        strict: a subscription without a publisher is an error.
+        inspect: let other terminals of this user inspect the graph, under this name if it is a string.
         watchdog: seconds for which a handler may block the event loop before the log names it.
-        record: the file to record to, or the keys of a launch file's `record:`, which it replaces; False for none.
+        record: the file to record to, or the keys that replace a launch file's `record:`; False for none.
 
     Raises:
         LaunchError: with every problem of the launch files; on start, with every problem of the graph.
-        RecordingRefused: on start, the file is there already, or cannot be made.
+        RecordingRefused: on start, the file exists already, or cannot be created.
     """
     sink = console_sink(sys.stderr, colour=False)
     graph = Graph(what, args=args, seed=seed, strict=strict, sinks=(sink,), embedded=True, watchdog_s=watchdog)
@@ -76,15 +76,14 @@ def run(
     machine: str | None = None,
     event_loop: LoopName = "busflow",
 ) -> ExitCode:
-    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; returns the exit code.
+    """Run a graph as the whole program, until Ctrl-C, SIGTERM or a node's failure; return the exit code.
 
-    On the system's time, and where it follows `/clock`, other terminals can look into it, under the name that `inspect`
-    may give, unless it is False.
-    There, too, the log names a handler that blocks the event loop for longer than `watchdog` seconds. The nodes of a
-    launch file run in the processes that it says, unless `one_process`; on simulated time in one. Of a file that names
-    machines, what it places on `machine` runs, or what it places on none. Each process has an
-    event loop of its own, which is busflow's or, on real time, "uvloop" (an extra).
-    A failure is told on standard error, as `busflow run` tells it.
+    On system time, and if the graph follows `/clock`, other terminals can inspect it, unless `inspect` is False; a
+    string sets its name. There, too, the log names a handler that blocks the event loop for longer than `watchdog`
+    seconds. The nodes of a launch file run in the processes it states; with `one_process`, and on simulated time, in
+    one. If the file names machines, the nodes placed on `machine` run, or those placed on none. Each process has its
+    own event loop: busflow's or, on real time, "uvloop" (an extra). A failure is printed on standard error, as by
+    `busflow run`.
 
     Raises:
         LaunchError: the graph cannot run.
@@ -95,13 +94,13 @@ def run(
     sink = console_sink(sys.stderr, colour=False)
     simulated = any(map(is_simulated, descriptions))
     new_loop = chosen_loop(event_loop, simulated=simulated)
-    with _stated(descriptions):
+    with _environment(descriptions):
         if simulated:
             from busflow.runner.simulation import simulated_graph
 
             show = None if inspect is False else partial(_observed, record=False, inspect=inspect)
             with simulated_graph(ready, show=show, seed=seed, sinks=(sink,)) as (graph, loop_factory):
-                return _told(_observed(graph, record, inspect=False), loop_factory)
+                return _run_to_end(_observed(graph, record, inspect=False), loop_factory)
         ready = [
             on_machine(each, machine, together=one_process) if isinstance(each, LaunchDescription) else each
             for each in ready
@@ -109,18 +108,18 @@ def run(
         spread = [each for each in ready if isinstance(each, LaunchDescription) and _is_spread(each)]
         graph = Graph(ready, seed=seed, sinks=(sink,), watchdog_s=watchdog)
         if not spread or one_process:
-            return _told(_observed(graph, record, inspect), new_loop)
+            return _run_to_end(_observed(graph, record, inspect), new_loop)
         _check_that_it_can_be_spread(what, spread[0], inspect)
-        crew = _manned(graph, spread[0], inspect, outer, args or {}, record, event_loop)
-        return _told(graph, new_loop, crew)
+        group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
+        return _run_to_end(graph, new_loop, group)
 
 
 def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:
-    """The graph, which is recorded if `record` or its launch file says so, and which other terminals can look into.
+    """Attach a recorder if `record` or the launch file asks for it, and inspection; return the graph.
 
     Raises:
-        InvalidParameter: these keys of a recording cannot be, with every reason.
-        InvalidName: one of the patterns is none.
+        InvalidParameter: keys of the recording are invalid, with every reason.
+        InvalidName: a pattern of topics is invalid.
     """
     if record or (record is None and any(each.record for each in graph.descriptions)):
         from busflow.recording.recorder.recorder import record_graph
@@ -134,7 +133,7 @@ def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph
 
 
 class _PlacementNote(Extension):
-    """A line of the log where a launch file puts into several processes what is in one."""
+    """A log line if a launch file states several processes but all nodes run in one."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -148,7 +147,7 @@ class _PlacementNote(Extension):
             self._graph.log.bind("busflow").info(text, processes=", ".join(names))
 
 
-def _manned(
+def _process_group(
     graph: Graph,
     spread: LaunchDescription,
     name: bool | str,
@@ -157,8 +156,8 @@ def _manned(
     record: Wanted | None,
     event_loop: LoopName,
 ) -> ProcessGroup:
-    """The other processes of a graph, which end with it."""
-    from busflow.processes.process_group import ProcessGroup  # which needs Zenoh, as its members do
+    """Create the group of a graph's other processes, which end with it."""
+    from busflow.processes.process_group import ProcessGroup  # this import needs Zenoh
     from busflow.recording.recorder.options import spec_of
 
     file = str(spread.files[0].absolute())
@@ -172,34 +171,34 @@ def _manned(
 
 
 def _is_spread(description: LaunchDescription) -> bool:
-    """Whether it is run by more than this process, on this machine or on others."""
+    """Return whether more processes than this one run it, on this machine or on others."""
     return bool(placed(description).others) or description.here is not None
 
 
 def _check_that_it_can_be_spread(what: Sequence[What], spread: LaunchDescription, inspect: bool | str) -> None:
-    """Refuse what other processes could not be told.
+    """Refuse arguments that cannot be passed on to other processes.
 
     Raises:
-        LaunchError: saying what to do instead.
+        LaunchError: the message says what to do instead.
     """
     place = spread.processes[0].origin.place if spread.processes else None
-    told = fix = ""
+    problem = fix = ""
     if sum(isinstance(each, str | Path | LaunchDescription) for each in what) > 1:
-        told = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
+        problem = f"{spread.name} is in several processes, which read one launch file, and there are others beside it"
         fix = "include the others in it"
     elif not any(isinstance(each, str | Path) for each in what):
-        told = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
+        problem = f"{spread.name} is in several processes, which read its launch file, and here it was read before"
         fix = "give run() the file itself"
     elif inspect is False:
-        told = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
+        problem = f"{spread.name} is in several processes, which look into each other: inspect=False is not possible"
         fix = "leave it out"
-    if told:
-        raise LaunchError([Problem("processes", told, f"{fix}; or run(…, one_process=True)", place)])
+    if problem:
+        raise LaunchError([Problem("processes", problem, f"{fix}; or run(…, one_process=True)", place)])
 
 
 @contextmanager
-def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
-    """The environment with the variables that launch files state, and then as it was."""
+def _environment(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
+    """Set the environment variables that launch files state, and restore the environment at the end."""
     stated = {name: value for each in descriptions for name, value in each.environment.items()}
     before = {name: os.environ.get(name) for name in stated}
     os.environ.update(stated)
@@ -212,7 +211,7 @@ def _stated(descriptions: Sequence[LaunchDescription]) -> Generator[None]:
                 os.environ[name] = value
 
 
-def _told(graph: Graph, loop_factory: LoopFactory, crew: ProcessGroup | None = None) -> ExitCode:
+def _run_to_end(graph: Graph, loop_factory: LoopFactory, group: ProcessGroup | None = None) -> ExitCode:
     try:
         run_graph(graph, loop_factory=loop_factory)
     except NodeFailed:
@@ -220,7 +219,7 @@ def _told(graph: Graph, loop_factory: LoopFactory, crew: ProcessGroup | None = N
     except (IncompleteRecording, Stray) as error:
         sys.stderr.write(f"error: {error}\n")
     finally:
-        if crew:
-            crew.finish()
-            sys.stderr.writelines(f"error: {text}\n" for text in crew.failures)
+        if group:
+            group.finish()
+            sys.stderr.writelines(f"error: {text}\n" for text in group.failures)
     return graph.exit_code

@@ -1,4 +1,4 @@
-"""How text is shown: control characters from outside escaped, counts as people say them, the nearest word suggested."""
+"""Text for people: escaped control characters, counts with their noun, suggestions for misspelt words."""
 
 import difflib
 import re
@@ -7,22 +7,22 @@ from itertools import islice
 from typing import cast
 
 # C0 and C1 controls, DEL, line and paragraph separators, and the bidirectional overrides that can make a
-# terminal show something other than what is there; lone surrogates cannot be encoded at all.
+# terminal show another text than the real one; lone surrogates cannot be encoded at all.
 UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 _SEPARATOR = re.compile("[/.]")
-"""What stands between the parts of a name: of a topic, a type, a parameter."""
+"""The separators of the parts of a topic, type or parameter name."""
 
 _COMPARED = 500
 """Candidates that `nearest` compares: a hostile file may name ten thousand, at 30 µs each."""
 
 
 _SHOWN = 200
-"""Things of a sequence that `plain` shows: more than a line of the log has room for, which says that there are more."""
+"""Items of a sequence that `plain` shows: more than fit on a line of the log, which is cut with an ellipsis."""
 
 
 def printable(text: object, *, limit: int = 4096) -> str:
-    r"""`str(text)` on one line, safe for a terminal: what would steer it is shown as an escape.
+    r"""Return `str(text)` on one line, with control characters escaped for a terminal.
 
     >>> printable("ok\x1b[31mred")
     'ok\\x1b[31mred'
@@ -36,7 +36,7 @@ def printable(text: object, *, limit: int = 4096) -> str:
 
 
 def plain(value: object, *, depth: int = 4) -> str:
-    """A value as people read it: what is within sequences and mappings without the quotes of code.
+    """Return a value as text for people: items of sequences and mappings without quotes.
 
     >>> plain(["left/arm", 0.5]), plain({"gains": (1, None)}), plain([])
     ('[left/arm, 0.5]', '{gains: [1, None]}', '[]')
@@ -50,7 +50,7 @@ def plain(value: object, *, depth: int = 4) -> str:
 
 
 def counted(count: int, one: str, several: str = "") -> str:
-    """So many of something, as people say it; `several` is `one` with an s unless told.
+    """Return a count with its noun; `several` is by default `one` with an s.
 
     >>> counted(1, "message"), counted(0, "message"), counted(2, "message was", "messages were")
     ('1 message', '0 messages', '2 messages were')
@@ -59,7 +59,7 @@ def counted(count: int, one: str, several: str = "") -> str:
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:
-    """The word that `word` most likely meant, or None when nothing is close.
+    """Return the word most similar to `word`, or None if none is close.
 
     >>> nearest("rate_hzz", ["rate_hz", "noise"])
     'rate_hz'
@@ -72,14 +72,14 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
             return candidate
     last = word.lstrip("/").casefold()
     same = [each for each in candidates if _SEPARATOR.split(each)[-1].casefold() == last]
-    if len(same) == 1:  # two would be a guess: who leaves out where a name is can mean either
+    if len(same) == 1:  # with two, a bare name may mean either
         return same[0]
     found = difflib.get_close_matches(word, candidates[:_COMPARED], 1, cutoff=0.6)
     return found[0] if found else None
 
 
 def did_you_mean(word: str, words: Iterable[str], *, show: int = 8) -> str:
-    """The advice that ends an error about an unknown name: the nearest one, else what there is.
+    """Return the advice that ends an error about an unknown name: the nearest one, else the known ones.
 
     >>> did_you_mean("imuu", ["imu", "joints"])
     "did you mean 'imu'?"

@@ -39,6 +39,6 @@ class Camera(Node):
                 width=width,
                 encoding="rgb8",
                 step=3 * width,
-                data=take(np.ravel(frame)),  # we write to this frame no more, so the message need not copy it
+                data=take(np.ravel(frame)),  # this frame is not changed again, so the message need not copy it
             )
         )

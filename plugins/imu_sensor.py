@@ -8,7 +8,7 @@ from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Header
 
 GRAVITY = 9.8
-"""What an accelerometer at rest measures upwards, m/s²."""
+"""The upward acceleration measured at rest, m/s²."""
 
 
 class ImuSensorParameters(Parameters):
@@ -18,7 +18,7 @@ class ImuSensorParameters(Parameters):
 
 
 class ImuSensor(Node):
-    """Publishes what an IMU feels in a body that stands upright, but for the noise."""
+    """Publishes the readings of an IMU in an upright body, with noise."""
 
     parameters: ImuSensorParameters
 

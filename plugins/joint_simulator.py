@@ -62,7 +62,7 @@ class JointSimulator(Node):
         speed = tau * parameters.cadence_hz
         angle = (
             speed * self.clock.seconds() + parameters.phase
-        )  # of the run: who is started anew is where the others are
+        )  # the run's time: a restarted simulator is in phase with the others
         noise = parameters.noise * (2.0 * self.rng.random(len(self.names)) - 1.0)
         positions = [
             min(joint.upper, max(joint.lower, joint.centre + joint.amplitude * sin(angle + joint.phase) + off))

@@ -1,4 +1,4 @@
-"""The joints of the whole robot in one message, put together from those of its parts."""
+"""Joint states of the whole robot in one message, merged from the messages of its parts."""
 
 from functools import partial
 
@@ -23,7 +23,7 @@ class JointStatePublisherParameters(Parameters):
 
 
 class JointStatePublisher(Node):
-    """Puts the joints of several topics into one; a part that falls silent is left out until it is heard again."""
+    """Merges the joints of several topics; a part that falls silent is left out until it publishes again."""
 
     parameters: JointStatePublisherParameters
 
@@ -31,22 +31,22 @@ class JointStatePublisher(Node):
 
     def declare(self) -> None:
         for source in self.parameters.source_list:
-            self.create_subscription(JointState, source, partial(self.hear, source))
+            self.create_subscription(JointState, source, partial(self.on_joints, source))
 
     async def start(self) -> None:
-        self.parts: dict[str, tuple[float, JointState]] = {}  # what was heard last of each, and when
+        self.parts: dict[str, tuple[float, JointState]] = {}  # the last joints of each part, and when they came
         self.left_out: list[str] = []
 
-    def hear(self, source: str, joints: JointState) -> None:
+    def on_joints(self, source: str, joints: JointState) -> None:
         self.parts[source] = self.clock.seconds(), joints
 
     @timer(hz="rate_hz")
     def publish_joints(self) -> None:
         oldest_s = self.clock.seconds() - self.parameters.timeout_s
-        silent = [source for source, (heard_s, _) in self.parts.items() if heard_s < oldest_s]
+        silent = [source for source, (received_s, _) in self.parts.items() if received_s < oldest_s]
         if silent != self.left_out:
             self.left_out = silent
-            self.log.info("parts are left out" if silent else "all parts are heard", silent=silent)
+            self.log.info("parts are left out" if silent else "all parts are back", silent=silent)
         parts = [joints for source, (_, joints) in self.parts.items() if source not in silent]
         if parts:
             self.joint_states.publish(

@@ -9,11 +9,11 @@ from busflow.msgs.std_msgs import Float64, Header
 from busflow.msgs.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
 
 NEWEST = QoS(depth=1)
-"""Reliable, and of several only the newest: a balance or a command that was overtaken is worth nothing."""
+"""Reliable, keeps only the newest: an older balance or command is useless."""
 
 
 class Drive(Parameters):
-    """How a pair of joints answers to the balance."""
+    """The gains and limits of a pair of joints."""
 
     p: float = Field(default=0.4, ge=0, le=10, description="Angle per balance, rad.")
     d: float = Field(default=0.02, ge=0, le=10, description="Angle per change of the balance, rad per 1/s.")
@@ -34,7 +34,7 @@ class MotorControllerParameters(Parameters):
     )
 
     @model_validator(mode="after")
-    def each_joint_is_told_once(self) -> "MotorControllerParameters":
+    def each_joint_has_one_drive(self) -> "MotorControllerParameters":
         joints = [*self.ankle_joints, *self.hip_joints]
         twice = sorted({joint for joint in joints if joints.count(joint) > 1})
         if twice:
@@ -50,8 +50,8 @@ class MotorController(Node):
     commands = publisher(JointTrajectory, "motor_commands", qos=NEWEST)
 
     async def start(self) -> None:
-        self.last: tuple[float, float] | None = None  # when a balance was heard, and which
-        self.ankle_angle = self.hip_angle = 0.0  # what was commanded last
+        self.last: tuple[float, float] | None = None  # time and value of the last balance
+        self.ankle_angle = self.hip_angle = 0.0  # the last commands
 
     @subscription("balance_state", qos=NEWEST)
     def on_balance(self, balance: Float64) -> None:
@@ -88,11 +88,11 @@ class MotorController(Node):
 
 
 def turned(drive: Drive, error: float, change: float, before: float, seconds: float) -> float:
-    """Where a drive's joints shall be: P and D of the error, but no further and no faster than allowed."""
+    """Return the next angle of a drive: P and D of the error, within its limits of angle and speed."""
     wanted = limited(drive.p * error + drive.d * change, drive.max_angle)
     return before + limited(wanted - before, drive.max_speed * seconds)
 
 
 def limited(value: float, limit: float) -> float:
-    """The value, or the limit nearest to it."""
+    """Clamp a value to ± the limit."""
     return max(-limit, min(limit, value))

@@ -26,13 +26,13 @@ class SensorProcessor(Node):
     stability = publisher(Float64, "stability_index")
 
     async def start(self) -> None:
-        self.imu_heard_s = -inf  # never yet
-        self.joints_heard_s = -inf
-        self.told = ""
+        self.imu_received_s = -inf  # never yet
+        self.joints_received_s = -inf
+        self.shown = ""
 
     @subscription("imu/data", qos=SENSOR_DATA)
     def on_imu(self, imu: Imu) -> None:
-        self.imu_heard_s = self.clock.seconds()
+        self.imu_received_s = self.clock.seconds()
         rotation = hypot(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z)
         balance = min(1.0, (abs(imu.linear_acceleration.y) + rotation) / 2.0)
         self.balance.publish(Float64(data=balance))
@@ -40,7 +40,7 @@ class SensorProcessor(Node):
 
     @subscription("joint_states")
     def on_joint_states(self, joints: JointState) -> None:
-        self.joints_heard_s = self.clock.seconds()
+        self.joints_received_s = self.clock.seconds()
         limit = self.parameters.max_joint_angle
         for name, angle in zip(joints.name, joints.position.tolist(), strict=False):
             if abs(angle) > limit:
@@ -51,15 +51,15 @@ class SensorProcessor(Node):
             self.log.info("the joints move fast", mean_speed=round(mean_speed, 3))
 
     @timer(0.5)
-    def tell_status(self) -> None:
-        if self.status != self.told:
-            self.told = self.status
+    def show_status(self) -> None:
+        if self.status != self.shown:
+            self.shown = self.status
             self.log.info(self.status)
 
     @property
     def status(self) -> str:
-        """Which sensors are heard, in one sentence."""
-        imu, joints = self.is_recent(self.imu_heard_s), self.is_recent(self.joints_heard_s)
+        """The sensors that send data, in one sentence."""
+        imu, joints = self.is_recent(self.imu_received_s), self.is_recent(self.joints_received_s)
         if imu and joints:
             return "All sensors operational"
         if imu:
@@ -68,5 +68,5 @@ class SensorProcessor(Node):
             return "Joint sensors operational, IMU offline"
         return "No sensor data received"
 
-    def is_recent(self, heard_s: float) -> bool:
-        return self.clock.seconds() - heard_s < self.parameters.timeout_s
+    def is_recent(self, received_s: float) -> bool:
+        return self.clock.seconds() - received_s < self.parameters.timeout_s

@@ -13,7 +13,7 @@ from busflow.msgs.std_msgs import Header
 from busflow.msgs.std_srvs import Trigger
 
 GRAVITY = 9.8
-"""What an accelerometer at rest measures upwards, m/s²."""
+"""The upward acceleration measured at rest, m/s²."""
 
 SWINGS = {
     "hip": (0.2, 0.0),
@@ -26,7 +26,7 @@ SWINGS = {
 
 JOINT_NAMES = tuple(f"{side}_{joint}_joint" for joint in SWINGS for side in ("left", "right"))
 
-AT_REST = take(np.zeros(len(JOINT_NAMES)))  # nobody writes to it, so that all messages can share it
+AT_REST = take(np.zeros(len(JOINT_NAMES)))  # never changed, so all messages share it
 
 
 class Noise(Parameters):
@@ -45,7 +45,7 @@ class SensorPublisherParameters(Parameters):
 
 
 class SensorPublisher(Node):
-    """Publishes simulated IMU and joint readings, and a camera's frames where asked for."""
+    """Publishes simulated IMU and joint readings and, on request, a camera's frames."""
 
     parameters: SensorPublisherParameters
 
@@ -64,7 +64,7 @@ class SensorPublisher(Node):
 
     @service(Trigger, "~/reset")
     def on_reset(self, _request: Trigger.Request) -> Trigger.Response:
-        """Begin anew: time, noise and the joints' swing, as at the start of the run."""
+        """Restart time, noise and the joints' swing, as at the start of the run."""
         lived_s = self.seconds()
         self.began_s = self.clock.seconds()
         self.rng.reseed()
@@ -75,7 +75,7 @@ class SensorPublisher(Node):
         return Trigger.Response(success=True, message=f"began anew after {lived_s:g} s")
 
     def seconds(self) -> float:
-        """The simulation's time, to the nanosecond: after a reset it is the same numbers again, to the last digit."""
+        """The simulation's time, exact to the nanosecond, so that a reset repeats the same numbers exactly."""
         return round(self.clock.seconds() - self.began_s, 9)
 
     @timer(hz="rate_hz")
@@ -84,7 +84,7 @@ class SensorPublisher(Node):
         self.joint_states.publish(self.read_joints())
 
     def read_imu(self) -> Imu:
-        """A body at rest: gravity and nothing else, but for the noise."""
+        """Publish the readings of a body at rest: gravity and noise."""
         n = self.parameters.noise.imu
         ax, ay, az, wx, wy, wz = self.noise([n, n, 2 * n, n / 2, n / 2, n / 2])
         return Imu(
@@ -95,7 +95,7 @@ class SensorPublisher(Node):
         )
 
     def read_joints(self) -> JointState:
-        """Ten joints that swing, each pair in its own way."""
+        """Publish ten swinging joints, each pair with its own amplitude and phase."""
         t = self.seconds()
         noise = self.noise([self.parameters.noise.joints] * len(JOINT_NAMES))
         swings = [amplitude * sin(t + phase) for amplitude, phase in SWINGS.values() for _side in ("left", "right")]
@@ -108,7 +108,7 @@ class SensorPublisher(Node):
         )
 
     def publish_image(self) -> None:
-        """A gradient with a bright bar that moves once across it per second."""
+        """Publish a gradient with a bright bar that crosses it once per second."""
         width, height = self.parameters.camera_width, self.parameters.camera_height
         frame = self.scene.copy()
         frame[:, int(self.seconds() * width) % width] = 255
@@ -118,12 +118,12 @@ class SensorPublisher(Node):
             width=width,
             encoding="rgb8",
             step=3 * width,
-            data=take(frame.reshape(-1)),  # we write to this frame no more, so the message need not copy it
+            data=take(frame.reshape(-1)),  # this frame is not changed again, so the message need not copy it
         )
         self.images.publish(image)
 
     def noise(self, limits: list[float]) -> list[float]:
-        """For each limit a number within ± it; numpy draws them faster together than one by one."""
+        """Return a random number within ± each limit; numpy is faster with all of them at once."""
         if not any(limits):
             return limits
         drawn = self.rng.random(len(limits)).tolist()
@@ -131,7 +131,7 @@ class SensorPublisher(Node):
 
 
 def gradient(width: int, height: int) -> NDArray[np.uint8]:
-    """Red grows to the right and green downwards: whoever sees it knows which way is up."""
+    """Return a frame whose red grows to the right and green downwards, which shows its orientation."""
     picture = np.zeros((height, width, 3), np.uint8)
     picture[:, :, 0] = np.linspace(0, 255, width)
     picture[:, :, 1] = np.linspace(0, 255, height)[:, np.newaxis]

@@ -22,7 +22,7 @@ def run(*words):
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
+def answer(tmp_path_factory):
     file = tmp_path_factory.mktemp("benchmarks") / "found.json"
     ended = run("--quick", "--without-peers", "--only", "delivery,messages,collection,loops", "--json", str(file))
     assert ended.returncode == 0, ended.stderr
@@ -31,8 +31,8 @@ def told(tmp_path_factory):
 
 @pytest.mark.timeout(150)
 @pytest.mark.long
-def test_question_prints_a_table_and_writes_data(told):
-    table, found = told
+def test_question_prints_a_table_and_writes_data(answer):
+    table, found = answer
     delivery = found["questions"]["delivery"]
     assert delivery["failed"] == {}
     assert {"busflow", "asyncio.Queue", "bare calls"} == {each["contender"] for each in delivery["figures"]}
@@ -45,8 +45,8 @@ def test_question_prints_a_table_and_writes_data(told):
 
 @pytest.mark.parametrize("name", ["delivery", "messages", "collection", "loops"])
 @pytest.mark.long
-def test_every_case_of_busflow_has_its_figures(told, name):
-    _, found = told
+def test_every_case_of_busflow_has_its_figures(answer, name):
+    _, found = answer
     question = found["questions"][name]
     assert question["failed"] == {}
     assert "busflow" in {each["contender"] for each in question["figures"]}
@@ -54,8 +54,8 @@ def test_every_case_of_busflow_has_its_figures(told, name):
 
 
 @pytest.mark.long
-def test_missing_peer_is_named(told):
-    table, found = told
+def test_missing_peer_is_named(answer):
+    table, found = answer
     assert "ezmsg" in found["questions"]["delivery"]["missing"]
     assert any("ezmsg" in line for line in table.splitlines() if line.startswith("missing: "))
 
@@ -70,8 +70,8 @@ def test_plot_is_deterministic_and_has_both_colour_schemes():
     lines = [Line("busflow", [(1, 10.0), (10, 55.0)]), Line("a & b", [(1, 11.0), (10, 56.0)])]
     drawn = svg("Cost", "subscribers", "bare calls", lines)
     assert drawn == svg("Cost", "subscribers", "bare calls", lines)
-    told = ET.fromstring(drawn).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314  # we have just written it
-    texts = [each.text for each in told]
+    answer = ET.fromstring(drawn).iter("{http://www.w3.org/2000/svg}text")  # noqa: S314  # we have just written it
+    texts = [each.text for each in answer]
     assert {"Cost", "busflow", "a & b", "1", "10", "100"} <= set(texts)
     assert "prefers-color-scheme: dark" in drawn
 

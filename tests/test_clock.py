@@ -1,4 +1,4 @@
-"""Time: exact arithmetic with rclpy's rules, and the clocks' promises."""
+"""Tests of `clock.py`: exact arithmetic with rclpy's rules, and the clocks' promises."""
 
 import asyncio
 import builtins
@@ -169,7 +169,7 @@ def test_a_duration_is_multiplied_with_numbers_alone(factor):
         Duration(1) * factor
 
 
-def test_a_system_clock_calls_back_in_the_order_of_deadlines_and_never_early():
+def test_system_clock_calls_in_deadline_order():
     async def main():
         clock, calls, done = SystemClock(), [], asyncio.Event()
         start = clock.monotonic_ns()
@@ -189,7 +189,7 @@ def test_a_system_clock_calls_back_in_the_order_of_deadlines_and_never_early():
 
 
 @pytest.mark.parametrize("seconds", [0, -1, -math.inf, -1e300])
-def test_sleeping_for_nothing_or_less_lets_others_run_once(seconds):
+def test_sleep_of_zero_or_less_yields_once(seconds):
     async def main():
         order = []
 
@@ -232,7 +232,7 @@ def test_sleeping(case):
     assert slept < expect.get("elapsed_below_s", math.inf)
 
 
-def test_every_case_is_run_or_skipped_for_a_reason():
+def test_each_case_runs_or_has_a_reason():
     run = {"Time", "Duration", "op", "cmp", "msg_roundtrip", "seconds_nanoseconds", "Clock", "Clock.now"}
     assert {case["kind"] for case in CASES if not skipped(case)} <= run | {"sleep_for", "sleep_until"}
 

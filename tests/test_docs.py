@@ -119,7 +119,7 @@ def output_of(command, lines_before_ctrl_c):
 
 
 def words_for_busflow(command):
-    """What busflow is told by a command of nothing else, and whether its exit code is shown; None of a larger one."""
+    """Return the arguments of a line that only runs busflow, and whether it shows the exit code; None for others."""
     lexer = shlex.shlex(command, posix=True, punctuation_chars=True)
     lexer.whitespace_split = True
     name, *words = lexer
@@ -257,7 +257,7 @@ def test_page_on_commands_names_every_public_name():
     page = (PROJECT / "docs/commands.md").read_text("utf-8")
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", page, re.MULTILINE)
     assert sorted(name for row, _ in rows for name in re.findall(r"`(\w+)`", row)) == sorted(commands.__all__)
-    members = next(re.findall(r"`(\w+)`", told)[1:] for row, told in rows if row == "`Peer`")
+    members = next(re.findall(r"`(\w+)`", text)[1:] for row, text in rows if row == "`Peer`")
     assert set(members) <= {*dir(commands.Peer), "run"}
 
 

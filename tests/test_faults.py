@@ -14,22 +14,21 @@ from busflow.testing import virtual_time
 TESTS = Path(__file__).parent
 CASES = json.loads((TESTS / "cases" / "n_faults.json").read_text(encoding="utf-8"))["cases"]
 SHOWN = {
-    "node/raise-callback": "test_faults.py::test_every_third_message_fails_and_the_others_lose_nothing",
+    "node/raise-callback": "test_faults.py::test_failures_lose_no_message_of_others",
     "node/raise-timer": "node/test_supervision.py::test_a_node_that_fails_too_often_ends_the_run",
-    "node/raise-service": "bus/test_services.py::"
-    "test_what_the_handler_raises_is_told_to_the_caller_and_logged_by_the_server_which_goes_on",
+    "node/raise-service": "bus/test_server.py::test_handler_error_reaches_caller_and_server_log",
     "node/exception-in-error-hook": "runner/test_supervisor.py::"
     "test_whatever_a_node_raises_wherever_is_its_failure_and_it_is_stopped",
     "node/block-loop": "runner/test_watchdog.py::test_a_handler_that_blocks_is_named_with_its_stack",
-    "node/infinite-await": "test_faults.py::test_a_handler_that_awaits_for_ever_holds_up_nobody_else",
-    "node/slow-subscriber": "bus/test_subscription.py::test_the_queue_overflows_while_an_async_handler_is_busy",
+    "node/infinite-await": "test_faults.py::test_endless_async_handler_blocks_no_other",
+    "node/slow-subscriber": "bus/test_subscription.py::test_queue_overflows_during_an_async_handler",
     "node/reentrant": "runner/test_graph.py::test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers",
     "node/threads": "runner/test_graph.py::test_threads_publish_in_order_and_every_message_is_accounted_for",
     "node/signal-handler": "e2e/test_ctrl_c.py::test_node_signal_changes_nothing_for_ctrl_c",
     "node/gc-tasks": "runner/test_graph.py::test_a_task_that_a_node_spawned_fails_the_node",
 }
 SKIPPED = {
-    "node/block-c": "needs somebody in another process to notice: later",
+    "node/block-c": "needs another process to notice: later",
     "node/stdout": "a node in a process of its own: later",
     "proc/": "nodes in processes of their own: later; what the command survives is in tests/e2e and tests/cli",
     "rec/": "recording: later",
@@ -44,7 +43,7 @@ SKIPPED = {
 }
 
 
-def test_every_fault_is_injected_or_skipped_with_a_reason():
+def test_each_fault_is_injected_or_has_a_reason():
     assert [case["id"] for case in CASES if not case["id"].startswith((*SHOWN, *SKIPPED))] == []
 
 
@@ -69,27 +68,27 @@ class Source(Node):
 
 class Hearing(Node):
     @subscription("numbers")
-    def hear(self, number: Number) -> None:
-        heard.append(number.data)
+    def on_number(self, number: Number) -> None:
+        received.append(number.data)
 
 
-heard: list[int] = []
+received: list[int] = []
 
 
 @virtual_time
-async def test_every_third_message_fails_and_the_others_lose_nothing():
+async def test_failures_lose_no_message_of_others():
     class Third(Node):
         @subscription("numbers")
         def third(self, number: Number) -> None:
             if number.data % 3 == 0:
                 raise ValueError(number.data)
 
-    heard.clear()
+    received.clear()
     graph = Graph([Source, Hearing, supervised(Third, restart="on-failure")], clock=SimClock())
     async with graph:
         await asyncio.sleep(1.005)
         lines = {line.node: line for line in graph.bus.ledger()}
-        assert heard == list(range(1, 101))
+        assert received == list(range(1, 101))
         assert lines["/hearing"].dropped == 0
         assert lines["/third"].published == 100
         node = next(node for node in graph.report().nodes if node.name == "/third")
@@ -97,16 +96,16 @@ async def test_every_third_message_fails_and_the_others_lose_nothing():
 
 
 @virtual_time
-async def test_a_handler_that_awaits_for_ever_holds_up_nobody_else():
+async def test_endless_async_handler_blocks_no_other():
     class Stuck(Node):
         @subscription("numbers")
         async def wait(self, _number: Number) -> None:
             await asyncio.Event().wait()
 
-    heard.clear()
+    received.clear()
     graph = Graph([Source, Hearing, Stuck], clock=SimClock())
     async with graph:
         await asyncio.sleep(1.005)
         stuck = next(line for line in graph.bus.ledger() if line.node == "/stuck")
-        assert (len(heard), stuck.delivered, stuck.queued, stuck.dropped) == (100, 1, 10, 89)
+        assert (len(received), stuck.delivered, stuck.queued, stuck.dropped) == (100, 1, 10, 89)
     assert asyncio.get_running_loop().time() < 1.1

@@ -1,4 +1,4 @@
-"""The log of a run: bound to nodes, counted by level, shown safely."""
+"""Tests of `log.py`: lines bound to nodes, counted by level, shown safely."""
 
 import io
 import json
@@ -19,7 +19,7 @@ def record(event: str = "hello", level: str = "info", **values: object) -> LogRe
     return LogRecord(1_767_225_661_002_003_004, level, "/talker", event, values)
 
 
-def test_a_line_carries_node_level_text_values_and_the_run_s_time():
+def test_record_has_time_level_node_text_values():
     log, records = logged()
     log.bind("/talker").warning("too warm", celsius=81.5)
     assert [(each.node, each.level, each.event, each.values) for each in records] == [
@@ -28,7 +28,7 @@ def test_a_line_carries_node_level_text_values_and_the_run_s_time():
     assert abs(records[0].stamp_ns - SystemClock().now().nanoseconds) < 60e9
 
 
-def test_what_is_bound_is_in_every_line_and_in_no_other_logger():
+def test_bound_values_stay_in_their_logger():
     log, records = logged()
     left = log.bind("/left").bind(joint="knee")
     left.info("one")
@@ -37,7 +37,7 @@ def test_what_is_bound_is_in_every_line_and_in_no_other_logger():
     assert [each.values for each in records] == [{"joint": "knee"}, {"joint": "knee"}, {}]
 
 
-def test_lines_below_the_level_are_neither_written_nor_counted():
+def test_lines_below_the_level_are_not_counted():
     log, records = logged("warning")
     node = log.bind("/n")
     node.debug("a")
@@ -60,13 +60,13 @@ def test_an_exception_is_an_error_that_names_it():
 
 
 def test_two_logs_do_not_share_sinks():
-    (first, heard_first), (second, heard_second) = logged(), logged()
+    (first, first_lines), (second, second_lines) = logged(), logged()
     first.bind("/a").info("x")
     second.bind("/b").info("y")
-    assert [each.event for each in heard_first + heard_second] == ["x", "y"]
+    assert [each.event for each in first_lines + second_lines] == ["x", "y"]
 
 
-def test_the_console_shows_time_level_node_text_and_values():
+def test_console_shows_time_level_node_text_values():
     stream = io.StringIO()
     console_sink(stream, colour=False)(record(rate=10, name="x y"))
     assert stream.getvalue() == "00:01:01.002 info     /talker: hello rate=10 name=x y\n"
@@ -94,7 +94,7 @@ def test_values_are_shown_without_the_quotes_of_code():
 @pytest.mark.parametrize(
     "sink", [lambda stream: console_sink(stream, colour=False), json_sink], ids=["console", "json"]
 )
-def test_what_comes_from_outside_cannot_steer_the_terminal_or_forge_a_line(sink):
+def test_console_escapes_control_characters_and_newlines(sink):
     stream = io.StringIO()
     sink(stream)(record("\x1b[2Jred\nforged", text="\x1b]0;title\x07\u202e"))
     shown = stream.getvalue()
@@ -104,7 +104,7 @@ def test_what_comes_from_outside_cannot_steer_the_terminal_or_forge_a_line(sink)
     assert shown.count("\n") == 1
 
 
-def test_json_is_one_object_a_line_whose_own_keys_win():
+def test_json_line_keys_override_values():
     stream = io.StringIO()
     json_sink(stream)(record(rate=10, level_="x", odd=object))
     line = json.loads(stream.getvalue())
@@ -112,7 +112,7 @@ def test_json_is_one_object_a_line_whose_own_keys_win():
     assert line["stamp_ns"] == 1_767_225_661_002_003_004
 
 
-def test_json_has_a_line_also_for_what_json_has_no_form_for():
+def test_json_sink_writes_values_json_cannot_express():
     stream, circle = io.StringIO(), []
     circle.append(circle)
     json_sink(stream)(record(table={(1, 2): 3}, circle=circle, rate=10))
@@ -128,7 +128,7 @@ class Gone(io.StringIO):
 @pytest.mark.parametrize(
     "sink", [lambda stream: console_sink(stream, colour=False), json_sink], ids=["console", "json"]
 )
-def test_a_stream_that_nobody_reads_any_more_is_no_fault_of_the_node_that_writes(sink):
+def test_closed_stream_does_not_fail_the_node(sink):
     closed = io.StringIO()
     closed.close()
     log, records = logged()
@@ -137,7 +137,7 @@ def test_a_stream_that_nobody_reads_any_more_is_no_fault_of_the_node_that_writes
     assert [each.event for each in records] == ["on fire"]
 
 
-def test_a_line_that_a_sink_cannot_take_is_counted_and_no_fault_of_who_wrote_it():
+def test_failing_sink_is_counted_as_lost():
     stream = io.StringIO()
     log, records = logged()
     log.sinks.insert(0, console_sink(stream, colour=False))

@@ -68,7 +68,7 @@ def as_ros_writes(name, definition):
 
 
 @pytest.mark.parametrize("cls", MESSAGES.values(), ids=MESSAGES.keys())
-def test_a_message_has_the_fields_and_constants_of_ros(cls):
+def test_message_has_the_fields_of_ros(cls):
     constants, fields = ROS.fielddefs[type_name(cls)]
     fields = [] if [name for name, _ in fields] == ["structure_needs_at_least_one_member"] else fields
     assert [str(field) for field in fields_of(cls)] == [as_ros_writes(*field) for field in fields]
@@ -77,7 +77,7 @@ def test_a_message_has_the_fields_and_constants_of_ros(cls):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_service_has_the_fields_and_constants_of_ros(name):
+def test_service_has_the_fields_of_ros(name):
     case, cls = CASES[name], ALL[name]
     assert [str(field) for field in fields_of(cls)] == case["fields"]
     assert [f"{each.base} {each.name}={each.value}" for each in constants_of(cls)] == case["constants"]
@@ -90,7 +90,7 @@ def test_each_package_is_complete():
 
 
 @each_type
-def test_a_field_that_is_not_given_has_the_default_of_ros(cls):
+def test_missing_field_has_the_default_of_ros(cls):
     stated = CASES.get(type_name(cls), {"defaults": {}})["defaults"]
     message = cls()
     for field in fields_of(cls):
@@ -113,7 +113,7 @@ def test_ros_can_describe_every_standard_type(cls):
 
 
 @pytest.mark.parametrize("name", [*MESSAGES, *SERVICES])
-def test_a_type_is_found_by_its_full_and_by_its_short_name(name):
+def test_type_is_found_by_full_and_short_name(name):
     package, _, word = name.split("/")
     assert type_name(find_type(name)) == name
     # Some services share their name with a message; the short name then means the message.
@@ -163,7 +163,7 @@ def test_any_message_survives_dump_json_and_pickle(cls):
 
 
 @each_type
-def test_the_json_schema_says_what_a_dump_looks_like(cls):
+def test_json_schema_describes_a_dump(cls):
     schema = cls.model_json_schema()
     assert schema["additionalProperties"] is False
     assert list(schema.get("properties", {})) == [field.name for field in fields_of(cls)]
@@ -177,7 +177,7 @@ def test_the_package_itself_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
-def test_finding_a_type_imports_only_its_package_and_what_that_needs():
+def test_finding_a_type_imports_only_its_package():
     code = (
         "import sys; from busflow.interfaces.message import find_type; find_type('std_msgs/Header');"
         "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.')))"
@@ -186,7 +186,7 @@ def test_finding_a_type_imports_only_its_package_and_what_that_needs():
     assert done.stdout.strip() == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"
 
 
-def test_naming_a_type_reads_only_its_file_of_a_large_package():
+def test_naming_a_type_reads_only_its_file():
     code = (
         "import sys; from busflow.msgs import sensor_msgs; sensor_msgs.LaserScan;"
         "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.sensor_msgs.')))"
@@ -195,7 +195,7 @@ def test_naming_a_type_reads_only_its_file_of_a_large_package():
     assert done.stdout.strip() == "['busflow.msgs.sensor_msgs.ranging']"
 
 
-def test_a_large_package_lists_its_types_and_refuses_others():
+def test_large_package_lists_only_its_types():
     assert {*sensor_msgs.__all__} <= {*dir(sensor_msgs)}
     with pytest.raises(AttributeError, match="has no attribute 'Imuu'"):
         sensor_msgs.Imuu  # noqa: B018 - naming it is what is tested

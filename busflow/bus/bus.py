@@ -1,7 +1,7 @@
-"""Bus: the topics and services of one run, who is on them, and the ledger that accounts for every message.
+"""Bus: the topics and services of one process, their endpoints, and the ledger that accounts for every message.
 
-A bus is an object: two in one process never meet. It checks every endpoint that comes against those already
-there, owns the dispatcher, and owns the inbox through which other threads publish.
+A bus is an object: two in one process are independent. It checks every new endpoint against those already
+attached. It owns the dispatcher, and the inbox through which other threads publish.
 """
 
 from __future__ import annotations
@@ -37,41 +37,41 @@ End: TypeAlias = Publisher[Any] | Subscription[Any] | Server[Any, Any] | Client[
 
 
 class Bus:
-    """Topics by name, and everything that crosses them."""
+    """The topics and services of one process by name, with their dispatcher and inbox."""
 
     def __init__(self, clock: Clock | None = None, *, explore: Chooser | None = None) -> None:
-        """A bus that does not deliver until `open`.
+        """Create a bus that does not deliver until `open`.
 
         Args:
             clock: the run's clock, by default the system's. In simulated time turns are budgeted by messages, not by
                 wall time, so that every run is the same.
-            explore: who decides what the order of deliveries leaves open.
+            explore: chooses among the permitted orders of delivery.
         """
         self.topics: dict[str, Topic[Any]] = {}
         self.services: dict[str, Service[Any, Any]] = {}
         self.on_attach: list[Callable[[Any], None]] = []
-        """Called with every end of a topic or service, timer and parameter store that comes, before it is used."""
+        """Called with every new endpoint, timer and parameter store, before it is used."""
         self.on_detach: list[Callable[[End], None]] = []
-        """Who hears of every end of a topic or service that leaves."""
+        """Called with every endpoint that leaves."""
         self.clock: Clock = clock or SystemClock()
         self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
         self.inbox = Inbox(self.dispatcher)
         self._thread = get_ident()
 
     def open(self) -> None:
-        """Begin to deliver, on the running event loop."""
+        """Start to deliver, on the running event loop."""
         self._thread = get_ident()
         loop = asyncio.get_running_loop()
         self.dispatcher.open(loop)
         self.inbox.open(loop)
 
     def close(self) -> None:
-        """Deliver no more; what is queued stays counted as queued."""
+        """Stop delivering; queued messages stay counted as queued."""
         self.inbox.close()
         self.dispatcher.close()
 
     def attach_publisher(self, publisher: Publisher[M], predecessor: Publisher[M] | None = None) -> None:
-        """Connect a publisher to its topic, in the place of the same one of its node's life before if there is one.
+        """Connect a publisher to its topic; after a restart it takes the place of its predecessor.
 
         Raises:
             IncompatibleType: the topic is of another type.
@@ -91,7 +91,7 @@ class Bus:
     ) -> None:
         """Connect a subscription to its topic; it receives what transient_local publishers kept.
 
-        With a predecessor, the same one of its node's life before, it takes over the place, the queue and the account.
+        After a restart it takes over the place, the queue and the counts of its predecessor.
 
         Raises:
             IncompatibleType: the topic is of another type.
@@ -100,7 +100,7 @@ class Bus:
         if predecessor is None:
             topic = self._topic(subscription.endpoint, subscription.type)
             for publisher in topic.publishers:
-                if not publisher.endpoint.remote:  # whoever lets others in sees to it that they fit
+                if not publisher.endpoint.remote:  # the code that attaches a remote one checks it
                     check_qos(publisher.endpoint, subscription.endpoint)
             subscription.attach(topic, self.dispatcher, on_failure)
         else:
@@ -108,12 +108,12 @@ class Bus:
         self.announce(subscription)
 
     def attach_timer(self, timer: Timer, spawn: Spawn, on_failure: Callable[[BaseException], None]) -> None:
-        """Give a timer the run's clock and its place in the dispatcher's turns."""
+        """Connect a timer to the run's clock and the dispatcher."""
         timer.attach(self.clock, self.dispatcher, spawn, on_failure)
         self.announce(timer)
 
     def call(self, function: Callable[[], R]) -> R:
-        """Call a function on the graph's own thread, from any thread; from another one, wait for its answer.
+        """Call a function on the graph's own thread; other threads wait for the result.
 
         Raises:
             NotRunning: the graph's event loop does not run, or is too busy to answer.
@@ -121,11 +121,11 @@ class Bus:
         return function() if get_ident() == self._thread else self.inbox.call(function)
 
     def attach_server(self, server: Server[Any, Any], starting: Activity, on_error: OnError) -> None:
-        """Let a server answer its service.
+        """Connect a server to its service.
 
         Raises:
             IncompatibleType: the service is of another type.
-            DuplicateServer: somebody answers it already.
+            DuplicateServer: the service has a server.
         """
         endpoint = server.endpoint
         service = self.service(endpoint.service, server.type, endpoint.origin)
@@ -134,7 +134,7 @@ class Bus:
         self.announce(server)
 
     def attach_client(self, client: Client[Any, Any]) -> None:
-        """Connect a client to its service, which somebody may answer or not.
+        """Connect a client to its service, which may have no server yet.
 
         Raises:
             IncompatibleType: the service is of another type.
@@ -143,7 +143,7 @@ class Bus:
         self.announce(client)
 
     def service(self, name: str, service_type: type[ServiceType], origin: str) -> Service[Any, Any]:
-        """The service of a name; `origin` is who wants it, for people.
+        """Return the service of a name, created if necessary; `origin` names the caller in errors.
 
         Raises:
             IncompatibleType: it is of another type.
@@ -158,27 +158,27 @@ class Bus:
         return service
 
     def tap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
-        """Hear every message of a topic as it is published, before any queue has it."""
+        """Call `tap` with every message of a topic as it is published, before it reaches a queue."""
         topic.taps.append(tap)
         topic.rebuild()
 
     def keep_recent(self, topic: Topic[Any], depth: int) -> None:
-        """Keep the last messages of a topic from now on, whoever publishes them."""
+        """Keep the last `depth` messages of a topic from now on, from all publishers; 0 keeps none."""
         topic.recent = deque(maxlen=depth) if depth else None
         topic.rebuild()
 
     def untap(self, topic: Topic[M], tap: Callable[[M], None]) -> None:
-        """Hear no more."""
+        """Remove a tap."""
         topic.taps.remove(tap)
         topic.rebuild()
 
     def ledger(self) -> Iterator[SubscriptionStatistics]:
-        """One line per subscription there is or was; in each, `published == delivered + dropped + queued`."""
+        """Yield one line per present or past subscription; in each, `published == delivered + dropped + queued`."""
         for topic in self.topics.values():
             yield from topic.statistics().subscriptions
 
     def statistics(self) -> BusStatistics:
-        """What crossed the bus, as it stands now: one walk over all ends that there are."""
+        """Return the current counts of the bus, from one walk over all endpoints."""
         return BusStatistics(
             topics=tuple(self.topics[name].statistics() for name in sorted(self.topics)),
             services=tuple(self.services[name].statistics() for name in sorted(self.services)),
@@ -187,7 +187,7 @@ class Bus:
         )
 
     def announce(self, attached: Any) -> None:
-        """Call every `on_attach` with what has come: an end, a timer, the parameters of a node."""
+        """Call every `on_attach` with a new endpoint, timer or parameter store."""
         for on_attach in self.on_attach:
             on_attach(attached)
 
@@ -205,7 +205,7 @@ class Bus:
 
 
 def check_qos(offered: Endpoint, requested: Endpoint) -> None:
-    """Refuse a pair of endpoints of which one offers less than the other requests.
+    """Refuse a publisher that offers less than a subscription requests.
 
     Raises:
         IncompatibleQoS: naming both ends, every reason and the smallest fix.

@@ -1,9 +1,9 @@
-"""Call: one request on its way to its answer, and who is held up by whom meanwhile.
+"""Call: one request and its future answer, and the check for calls that wait for each other.
 
-Theory of operation. What a node is in the middle of, answering a request or its `start`, is an `Activity`. A task
-finds its own in a context variable, so a call knows on whose behalf it is made, and every activity knows the calls it
-waits for. Who a service is held up by is known as well: the activity that answers its current request. A new call
-whose service is held up, through however many others, by the one who makes it could never be answered.
+Theory of operation. An `Activity` is a node's `start`, or its answering of one request. A task finds its activity in a
+context variable, so each call knows the activity that makes it, and each activity knows the calls it waits for. A
+service knows the activity that answers its current request. If that activity waits, directly or through others, for the
+activity that makes a new call to this service, the new call could never be answered, so it is refused.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Res_co = TypeVar("Res_co", bound=Message, covariant=True)
 
 
 class Pair(Protocol[Req_co, Res_co]):
-    """What a type checker needs to see of a service type to know what a call takes and gives."""
+    """The request and response types of a service type, for type checkers."""
 
     @property
     def Request(self) -> type[Req_co]: ...  # noqa: D102, N802  # the class inside a service type
@@ -34,18 +34,18 @@ class Pair(Protocol[Req_co, Res_co]):
 
 
 class Activity:
-    """What a node is in the middle of and others may wait for: answering a request, or its `start`."""
+    """A unit of a node's work that others may wait for: answering a request, or its `start`."""
 
     __slots__ = ("calls", "name")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.calls: list[Call[Any, Any]] = []
-        """What it waits for now."""
+        """The calls it waits for now."""
 
     @contextmanager
     def current(self) -> Generator[None]:
-        """Let every call that is made inside, also by tasks that begin there, be on behalf of this activity."""
+        """Attribute every call made inside, and by tasks created inside, to this activity."""
         token = _CURRENT.set(self)
         try:
             yield
@@ -57,17 +57,17 @@ _CURRENT: ContextVar[Activity | None] = ContextVar("busflow.activity", default=N
 
 
 def current_activity() -> Activity | None:
-    """On whose behalf the running code works; what is over by now holds nobody up."""
+    """Return the activity of the running code; a finished one delays no other."""
     return _CURRENT.get()
 
 
 def detach_activity() -> None:
-    """Let this task be one that nobody waits for, whoever began it."""
+    """Detach this task from its creator's activity (deadlock check)."""
     _CURRENT.set(None)
 
 
 class Answerer(Protocol):
-    """Who answers the calls of a service: a node's server, or what stands here for one in another process."""
+    """The receiver of a service's calls: a node's server, or the local stand-in for a remote one."""
 
     @property
     def node(self) -> str:
@@ -76,7 +76,7 @@ class Answerer(Protocol):
 
     @property
     def holder(self) -> Activity | None:
-        """What has to end before the next call is taken, as far as is known here."""
+        """The activity that must end before the next call is taken, if known in this process."""
         ...
 
     def accept(self, call: Call[Any, Any]) -> None:
@@ -88,19 +88,19 @@ class Answerer(Protocol):
         ...
 
     def withdraw(self, call: Call[Any, Any]) -> None:
-        """Learn that nobody waits for the answer any more; asked for every call that ends without one."""
+        """Drop a call whose caller no longer waits; called for every call that ends without an answer."""
         ...
 
     def statistics(self) -> ServerStatistics | None:
-        """Its account; None of what stands in for a server, which has its own."""
+        """Return its counts; None for a stand-in, whose server has its own."""
         ...
 
 
 class Asker(Protocol):
-    """Who makes the calls of a service: a node's client."""
+    """The sender of a service's calls: a node's client."""
 
     def statistics(self) -> ClientStatistics:
-        """Its account."""
+        """Return its counts."""
         ...
 
 
@@ -110,14 +110,14 @@ class Call(Generic[Req, Res]):
     __slots__ = ("activity", "caller", "limit_s", "number", "reply", "request", "service")
 
     def __init__(self, service: str, number: int, request: Req, caller: str, limit_s: float | None = None) -> None:
-        """A call that is to be made on the running loop.
+        """Create a call on the running loop.
 
         Args:
-            service: its name.
-            number: counts those of the service.
-            request: what is asked.
-            caller: who asks.
-            limit_s: how long the caller will wait from now on; None for as long as it takes.
+            service: the service's name.
+            number: the call's number within the service.
+            request: the request.
+            caller: the full name of the calling node.
+            limit_s: how long the caller will wait from now on; None for no limit.
         """
         self.service = service
         self.number = number
@@ -125,22 +125,22 @@ class Call(Generic[Req, Res]):
         self.caller = caller
         self.limit_s = limit_s
         self.activity = Activity(service)
-        """Its being answered."""
+        """The server's activity of answering it."""
         self.reply: asyncio.Future[Res] = asyncio.get_running_loop().create_future()
 
     def succeed(self, response: Res) -> None:
-        """Give the answer; a caller that has gone does not get it."""
+        """Set the answer; it is ignored if the caller no longer waits."""
         if not self.reply.done():
             self.reply.set_result(response)
 
     def fail(self, error: BusflowError) -> None:
-        """Let the caller's `await` raise."""
+        """Make the caller's `await` raise."""
         if not self.reply.done():
             self.reply.set_exception(error)
 
     @property
     def outcome(self) -> Res | BaseException | None:
-        """The answer, or why there is none; None as long as that is open."""
+        """The answer or the exception; None while the call is open."""
         if not self.reply.done():
             return None
         if self.reply.cancelled():
@@ -149,12 +149,12 @@ class Call(Generic[Req, Res]):
 
 
 def refuse_cycle(name: str, answerer: Callable[[str], Answerer | None], waiting: Activity) -> None:
-    """Refuse that an activity waits for a service that waits for it.
+    """Refuse a call by an activity to a service that waits for that activity.
 
     Args:
         name: The service.
-        answerer: Who answers a service, by its name.
-        waiting: Who would wait for it.
+        answerer: Returns the server of a service, by its name.
+        waiting: The activity that makes the call.
 
     Raises:
         DeadlockError: naming the chain.
@@ -171,7 +171,7 @@ def refuse_cycle(name: str, answerer: Callable[[str], Answerer | None], waiting:
 def _chain(
     name: str, answerer: Callable[[str], Answerer | None], waiting: Activity, seen: set[str]
 ) -> list[str] | None:
-    """The names from a service to the one who waits for it, if it is held up by that one."""
+    """Return the names from a service to the waiting activity, if the service waits for it."""
     server = None if name in seen else answerer(name)
     seen.add(name)
     holder = None if server is None else server.holder

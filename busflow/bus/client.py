@@ -1,4 +1,4 @@
-"""Client: the asking end of a service, and its account of every call."""
+"""Client: the calling end of a service, and its counts of calls."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from busflow.bus.endpoint import ServiceEndpoint
 
 TIMEOUT_S = 5.0
-"""How long a call waits for its answer unless told, by the run's clock."""
+"""The default timeout of a call, in seconds of the run's clock."""
 
 
 class Client(Generic[Req, Res]):
-    """The asking end of a service."""
+    """The calling end of a service."""
 
     __slots__ = ("_service", "answered", "called", "cancelled", "endpoint", "errors", "type")
 
     def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
-        """A client that `Bus.attach_client` has yet to connect."""
+        """Create a client that `Bus.attach_client` connects later."""
         self.type = service_type
         self.endpoint = endpoint
         self.called = self.answered = self.cancelled = 0
@@ -39,25 +39,25 @@ class Client(Generic[Req, Res]):
 
     @property
     def available(self) -> bool:
-        """Whether somebody answers the service now."""
+        """Whether the service has a server now."""
         return self._service is not None and self._service.server is not None
 
-    async def call(self, request: Req | None = None, *, timeout: float | None = TIMEOUT_S) -> Res:  # noqa: ASYNC109  # by the run's clock, and told apart from the caller's own
-        """Ask, and wait for the answer.
+    async def call(self, request: Req | None = None, *, timeout: float | None = TIMEOUT_S) -> Res:  # noqa: ASYNC109  # by the run's clock, and distinct from the caller's own
+        """Send a request, and wait for the answer.
 
-        A request that nobody waits for any more, because its caller was cancelled or its time is up, is withdrawn
-        where it still waits; a handler that has begun with it is not interrupted.
+        If the caller is cancelled or times out, a request that is still queued is withdrawn; a handler that has
+        begun with it is not interrupted.
 
         Args:
-            request: What is asked; by default a request with default values.
-            timeout: Seconds of the run's clock, or None to wait as long as it takes.
+            request: The request; by default one with default values.
+            timeout: Seconds of the run's clock, or None for no limit.
 
         Raises:
-            ServiceUnavailable: nobody answers the service, or its server has no room.
-            ServiceFailed: the server's handler raised; the error carries its words.
+            ServiceUnavailable: the service has no server, or its server has no room.
+            ServiceFailed: the server's handler raised; the error carries its text.
             ServiceGone: the server's node ended before it had answered.
             ServiceTimeout: there was no answer in time.
-            DeadlockError: the server waits, directly or through others, for the one who asks.
+            DeadlockError: the server waits, directly or through others, for the caller.
             IncompatibleType: the request is of another type.
         """
         service = self._attached()
@@ -82,16 +82,16 @@ class Client(Generic[Req, Res]):
         return response
 
     async def ready(self, *, timeout: float | None = TIMEOUT_S) -> None:  # noqa: ASYNC109  # as above
-        """Wait until somebody answers the service.
+        """Wait until the service has a server.
 
         Raises:
-            ServiceUnavailable: nobody did in time.
+            ServiceUnavailable: no server came in time.
         """
         check_timeout(timeout)
         await self._attached().wait_for_server(timeout)
 
     def statistics(self) -> ClientStatistics:
-        """The client's account, as it stands now."""
+        """Return the client's current counts."""
         failed = self.errors.total()
         return ClientStatistics(
             node=self.endpoint.node,
@@ -127,7 +127,7 @@ class Client(Generic[Req, Res]):
 
 
 def check_timeout(timeout_s: float | None) -> None:
-    """Refuse a limit in which nothing could be answered.
+    """Refuse a timeout that is not positive and finite.
 
     Raises:
         ValueError: it is not a positive number of seconds.

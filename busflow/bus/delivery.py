@@ -1,6 +1,6 @@
-"""Recipient: the way of everything that waits in a queue to its handler: messages, and the requests of a service.
+"""Recipient: delivers queued items, the messages of a topic or the requests of a service, to a handler.
 
-Theory of operation. What a delivery costs is decided in four places: `Publisher.publish`, `Topic.wake`, the loop of
+Theory of operation. The cost of a delivery is decided in four places: `Publisher.publish`, `Topic.wake`, the loop of
 the dispatcher, and here. Of the ten bare calls of a Python function (43 ns each, where this was measured) that a
 message costs in a burst of 64,
 
@@ -8,11 +8,11 @@ message costs in a burst of 64,
     3  are the turn: the message taken, counted and handed over, of which the call of the handler is one
     3  are shared with other messages: the turns of the dispatcher (eight), the turn of the loop (all of the burst)
 
-and each further subscription adds half a call for its append and those three for its turn. So whatever is done here
-once per message is done because a promise needs it: `delivered` is counted before the handler may look at it, and who
-was paused by its own handler is handed nothing more. What a subtraction tells when somebody asks (how many messages
-overflowed) is not counted, and whoever wants more than the plain case (losses that are heard of, links, deadlines) has
-a slower way in, which that subscription alone pays for.
+and each further subscription adds half a call for its append and those three for its turn. So each step here that runs
+once per message is needed for a promise: `delivered` is counted before the handler can read it, and a recipient that
+its own handler paused gets no further message. A count that a subtraction can give on request (overflow) is not kept.
+A subscription that needs more than the plain case (observed drops, links, deadlines) has a slower push function, and
+only that subscription pays for it.
 """
 
 from __future__ import annotations
@@ -34,57 +34,57 @@ S = TypeVar("S", bound="DeliverySource")
 
 
 class DeliverySource:
-    """What recipients take from: a topic, or a service, where nothing expires and nobody waits for room."""
+    """The source of recipients: a topic, or a service, where nothing expires and no sender waits for room."""
 
     __slots__ = ("idle", "perishable", "waiting")
 
     def __init__(self) -> None:
         self.idle = False
-        """Whether some recipient may have to be woken when something comes."""
+        """Whether a recipient may have to be woken when an item arrives."""
         self.perishable = False
-        """Whether what waits may expire."""
+        """Whether queued items may expire."""
         self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
-        """One for each that waits for room."""
+        """One future for each sender that waits for room."""
 
     def grant(self) -> None:
-        """Wake the first that waits for room when there is some."""
+        """Wake the first waiting sender when there is room."""
 
 
 class Recipient(ABC, Generic[T, S]):
-    """Takes what waits into a handler, plain or `async`, or for a task that pulls.
+    """Delivers queued items to a handler, plain or `async`, or to a task that pulls.
 
-    A recipient is `idle` while nothing waits and somebody wants to know when something does.
+    A recipient is `idle` while its queue is empty and it has to be woken when an item arrives.
     """
 
     __slots__ = (
-        "_dispatcher", "_doorbell", "_handler", "_is_async", "_open", "_origin", "_source", "delivered", "idle",
+        "_dispatcher", "_handler", "_is_async", "_open", "_origin", "_source", "_wakeup", "delivered", "idle",
         "items",
     )  # fmt: skip
 
     def __init__(self, items: deque[Any], handler: Callable[[T], Any] | None, origin: str) -> None:
-        """A recipient of what is put into `items`, which is yet to be attached to a source and opened."""
+        """Create a recipient of the queue `items`; it is attached to a source and opened later."""
         self.items = items
         self.delivered: int = 0
-        """How many the handler, or a task, was given."""
+        """The number of items given to the handler or a task."""
         self.idle = False
         self._handler = handler
         self._is_async = iscoroutinefunction(handler)
         self._origin = origin
         self._source: S | None = None
         self._dispatcher: Dispatcher | None = None
-        self._doorbell: asyncio.Future[None] | None = None
+        self._wakeup: asyncio.Future[None] | None = None
         self._open = False
 
     @abstractmethod
     def _failed(self, error: BaseException, item: Any) -> None:
-        """Deal with what the handler raised, and on which item."""
+        """Process an exception that the handler raised on an item."""
 
     def _fresh(self, item: Any) -> T | None:
-        """What the handler is given of an item, or None where that has expired; asked where the source perishes."""
+        """Return the handler's argument for an item, or None if it has expired; called if the source is perishable."""
         return item
 
     def open(self) -> Coroutine[Any, Any, None] | None:
-        """Begin to hand over; an `async` handler needs the returned coroutine run as a task of its node."""
+        """Start the delivery; for an `async` handler, the node must run the returned coroutine as a task."""
         self._open = True
         if self._handler is None:
             return None
@@ -97,16 +97,16 @@ class Recipient(ABC, Generic[T, S]):
         return None
 
     def wake(self) -> None:
-        """Something waits: a plain handler gets in line, a task is woken."""
+        """Schedule the plain handler, or wake the task, because an item waits."""
         self.idle = False
-        if self._doorbell is None:
+        if self._wakeup is None:
             self._dispatcher.schedule(self)  # type: ignore[union-attr]  # attached, or nothing would arrive
-        elif not self._doorbell.done():
-            self._doorbell.set_result(None)
+        elif not self._wakeup.done():
+            self._wakeup.set_result(None)
 
     def turn(self, limit: int) -> int:
-        """Hand up to `limit` items to the plain handler; called by the dispatcher."""
-        if not self._open:  # it was paused, or has left, after it had got in line
+        """Deliver up to `limit` items to the plain handler; called by the dispatcher."""
+        if not self._open:  # paused or closed after it was scheduled
             return 0
         items: Any = self.items
         handler: Any = self._handler
@@ -123,7 +123,7 @@ class Recipient(ABC, Generic[T, S]):
                 self.delivered = delivered = delivered + 1
                 if (result := handler(message)) is not None:
                     refuse_coroutine(result, self._origin)
-        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node fails
             self._failed(error, message)
         if source.waiting:
             source.grant()
@@ -135,7 +135,7 @@ class Recipient(ABC, Generic[T, S]):
         return delivered - before
 
     async def _pump(self, handler: Callable[[T], Any]) -> None:
-        """Hand items to an `async` handler, one at a time, and give the loop its turn between batches."""
+        """Deliver items to an `async` handler one at a time, and yield to the event loop between batches."""
         dispatcher: Dispatcher = self._dispatcher  # type: ignore[assignment]  # attached before it is opened
         items: Any = self.items
         source: Any = self._source
@@ -164,26 +164,26 @@ class Recipient(ABC, Generic[T, S]):
                     handled, started = 0, dispatcher.now()
 
     async def _wait(self) -> None:
-        """Wait until something arrives, or the recipient closes."""
-        self._doorbell = asyncio.get_running_loop().create_future()
+        """Wait until an item arrives or the recipient closes."""
+        self._wakeup = asyncio.get_running_loop().create_future()
         self._rest()
         try:
-            await self._doorbell
+            await self._wakeup
         finally:
-            self._doorbell = None
+            self._wakeup = None
             self.idle = False
 
     def _end_wait(self) -> None:
-        if self._doorbell is not None and not self._doorbell.done():
-            self._doorbell.set_result(None)
+        if self._wakeup is not None and not self._wakeup.done():
+            self._wakeup.set_result(None)
 
     def _rest(self) -> None:
-        """Have the source wake this one when something waits again."""
+        """Ask the source to wake this recipient at the next item."""
         self.idle = True
         if self._source is not None:
             self._source.idle = True
 
     def pause(self) -> None:
-        """Hand over no more; what arrives waits."""
+        """Stop the delivery; arriving items stay queued."""
         self._open = False
         self.idle = False

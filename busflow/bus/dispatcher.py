@@ -1,10 +1,10 @@
-"""Dispatcher: hands queued messages to handlers, fairly, on one event loop.
+"""Dispatcher: delivers queued messages to handlers, fairly, on one event loop.
 
-Theory of operation. A subscription with messages stands in one ready line per bus, once. The dispatcher lets
-each in turn handle at most `QUANTUM` messages and gives the loop back after its budget, so that no flood can
-starve a timer or another node. Entering the line wakes the dispatcher with one `call_soon`. The runtime's own
-entry points (timers, the inbox of other threads) come through `run_now` instead: what they publish is delivered
-before they return, without another turn of the loop, whose `select` would be the dearest part of a delivery.
+Theory of operation. A bus has one ready line; a subscription with messages is in it once. The dispatcher lets each in
+turn handle at most `QUANTUM` messages and yields to the event loop after its budget, so that no flood can starve a
+timer or another node. Entering the line wakes the dispatcher with one `call_soon`. The runtime's own entry points
+(timers, the inbox of other threads) use `run_now` instead: their messages are delivered before they return, without
+another turn of the loop, whose `select` would cost more than the rest of a delivery.
 """
 
 from __future__ import annotations
@@ -20,77 +20,77 @@ from busflow.clock import perf_counter
 QUANTUM = 8
 """Messages a subscription may handle before the next one's turn."""
 BUDGET_S = 0.0002
-"""Wall time after which the loop gets its turn: bounds how late a flood makes a timer."""
+"""Wall time after which the dispatcher yields to the loop; it bounds the delay of timers in a flood."""
 SLOW_S = 0.01
-"""A turn that takes longer is that of slow handlers; what a look at the time costs does not matter then."""
+"""A longer turn means slow handlers, for which the cost of reading the clock does not matter."""
 BUDGET_MESSAGES = 256
-"""The same in virtual time, where wall time must not decide anything."""
+"""The budget in messages for virtual time, where wall time must not decide anything."""
 
 
 class Runnable(Protocol):
-    """What stands in the ready line: a subscription with messages waiting."""
+    """An entry of the ready line: a subscription or server with queued items."""
 
     def turn(self, limit: int) -> int:
-        """Handle up to `limit` messages, get back in line if more wait, and say how many it was."""
+        """Handle up to `limit` items, re-enter the line if more wait, and return the number handled."""
         ...
 
 
 class Chooser(Protocol):
-    """Who decides what the order of deliveries leaves open, for a test that looks for races."""
+    """Chooses among the permitted orders of delivery, for a test that looks for races."""
 
     def pick(self, ready: Sequence[Runnable]) -> int:
-        """Who in the line has its turn; 0 is the first."""
+        """Choose the entry of the line that runs next; 0 is the first."""
         ...
 
     def share(self, most: int) -> int:
-        """How many messages it may handle, from 1 to `most`."""
+        """Choose how many messages it may handle, from 1 to `most`."""
         ...
 
     def rests(self) -> bool:
-        """Whether the loop gets its turn now, as when the budget is used up."""
+        """Choose whether to yield to the loop now, as if the budget were used up."""
         ...
 
 
 class Dispatcher:
-    """The ready line of one bus and the one who serves it."""
+    """The ready line of one bus, and the loop callback that serves it."""
 
     __slots__ = ("_awake", "_explore", "_loop", "_virtual", "quantum", "ready")
 
     def __init__(self, *, virtual: bool = False, explore: Chooser | None = None) -> None:
-        """A dispatcher that budgets by messages when `virtual`, and serves as `explore` chooses if there is one."""
+        """Create a dispatcher; `virtual` budgets by messages, `explore` chooses the order."""
         self.ready: deque[Runnable] = deque()
         self.quantum = QUANTUM
-        """Messages of a turn: one, while handlers take so long that the loop would stand still over eight of them."""
+        """Messages per turn: 1 while handlers are so slow that eight of them would block the loop."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._awake = False
         self._virtual = virtual
         self._explore = explore
 
     def open(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Serve on this loop from now on, first of all what already waits in line."""
+        """Start to serve on this loop, beginning with the entries already in line."""
         self._loop = loop
         if self.ready:
             self._awake = True
             loop.call_soon(self._dispatch)
 
     def close(self) -> None:
-        """Serve no more: what waits stays queued and counted."""
+        """Stop serving; waiting messages stay queued and counted."""
         self._loop = None
         self._awake = False
 
     def statistics(self) -> DispatcherStatistics:
-        """How busy the dispatcher is now."""
+        """Return the current load of the dispatcher."""
         return DispatcherStatistics(ready=len(self.ready), quantum=self.quantum)
 
     def schedule(self, runnable: Runnable) -> None:
-        """Put a subscription in line; it must not stand there already."""
+        """Add a subscription or server to the line; it must not be in it already."""
         self.ready.append(runnable)
         if not self._awake and self._loop is not None:
             self._awake = True
             self._loop.call_soon(self._dispatch)
 
     def run_now(self, callback: Callable[[], None]) -> None:
-        """Run an entry point of the runtime and deliver what it published before returning."""
+        """Run an entry point of the runtime, and deliver its messages before returning."""
         if self._awake or self._loop is None:
             callback()
             return
@@ -101,11 +101,11 @@ class Dispatcher:
             self._dispatch()
 
     def now(self) -> float:
-        """The moment a batch of an `async` handler begins, for `spent`."""
+        """Return the start time of a batch of an `async` handler, for `spent`."""
         return 0.0 if self._virtual else perf_counter()
 
     def spent(self, started: float, handled: int) -> bool:
-        """Whether a batch that began at `started` and handled so many messages has had its share of the loop."""
+        """Return whether a batch that began at `started` and handled this many messages has used its budget."""
         if self._virtual:
             return handled >= (QUANTUM if self._explore else BUDGET_MESSAGES)
         if handled < self.quantum or (took_s := perf_counter() - started) <= BUDGET_S:
@@ -114,9 +114,9 @@ class Dispatcher:
         return True
 
     async def rest(self) -> None:
-        """Give the loop its turn after such a batch, on wall time with all timers that are due."""
+        """Yield to the loop after such a batch; on wall time, all due timers run too."""
         await asyncio.sleep(0)
-        if not self._virtual:  # a loop goes on with a task that yields before it calls a timer, but not a second time
+        if not self._virtual:  # a loop resumes a task that yields once before it runs timers
             await asyncio.sleep(0)
 
     def _dispatch(self) -> None:
@@ -130,16 +130,16 @@ class Dispatcher:
                 self._serve_by_count()
             else:
                 self._serve_by_time()
-        finally:  # whatever one turn may raise, the others get theirs
+        finally:  # an exception in one turn does not cancel the others
             if self.ready and self._loop is not None:
                 self._go_on_later(self._loop)
             else:
                 self._awake = False
 
     def _go_on_later(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Take the next turn of the loop, on wall time after all timers that are due.
+        """Continue in the next turn of the loop; on wall time, after all due timers.
 
-        A loop calls what `call_soon` left with it before any timer: one would come a budget later than it has to.
+        A loop runs `call_soon` callbacks before timers, which would delay each timer by one more budget.
         """
         if self._virtual:
             loop.call_soon(self._dispatch)
@@ -148,7 +148,7 @@ class Dispatcher:
 
     def _serve_by_time(self) -> None:
         ready = self.ready
-        if not ready:  # an entry point that published nothing does not ask for the time
+        if not ready:  # an entry point that published nothing need not read the clock
             return
         end = perf_counter() + BUDGET_S
         while True:

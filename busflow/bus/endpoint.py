@@ -1,4 +1,4 @@
-"""Endpoint: what is known of one end of a topic or a service without running it."""
+"""Endpoint: the description of one end of a topic or a service, known without running it."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from busflow.interfaces.message import Message, ServiceType
 ROSOUT = "/rosout"
 """The topic of the run's log."""
 LOG_NODE = "/_log"
-"""The node that publishes it, for all nodes of the run."""
+"""The node that publishes the log, for all nodes of the run."""
 PARAMETER_EVENTS = "/parameter_events"
-"""The topic of every node's changes of parameters."""
+"""The topic of the parameter changes of all nodes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """What is known of one end of a topic without running it."""
+    """The description of one end of a topic, known without running it."""
 
     node: str
     """The fully qualified name of its node, `/left/arm`."""
@@ -26,18 +26,18 @@ class Endpoint:
     type: type[Message]
     qos: QoS
     origin: str
-    """What declares it, for people: `SensorProcessor.on_imu`."""
+    """The declaring class and attribute, for messages: `SensorProcessor.on_imu`."""
     written: str
     """The topic's name as the node wrote it, before namespaces and remapping."""
     remap_rule: str | None = None
     """The remap rule that applied, if one did."""
     remote: bool = False
-    """Whether it is in another process, whose mistakes are no fault of a node here."""
+    """True in another process; its mistakes are then not blamed on a node of this one."""
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceEndpoint:
-    """What is known of one end of a service without running it."""
+    """The description of one end of a service, known without running it."""
 
     node: str
     """The fully qualified name of its node, `/left/arm`."""
@@ -45,7 +45,7 @@ class ServiceEndpoint:
     """The final name of its service, `/left/arm/reset`."""
     type: type[ServiceType]
     origin: str
-    """What declares it, for people: `Arm.on_reset`."""
+    """The declaring class and attribute, for messages: `Arm.on_reset`."""
     written: str
     """The service's name as the node wrote it, before namespaces and remapping."""
     remap_rule: str | None = None

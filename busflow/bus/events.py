@@ -1,4 +1,4 @@
-"""Events: what can happen to an endpoint besides messages; a node hears of them with `@on_event(topic)`."""
+"""Events: changes of an endpoint other than messages; a node receives them with `@on_event(topic)`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something happened to one end of a topic."""
+    """Base of the events of one endpoint of a topic."""
 
     topic: str
     """The topic's final name."""
@@ -17,13 +17,13 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class DeadlineMissed(Event):
-    """No message for longer than the `deadline`; told once per deadline for as long as the silence lasts.
+    """No message came for longer than the `deadline`; sent once per deadline while the silence lasts.
 
-    A publisher's node hears that it has not published, a subscription's node that nothing has arrived.
+    A publisher's node gets it when it has not published, a subscription's node when nothing has arrived.
     """
 
     count: int
-    """How often it has been missed by now."""
+    """The number of missed deadlines so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,40 +31,40 @@ class LivelinessLost(Event):
     """A `manual_by_topic` publisher of this node has been silent for longer than its `lease`."""
 
     count: int
-    """How often it has been lost by now."""
+    """The number of losses so far."""
 
 
 @dataclass(frozen=True, slots=True)
 class LivelinessChanged(Event):
-    """A publisher of a topic that this node receives came to life, fell silent beyond its `lease`, or left."""
+    """A publisher of a topic that this node receives became alive, was silent beyond its `lease`, or left."""
 
     alive: int
-    """How many publishers of the topic are alive."""
+    """The number of publishers of the topic that are alive."""
     not_alive: int
-    """How many are there, but silent beyond their lease."""
+    """The number of publishers that are silent beyond their lease."""
 
 
 @dataclass(frozen=True, slots=True)
 class PublisherMatched(Event):
-    """Subscriptions of a topic that this node publishes came or left; those that were there first are told of, too."""
+    """Subscriptions of a topic that this node publishes came or left; those already present are reported too."""
 
     total: int
-    """How many there ever were while this node published."""
+    """The number of subscriptions that ever existed while this node published."""
     total_change: int
     current: int
-    """How many there are."""
+    """The number of them now."""
     current_change: int
 
 
 @dataclass(frozen=True, slots=True)
 class SubscriptionMatched(Event):
-    """Publishers of a topic that this node receives came or left; those that were there first are told of, too."""
+    """Publishers of a topic that this node receives came or left; those already present are reported too."""
 
     total: int
-    """How many there ever were while this node received."""
+    """The number of publishers that ever existed while this node received."""
     total_change: int
     current: int
-    """How many there are."""
+    """The number of them now."""
     current_change: int
 
 
@@ -72,51 +72,51 @@ class SubscriptionMatched(Event):
 class MessageLost(Event):
     """Messages for this node were lost: its queue was full, or they did not arrive.
 
-    Not told of are those that it did not want any more: expired ones, and those that a newer one has superseded.
+    Messages that were no longer wanted do not count: expired ones, and those superseded by a newer one.
     """
 
     total: int
-    """How many were lost by now."""
+    """The number of lost messages so far."""
     total_change: int
-    """How many of them since it was last told."""
+    """The number lost since the last event."""
 
 
 UNWANTED = frozenset({"expired", "superseded"})
-"""Reasons for which a message is dropped that nobody misses."""
+"""Reasons for dropping a message that do not count as a loss."""
 
 
 @dataclass(slots=True)
 class Notices:
-    """What a node knows already of one end of a topic, so that each change makes one event.
+    """The state of one endpoint that its node already knows, so that each change makes one event.
 
-    Pure: states are compared, not occurrences collected, so a node that begins to listen late learns what it missed.
+    Pure: it compares states and does not collect occurrences, so a node that starts to listen late misses nothing.
     """
 
     before: int = 0
-    """How many ends of the other kind had come and left before this one came."""
+    """The number of matching endpoints that had come and left before this one came."""
     lost: int = 0
     pending: bool = False
-    """Whether losses are going to be told."""
+    """Whether an event for losses is scheduled."""
     _matched: tuple[int, int] = (0, 0)
     _alive: tuple[int, int] = (0, 0)
 
     def matching(
         self, kind: type[PublisherMatched | SubscriptionMatched], topic: str, come: int, current: int
     ) -> Iterator[Event]:
-        """News of the ends of the other kind, of which so many have come by now and so many are there."""
-        (told_total, told_current), self._matched = self._matched, (come - self.before, current)
+        """Yield an event if the matching endpoints changed: `come` ever attached, `current` are attached now."""
+        (last_total, last_current), self._matched = self._matched, (come - self.before, current)
         total = come - self.before
-        if (told_total, told_current) != self._matched:
-            yield kind(topic, total, total - told_total, current, current - told_current)
+        if (last_total, last_current) != self._matched:
+            yield kind(topic, total, total - last_total, current, current - last_current)
 
     def liveliness(self, topic: str, alive: int, not_alive: int) -> Iterator[Event]:
-        """News of how many publishers are alive."""
-        told, self._alive = self._alive, (alive, not_alive)
-        if told != self._alive:
+        """Yield an event if the number of live publishers changed."""
+        last, self._alive = self._alive, (alive, not_alive)
+        if last != self._alive:
             yield LivelinessChanged(topic, alive, not_alive)
 
     def losses(self, topic: str, drops: Counter[str]) -> Iterator[Event]:
-        """News of messages that were lost."""
-        told, self.lost = self.lost, sum(count for reason, count in drops.items() if reason not in UNWANTED)
-        if told != self.lost:
-            yield MessageLost(topic, self.lost, self.lost - told)
+        """Yield an event if more messages were lost."""
+        last, self.lost = self.lost, sum(count for reason, count in drops.items() if reason not in UNWANTED)
+        if last != self.lost:
+            yield MessageLost(topic, self.lost, self.lost - last)

@@ -1,4 +1,4 @@
-"""Time limits of messages and endpoints: how long a message lives, and how long an endpoint may be silent."""
+"""Time limits: the lifespan of messages, and the longest permitted silence of endpoints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NS_PER_S = 1_000_000_000
 
 
 class Perishable(Generic[T]):
-    """A message on its way that is dropped, not delivered, once it has outlived its publisher's `lifespan`."""
+    """A queued message with an expiry time from its publisher's `lifespan`; after it, the message is dropped."""
 
     __slots__ = ("expires_ns", "message")
 
@@ -26,7 +26,7 @@ class Perishable(Generic[T]):
 
 
 def fresh(item: T | Perishable[T], clock: Clock) -> T | None:
-    """The message of a queued item, or None when it has expired."""
+    """Return the message of a queued item, or None if it has expired."""
     if not isinstance(item, Perishable):
         return item
     perishable = cast("Perishable[T]", item)
@@ -34,7 +34,7 @@ def fresh(item: T | Perishable[T], clock: Clock) -> T | None:
 
 
 def expire(items: deque[T | Perishable[T]], clock: Clock) -> int:
-    """Take out what has expired, and say how many that were."""
+    """Remove the expired items, and return their number."""
     kept = [item for item in items if fresh(item, clock) is not None]
     expired = len(items) - len(kept)
     if expired:
@@ -44,38 +44,38 @@ def expire(items: deque[T | Perishable[T]], clock: Clock) -> int:
 
 
 def next_expiry_ns(items: Iterable[object]) -> int | None:
-    """When the next of these expires, on the monotonic clock; None where none does."""
+    """Return the monotonic time in ns at which the next item expires; None if none does."""
     return min(
         (cast("Perishable[Any]", item).expires_ns for item in items if isinstance(item, Perishable)), default=None
     )
 
 
 class SilenceTimer:
-    """Calls back for every period in which nothing happened, counted from the first time that something did.
+    """Calls back for every period without a `touch`, counted from the first touch.
 
-    A touch costs one reading of the clock; the timer looks at the last touch when it fires, and moves on.
+    A touch costs one reading of the clock; when the timer fires, it checks the last touch and schedules itself again.
     """
 
     __slots__ = ("_clock", "_handle", "_last_ns", "_period_ns", "_repeat", "on_silence")
 
     def __init__(self, period_s: float, clock: Clock, on_silence: Callable[[], None], *, repeat: bool) -> None:
-        """A watch that begins at the first touch; with `repeat` it calls back once per period of silence."""
+        """Create a timer that starts at the first touch; with `repeat` it calls back once per period of silence."""
         self._period_ns = round(period_s * NS_PER_S)
         self._clock = clock
         self.on_silence = on_silence
-        """Whom it calls; an endpoint that takes another one's place takes its watch along."""
+        """The callback; a successor endpoint takes over the timer and sets its own."""
         self._repeat = repeat
         self._last_ns = 0
         self._handle: asyncio.TimerHandle | None = None
 
     def touch(self, _message: object = None) -> None:
-        """Something happened."""
+        """Restart the period; the argument is ignored."""
         self._last_ns = self._clock.monotonic_ns()
         if self._handle is None:
             self._handle = self._clock.call_at(self._last_ns + self._period_ns, self._look)
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop the timer."""
         if self._handle is not None:
             self._handle.cancel()
             self._handle = None

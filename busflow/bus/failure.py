@@ -1,4 +1,4 @@
-"""Failure: a node that raised, and how that is told: in one block that names node, handler, line and message."""
+"""Failure: an exception of a node, and its text, which names node, handler, line and message."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from busflow.text import printable
 from busflow.validation.tracebacks import user_line
 
 _SHOWN = 400
-"""Characters of a message that a block shows: enough to recognise it by."""
+"""The number of characters shown of a message, enough to recognise it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What a node raised, where, and on which message."""
+    """An exception of a node, its place, and the message being handled."""
 
     node: str
     origin: str
-    """What raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
+    """The code that raised, for people: `SensorProcessor.on_imu (subscription /imu/data)`."""
     error: BaseException
     message: Message | None = None
 
@@ -41,7 +41,7 @@ class Failure:
         return error
 
     def render(self) -> str:
-        """The failure as a block for people."""
+        """Return the failure as several lines of text for people."""
         lines = [f"node {self.node} failed in {self.origin}"]
         place = user_line(self.cause)
         if place is not None:
@@ -59,7 +59,7 @@ class Failure:
 
 
 def is_failure(error: BaseException) -> bool:
-    """Whether what a node's code raised is its own doing, and not that it is being cancelled from outside."""
+    """Return whether an exception is the node code's own, and not a cancellation from outside."""
     if isinstance(error, asyncio.CancelledError):
         task = asyncio.current_task()
         return task is None or task.cancelling() == 0
@@ -67,7 +67,7 @@ def is_failure(error: BaseException) -> bool:
 
 
 def refuse_coroutine(result: object, origin: str) -> None:
-    """Refuse what a plain handler returned if it is a coroutine: nobody awaits it, so nothing would ever happen.
+    """Refuse a coroutine or generator as the result of a plain handler, since no code would run it.
 
     Raises:
         InvalidDeclaration: it is a coroutine or a generator.

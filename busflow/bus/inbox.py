@@ -1,4 +1,4 @@
-"""Inbox: what other threads hand to the event loop: messages to publish, and functions to call."""
+"""Inbox: work from other threads for the event loop: messages to publish, and functions to call."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from busflow.errors import NotRunning, WouldBlock
 R = TypeVar("R")
 
 CALL_TIMEOUT_S = 5.0
-"""How long a thread waits for the loop to do what it asks, in wall time."""
+"""Wall time for which a thread waits until the loop has called its function."""
 
 INBOX_DEPTH = 4096
 """Messages from other threads that may wait for the loop."""
 
 
 class Inbox:
-    """What other threads hand to the loop: in order, bounded, counted; a full inbox loses its oldest.
+    """A bounded, ordered, counted queue of messages from other threads; when full, it drops the oldest.
 
-    The lock only guards the few instructions that decide who wakes the loop; nothing waits while holding it.
+    The lock guards only the few instructions that decide which thread wakes the loop; no code waits while holding it.
     """
 
     __slots__ = ("_armed", "_closed", "_dispatcher", "_items", "_lock", "_loop", "dropped", "refused", "taken")
@@ -42,7 +42,7 @@ class Inbox:
         self.refused = 0
 
     def open(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Deliver on this loop, first of all what came before."""
+        """Start to deliver on this loop, beginning with the waiting messages."""
         with self._lock:
             self._loop, self._closed = loop, False
             self._armed = bool(self._items)
@@ -50,19 +50,19 @@ class Inbox:
             loop.call_soon(self._drain)
 
     def close(self) -> None:
-        """Deliver no more; what waits, or comes later, is lost and counted."""
+        """Stop delivering; waiting and later messages are dropped and counted."""
         with self._lock:
             self._loop, self._closed = None, True
             self.dropped += len(self._items)
             self._items.clear()
 
     def statistics(self) -> InboxStatistics:
-        """What the inbox has counted, as it stands now; from any thread."""
+        """Return the inbox's current counts, from any thread."""
         with self._lock:
             return InboxStatistics(self.taken, self.dropped, self.refused, waiting=len(self._items))
 
     def put(self, publish: Callable[[], None]) -> None:
-        """Hand over one publish, from any thread, without waiting."""
+        """Enqueue one publish, from any thread, without waiting."""
         with self._lock:
             if self._closed:
                 self.dropped += 1
@@ -78,10 +78,10 @@ class Inbox:
         loop.call_soon_threadsafe(self._drain)
 
     def call(self, function: Callable[[], R]) -> R:
-        """Call a function on the loop, from another thread, and wait for what it returns or raises.
+        """Call a function on the loop, from another thread, and wait for its result or exception.
 
         Raises:
-            NotRunning: there is no loop, or it does not come round to it in time; then it is not called later either.
+            NotRunning: there is no loop, or it did not call the function in time; it will not call it later.
         """
         future: Future[R] = Future()
 
@@ -89,7 +89,7 @@ class Inbox:
             if future.set_running_or_notify_cancel():
                 try:
                     future.set_result(function())
-                except BaseException as error:  # noqa: BLE001  # it is raised where it was called
+                except BaseException as error:  # noqa: BLE001  # raised in the calling thread
                     future.set_exception(error)
 
         with self._lock:
@@ -119,7 +119,7 @@ class Inbox:
                 self.taken += 1
                 try:
                     publish()
-                except (WouldBlock, NotRunning):  # the thread has long gone on: the count is how it is told
+                except (WouldBlock, NotRunning):  # the thread no longer waits: only the count reports it
                     self.refused += 1
         finally:
             self.dropped += len(waiting) - done

@@ -40,7 +40,7 @@ _FAULTS = {
 
 @dataclass(frozen=True, slots=True)
 class NameFault:
-    """What is wrong with a name: a stable word, the character where, and why with what to do."""
+    """A fault of a name: a stable word, the index of the character, and the reason with a fix."""
 
     kind: str
     index: int
@@ -48,7 +48,7 @@ class NameFault:
 
 
 def topic_name_fault(name: str) -> NameFault | None:
-    """What is wrong with a topic name as a node writes it: `relative`, `~/private`, `{node}/x`, `/absolute`.
+    """Return the fault of a topic name as a node writes it, if any: `relative`, `~/private`, `{node}/x`, `/absolute`.
 
     >>> topic_name_fault("foo/~/bar").kind
     'misplaced_tilde'
@@ -63,19 +63,19 @@ def topic_name_fault(name: str) -> NameFault | None:
 
 
 def full_topic_name_fault(name: str) -> NameFault | None:
-    """What is wrong with a topic name that must be absolute and free of `~` and `{}`."""
+    """Return the fault of a topic name that must be absolute, without `~` and `{}`, if any."""
     return _absolute_name_fault(name) or _length_fault(name, TOPIC_NAME_MAX)
 
 
 def namespace_fault(name: str) -> NameFault | None:
-    """What is wrong with a namespace: `/` or an absolute name."""
+    """Return the fault of a namespace, if any; valid are `/` and absolute names."""
     if name == "/":
         return None
     return _absolute_name_fault(name) or _length_fault(name, NAMESPACE_MAX)
 
 
 def node_name_fault(name: str) -> NameFault | None:
-    """What is wrong with a node's name: one word, without slashes."""
+    """Return the fault of a node name, if any; valid is one word without slashes."""
     if not name:
         return _fault(name, "empty", 0)
     for index, char in enumerate(name):
@@ -87,32 +87,32 @@ def node_name_fault(name: str) -> NameFault | None:
 
 
 def check_topic_name(name: str) -> str:
-    """The name itself, or `InvalidName` that shows where it is wrong."""
+    """Return the name, or raise `InvalidName`, which shows the place of the fault."""
     return _check("topic name", name, topic_name_fault)
 
 
 def check_full_topic_name(name: str) -> str:
-    """The name itself, or `InvalidName`."""
+    """Return the name, or raise `InvalidName`."""
     return _check("topic name", name, full_topic_name_fault)
 
 
 def check_namespace(name: str) -> str:
-    """The namespace itself, or `InvalidName`."""
+    """Return the namespace, or raise `InvalidName`."""
     return _check("namespace", name, namespace_fault)
 
 
 def check_node_name(name: str) -> str:
-    """The node's name itself, or `InvalidName`."""
+    """Return the node's name, or raise `InvalidName`."""
     return _check("node name", name, node_name_fault)
 
 
 def is_hidden(name: str) -> bool:
-    """Whether listings leave the name out unless asked: some part of it starts with `_`."""
+    """Return whether a part of the name starts with `_`; listings omit such names by default."""
     return any(part.startswith("_") for part in name.split("/"))
 
 
 def absolute_namespace(namespace: str) -> str:
-    """The namespace a node gets: `""` is the root, a leading slash may be left out.
+    """Return a namespace as an absolute name: `""` is the root, the leading slash is optional.
 
     >>> absolute_namespace("left/arm")
     '/left/arm'
@@ -120,9 +120,9 @@ def absolute_namespace(namespace: str) -> str:
     return namespace if namespace.startswith("/") else f"/{namespace}"
 
 
-@lru_cache(maxsize=1024)  # every line of a ledger and every failure asks for it
+@lru_cache(maxsize=1024)  # used for every line of a ledger and every failure
 def fully_qualified(node: str, namespace: str) -> str:
-    """A node's one name in the graph.
+    """Return a node's unique name in the graph.
 
     >>> fully_qualified("camera", "/left"), fully_qualified("camera", "")
     ('/left/camera', '/camera')
@@ -133,10 +133,10 @@ def fully_qualified(node: str, namespace: str) -> str:
 
 
 def expand(name: str, *, node: str, namespace: str, substitutions: Mapping[str, str] | None = None) -> str:
-    """The absolute name of a topic or service that a node writes as `name`.
+    """Return the absolute name of a topic or service that a node writes as `name`.
 
-    As in ROS 2, what braces bring in is not looked at again: `/foo/{ns}` has two slashes in a row afterwards,
-    which `resolve` refuses.
+    As in ROS 2, substituted text is not checked again: `/foo/{ns}` has two slashes in a row afterwards, which
+    `resolve` refuses.
 
     >>> expand("~/image", node="camera", namespace="/left")
     '/left/camera/image'
@@ -161,7 +161,7 @@ def expand(name: str, *, node: str, namespace: str, substitutions: Mapping[str, 
 
 
 class Target(StrEnum):
-    """What a remap rule renames."""
+    """The kind of name that a remap rule renames."""
 
     NODE = "node"
     NAMESPACE = "namespace"
@@ -189,14 +189,14 @@ _SPECIALS = {
 
 @dataclass(frozen=True, slots=True)
 class RemapRule:
-    """Renames what matches: a topic or service, or (with `__node`, `__ns`) a node or its namespace.
+    """A rule that renames topics or services that match, or (with `__node`, `__ns`) a node or its namespace.
 
     >>> RemapRule.parse("camera:image:=image_raw").replacement
     'image_raw'
     """
 
     key: str
-    """The left side as it was written: how a report names the rule."""
+    """The left side as it was written, which reports use to name the rule."""
     match: str
     replacement: str
     target: Target = Target.NAME
@@ -205,7 +205,7 @@ class RemapRule:
 
     @classmethod
     def parse(cls, text: str) -> RemapRule:
-        """The rule that a text in ROS 2's syntax states: `[node:][rostopic://]match:=replacement`.
+        """Parse a rule in ROS 2's syntax: `[node:][rostopic://]match:=replacement`.
 
         Raises:
             InvalidName: The text is not such a rule.
@@ -223,7 +223,7 @@ class RemapRule:
         )
 
     def applies(self, target: Target, *, node: str, namespace: str, name: str) -> bool:
-        """Whether the rule renames this topic, service (both by absolute name), node or namespace."""
+        """Return whether the rule renames this topic, service (both by absolute name), node or namespace."""
         if self.node is not None and self.node != node:
             return False
         if target in (Target.NODE, Target.NAMESPACE):
@@ -236,13 +236,13 @@ class RemapRule:
 def remap(
     target: Target, rules: Iterable[RemapRule], *, node: str, namespace: str = "/", name: str = ""
 ) -> RemapRule | None:
-    """The first rule that renames the target, if any. Local rules come before global ones."""
+    """Return the first rule that renames the target, if any. Local rules come before global ones."""
     return next((rule for rule in rules if rule.applies(target, node=node, namespace=namespace, name=name)), None)
 
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """A topic's final name, and the remap rule (its key) that decided it."""
+    """A topic's final name, and the key of the remap rule that applied, if any."""
 
     name: str
     rule: str | None = None
@@ -256,7 +256,7 @@ def resolve(
     remaps: Mapping[str, str] | Sequence[RemapRule] = (),
     service: bool = False,
 ) -> Resolved:
-    """The final name of a topic or service: expanded, then renamed by the first rule that matches, once.
+    """Return the final name of a topic or service: expanded, then renamed once, by the first rule that matches.
 
     Both sides of a rule are expanded for the node, so a relative rule reaches only names beside the node.
 
@@ -264,7 +264,7 @@ def resolve(
     Resolved(name='/imu', rule='imu')
 
     Raises:
-        InvalidName: The name, a rule, or what comes out is not a valid name.
+        InvalidName: The name, a rule, or the result is not a valid name.
     """
     rules = [_rule(*item) for item in remaps.items()] if isinstance(remaps, Mapping) else remaps
     final = expand(name, node=node, namespace=namespace)
@@ -276,7 +276,7 @@ def resolve(
 
 
 def _rule(match: str, replacement: str) -> RemapRule:
-    """A launch file's remap entry: looser than ROS 2's rule syntax, every topic name can be renamed."""
+    """Create the rule of a launch file's remap entry, which, unlike ROS 2's syntax, may rename any topic name."""
     return RemapRule(match, check_topic_name(match), check_topic_name(replacement))
 
 
@@ -285,7 +285,7 @@ def _join(namespace: str, name: str) -> str:
 
 
 def _substitution_fault(name: str) -> NameFault | None:
-    """The first wrong character, and braces that do not pair up."""
+    """Return the first wrong character or unmatched brace."""
     opened: int | None = None
     for index, char in enumerate(name):
         if char == "~":
@@ -308,7 +308,7 @@ def _substitution_fault(name: str) -> NameFault | None:
 
 
 def _tilde_fault(name: str) -> NameFault | None:
-    """A `~` that runs into the next word; ROS 2 overlooks this in a name of two characters."""
+    """Return a `~` without a slash after it; ROS 2 overlooks this in a name of two characters."""
     wrong = name[0] == "~" and len(name) > 1 and name[1] != "/"
     return _fault(name, "tilde_not_followed_by_slash", 1) if wrong else None
 
@@ -336,7 +336,7 @@ def _absolute_name_fault(name: str) -> NameFault | None:
 
 
 def _length_fault(name: str, limit: int) -> NameFault | None:
-    """Asked last: ROS 2 takes a name that is only too long for the mildest of faults."""
+    """Return the fault of a name that is too long; checked last, as in ROS 2."""
     return _fault(name, "too_long", limit - 1, str(limit)) if len(name) > limit else None
 
 
@@ -344,7 +344,7 @@ def _fault(name: str, kind: str, index: int, more: str = "") -> NameFault:
     return NameFault(kind, index, _FAULTS[kind].format(char=name[index : index + 1], more=more, length=len(name)))
 
 
-@lru_cache(maxsize=1024)  # each endpoint of each start of a graph asks for the same few
+@lru_cache(maxsize=1024)  # endpoints use the same few names at each start
 def _check(what: str, name: str, find: Callable[[str], NameFault | None]) -> str:
     if (fault := find(name)) is not None:
         _refuse(what, name, fault)
@@ -352,7 +352,7 @@ def _check(what: str, name: str, find: Callable[[str], NameFault | None]) -> str
 
 
 def _refuse(what: str, name: str, fault: NameFault) -> NoReturn:
-    """Raise, with the stretch of the name around the fault and a caret under it."""
+    """Raise `InvalidName` with the part of the name around the fault and a caret under it."""
     start = max(0, fault.index - 60)
     before, shown = printable(name[start : fault.index]), printable(name[start : start + 120])
     message = f"{what} {printable(name, limit=300)!r}: {fault.message}"

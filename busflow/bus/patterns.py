@@ -1,4 +1,4 @@
-"""Patterns of names: `/imu/*` is every topic just below `/imu`, `/arm/**` every one at whatever depth below `/arm`."""
+"""Patterns of names: `/imu/*` matches the topics directly below `/imu`, `/arm/**` those at any depth below `/arm`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _PATTERN = re.compile(r"/?(?:[A-Za-z_*][A-Za-z0-9_*]*)(?:/[A-Za-z_*][A-Za-z0-9_*
 
 
 class Selection:
-    """Which topics are meant: those that one of `topics` matches, all where there is none, without the excluded.
+    """A set of topics: those that a pattern of `topics` matches (all without patterns), minus the excluded ones.
 
-    In a pattern `*` stands for any part of a name up to the next slash, `**` for any number of parts. What is hidden,
-    some part of its name beginning with `_`, has to be asked for by a pattern that is hidden itself.
+    In a pattern `*` stands for any part of a name up to the next slash, `**` for any number of parts. A hidden name (a
+    part of it begins with `_`) is matched only by a pattern that is hidden itself.
 
     >>> wanted = Selection(["/imu/*", "/arm/**"], exclude=["/arm/debug"])
     >>> [name for name in ("/imu/data", "/imu/left/data", "/arm/left/state", "/arm/debug") if wanted.includes(name)]
@@ -24,7 +24,7 @@ class Selection:
     """
 
     def __init__(self, topics: Sequence[str] = (), exclude: Sequence[str] = ()) -> None:
-        """A selection; a pattern needs no slash at its beginning.
+        """Create a selection; a pattern needs no leading slash.
 
         Raises:
             InvalidName: one of them cannot match any name.
@@ -34,7 +34,7 @@ class Selection:
         self._unmatched = dict.fromkeys(topics)
 
     def includes(self, *names: str) -> bool:
-        """Whether something is meant that goes by each of these names."""
+        """Return whether the selection includes a topic known by these names."""
         if any(pattern.fullmatch(name) for pattern in self._unwanted for name in names):
             return False
         if not self._wanted:
@@ -50,12 +50,12 @@ class Selection:
 
     @property
     def unmatched(self) -> tuple[str, ...]:
-        """The patterns of what is wanted that have matched nothing so far."""
+        """The patterns of `topics` that have matched nothing so far."""
         return tuple(self._unmatched)
 
 
 def check_pattern(pattern: str) -> str:
-    """The pattern itself.
+    """Return the pattern itself.
 
     Raises:
         InvalidName: it cannot match any name.

@@ -1,9 +1,8 @@
 """Publisher: the sending end of a topic.
 
-Theory of operation. A publish is a loop over the topic's tuple of functions that take a message in, and a look whether
-anybody has to be woken. Whatever needs more than that (a blocking queue, a kept history, another thread, an endpoint
-that is not attached) makes the publisher take `_publish_carefully`, so the common path pays for one test, one
-comparison of types and one thread number.
+Theory of operation. A publish loops over the topic's tuple of push functions, then checks if a subscription must be
+woken. Any case that needs more (a blocking queue, a kept history, another thread, an endpoint that is not attached)
+goes through `_publish_carefully`. So the common path pays for one test, one comparison of types and one thread number.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ class Publisher(Generic[M]):
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
-        """A publisher that `Bus.attach_publisher` has yet to connect."""
+        """Create a publisher that `Bus.attach_publisher` connects later."""
         self.type = message_type
         self.endpoint = endpoint
         self.published = 0
@@ -48,14 +47,14 @@ class Publisher(Generic[M]):
         self.on_event: Callable[[Event], None] | None = None
         self.on_close: Callable[[Publisher[M]], None] | None = None
         self.on_first: Callable[[], None] | None = None
-        """Who waits for the first message that is published here from now on."""
+        """Called once, at the next message published here."""
         self._topic: Topic[M] | None = None
         self._outlet: Callable[[M], None] | None = None
         self._thread = 0
-        # The thread on which a publish needs nothing but to call these; 0, which is no thread, sends it the long way.
+        # The thread on which a publish may call `_pushes` directly; 0, no thread, selects `_publish_carefully`.
         self._direct = 0
         self._pushes: tuple[Callable[[M], None], ...] = ()
-        self._only: Callable[[M], None] | None = None  # where it is one, calling it is 20 ns less than a loop over it
+        self._only: Callable[[M], None] | None = None  # a direct call of a single push is 20 ns faster than a loop
         self._hand_over: Callable[[Callable[[], None]], None] | None = None
         qos = endpoint.qos
         latched = qos.durability is Durability.TRANSIENT_LOCAL
@@ -77,11 +76,11 @@ class Publisher(Generic[M]):
 
     @property
     def subscription_count(self) -> int:
-        """How many subscriptions receive what is published here."""
+        """The number of subscriptions on the topic."""
         return len(self._topic.subscriptions) if self._topic else 0
 
     def statistics(self) -> PublisherStatistics:
-        """What the publisher has counted, as it stands now."""
+        """Return the publisher's current counts."""
         return PublisherStatistics(
             node=self.endpoint.node,
             topic=self.topic,
@@ -100,7 +99,7 @@ class Publisher(Generic[M]):
 
         Raises:
             IncompatibleType: the message is not exactly of the topic's type.
-            WouldBlock: a subscription with `overflow: block` has no room, or a `send` is waiting; nobody got it.
+            WouldBlock: an `overflow: block` subscription has no room, or a `send` is waiting; no subscription got it.
             NotRunning: the publisher belongs to no running graph.
         """
         if get_ident() == self._direct and type(message) is self.type:
@@ -112,7 +111,7 @@ class Publisher(Generic[M]):
                 else:
                     for push in self._pushes:
                         push(message)
-            finally:  # who has the message is woken, whatever the way out of the process may raise
+            finally:  # wake the receivers even if the outlet raises
                 if topic.idle:
                     topic.wake()
         else:
@@ -122,7 +121,7 @@ class Publisher(Generic[M]):
         """Publish once every `overflow: block` subscription has room; first come, first served.
 
         Raises:
-            SendTimeout: no room within the subscription's `block_timeout_s`; nobody got it.
+            SendTimeout: no room within the subscription's `block_timeout_s`; no subscription got it.
             IncompatibleType, NotRunning: as `publish`.
         """
         topic = self._attached(message)
@@ -153,18 +152,18 @@ class Publisher(Generic[M]):
         self._deliver(topic, message)
 
     def assert_liveliness(self) -> None:
-        """Say that this publisher is alive without publishing; `liveliness: manual_by_topic` asks for it."""
+        """Renew the lease without publishing, for `liveliness: manual_by_topic`."""
         if self._lease is not None and self._topic is not None:
             self._lease.touch()
             if not self.alive:
                 self.alive = True
-                self._topic.tell_changes()
+                self._topic.report_changes()
 
     def _deliver(self, topic: Topic[M], message: M) -> None:
         self.published += 1
         if self.on_first is not None:
-            tell, self.on_first = self.on_first, None
-            tell()
+            on_first, self.on_first = self.on_first, None
+            on_first()
             self.adjust()
         self.assert_liveliness()
         if self._deadline is not None:
@@ -202,10 +201,10 @@ class Publisher(Generic[M]):
         topic.add_publisher(self)
 
     def adopt(self, predecessor: Publisher[M]) -> None:
-        """Take over the place of the same publisher of an earlier life of this node; called by the bus.
+        """Take the place of the same publisher of the node's previous start; called by the bus.
 
-        What it keeps for newcomers goes over; what leaves the process is the business of whoever asked for that. Limits
-        in time go on as they run. The node, which is new too, will be told anew who receives.
+        The history, the counts and the running time limits carry over. The outlet does not: its owner sets it again.
+        The restarted node gets a new event for the subscriptions that match.
         """
         self._topic, self._thread, self._hand_over = predecessor._topic, predecessor._thread, predecessor._hand_over
         self.published, self._history = predecessor.published, predecessor._history
@@ -222,17 +221,17 @@ class Publisher(Generic[M]):
         if self._topic is not None:
             self._topic.replace(self._topic.publishers, predecessor, self)
 
-    def tell_changes(self) -> None:
-        """Tell the node who receives what is published here, as far as that has changed since it was last told."""
-        tell, topic = self.on_event, self._topic
-        if tell is None or topic is None:
+    def report_changes(self) -> None:
+        """Send the node an event if the matching subscriptions have changed since the last one."""
+        on_event, topic = self.on_event, self._topic
+        if on_event is None or topic is None:
             return
         come, current = topic.subscriptions_come, len(topic.subscriptions)
         for event in self._notices.matching(PublisherMatched, self.topic, come, current):
-            tell(event)
+            on_event(event)
 
     def close(self) -> None:
-        """Leave the topic: what was published stays counted, what was kept for late joiners is gone."""
+        """Leave the topic: published messages stay counted, the history for late joiners is discarded."""
         for watch in (self._deadline, self._lease):
             if watch is not None:
                 watch.close()
@@ -244,12 +243,12 @@ class Publisher(Generic[M]):
             topic.remove_publisher(self)
 
     def send_through(self, outlet: Callable[[M], None] | None) -> None:
-        """Have every message leave the process too, after those here have it; None while nobody there listens."""
+        """Pass every message to `outlet` too, after the local queues; None while no other process receives it."""
         self._outlet = outlet
         self.adjust()
 
     def adjust(self) -> None:
-        """Learn whether the short path is open; called by the topic when its ends change."""
+        """Choose between the direct and the careful path; called by the topic when its endpoints change."""
         topic = self._topic
         plain = self._history is None and self._lifespan_ns is None and self._deadline is None and self._lease is None
         plain = plain and topic is not None and not topic.blocking and not topic.waiting and self.on_first is None
@@ -262,22 +261,22 @@ class Publisher(Generic[M]):
 
     @property
     def perishable(self) -> bool:
-        """Whether what is published here can expire."""
+        """Whether messages published here can expire."""
         return self._lifespan_ns is not None
 
     @property
     def history(self) -> tuple[tuple[int, M | Perishable[M]], ...]:
-        """What a transient_local publisher keeps for late joiners: (order on the topic, message)."""
+        """The messages a transient_local publisher keeps for late joiners: (order on the topic, message)."""
         return tuple(self._history or ())
 
     def as_kept(self, message: M) -> M | Perishable[M]:
-        """A message as it waits for who will receive it: with its end, where it has one."""
+        """Return the message as it is queued: with its expiry time, if the publisher has a lifespan."""
         if self._lifespan_ns is None or self._topic is None:
             return message
         return Perishable(message, self._topic.clock.monotonic_ns() + self._lifespan_ns)
 
     def remember(self, items: Sequence[M | Perishable[M]]) -> None:
-        """Keep for late joiners what this one, in another process, published before it was known here."""
+        """Add messages that this remote publisher published before it was discovered to the history."""
         if self._history is not None:
             self._history = deque([*((0, item) for item in items), *self._history], self._history.maxlen)
 
@@ -292,14 +291,14 @@ class Publisher(Generic[M]):
         if self.on_event is not None:
             self.on_event(LivelinessLost(self.topic, self.liveliness_lost))
         if self._topic is not None:
-            self._topic.tell_changes()
+            self._topic.report_changes()
 
     def __repr__(self) -> str:
         return f"<Publisher {self.topic} of {self.endpoint.node}: {self.published} published>"
 
 
 def _type_shown(message: object) -> str:
-    """What was given instead of a message, in words."""
+    """Describe the value that was given as a message."""
     if isinstance(message, Message):
         return type_name(type(message))
     return f"{type(message).__name__} {message!r}"

@@ -1,9 +1,9 @@
-"""QoS: how messages of a topic are queued, kept and limited in time, and which ends of a topic fit together.
+"""QoS: how messages of a topic are queued, kept and limited in time.
 
 What delivery means
 ===================
-One bounded queue per subscription, first in first out. `publish` never waits: what finds a full queue is dropped as
-the subscription's `overflow` says, and counted there. In every line of the ledger, at every moment,
+Each subscription has one bounded queue, first in first out. `publish` never waits: for a full queue a message is
+dropped as the subscription's `overflow` says, and counted there. In every line of the ledger, at every moment,
 `published == delivered + dropped + queued`.
 
 >>> import asyncio
@@ -23,9 +23,9 @@ the subscription's `overflow` says, and counted there. In every line of the ledg
 >>> asyncio.run(drop(Overflow.DROP_NEWEST))
 (0, (5, 0, 3, 2))
 
-With `overflow: block` nothing is dropped: `publish` is refused while any such queue of the topic is full, and then
-nobody receives the message and nothing is counted; `await publisher.send(message)` waits for room instead, first come
-first served, for at most the subscription's `block_timeout`.
+With `overflow: block` nothing is dropped: `publish` is refused while any such queue of the topic is full. Then no
+subscription receives the message and nothing is counted. `await publisher.send(message)` waits for room instead, first
+come first served, for at most the subscription's `block_timeout`.
 
 >>> async def block():
 ...     async with launch() as graph:
@@ -76,7 +76,7 @@ from busflow.validation.faults import faults
 
 
 class _Word(StrEnum):
-    """A word of a profile, in any case."""
+    """A word of a profile, in upper or lower case."""
 
     @classmethod
     def _missing_(cls, value: object) -> Self | None:
@@ -85,21 +85,21 @@ class _Word(StrEnum):
 
 
 class _Policy(_Word):
-    """A policy as ROS 2 names it, with the values that only peers elsewhere have."""
+    """A policy of ROS 2, including the values that only remote peers have."""
 
     @classmethod
     def read(cls, text: str | None) -> Self:
-        """What a peer says; UNKNOWN where this version does not know the word."""
+        """Return the policy for a peer's word; UNKNOWN if this version does not know it."""
         return cls(text) if text in cls.__members__.values() else cls("unknown")
 
     @classmethod
     def __offered__(cls) -> list[Self]:
-        """What a profile may state: not what only others say, nor what is decided when the other ends are known."""
+        """Return the values a profile may state: not `unknown` nor `best_available`."""
         return [member for member in cls if member.value not in ("unknown", "best_available")]
 
     @property
     def word(self) -> str | None:
-        """The word to tell a peer; there is none for UNKNOWN."""
+        """The word to send to a peer; None for UNKNOWN."""
         return None if self.value == "unknown" else self.value
 
 
@@ -113,7 +113,7 @@ class Overflow(_Word):
 
 
 class History(_Policy):
-    """How much is kept, in ROS 2's words. busflow always keeps the last `depth`: no queue is unbounded."""
+    """The history policy of ROS 2. busflow always keeps the last `depth`: no queue is unbounded."""
 
     SYSTEM_DEFAULT = "system_default"
     KEEP_LAST = "keep_last"
@@ -152,7 +152,7 @@ class Liveliness(_Policy):
 
 
 def _limit(value: object) -> float | None:
-    """A duration or no limit, which may be written as null or as infinity."""
+    """Parse a duration; null and infinity mean no limit."""
     return None if value is None or (seconds := parse_duration(value)) == math.inf else seconds
 
 
@@ -164,13 +164,13 @@ _Limit = Annotated[
 
 
 def _said(default: object, description: str, key: str | None = None) -> Any:
-    """A field and what the JSON Schema says of it; `key` is its word in YAML, where its own name carries the unit."""
+    """Create a field with its JSON Schema description; `key` is its YAML name, without the unit."""
     alias = AliasChoices(key, f"{key}_s") if key else None
     return Field(default=default, description=description, validation_alias=alias)
 
 
 class QoS(BaseModel):
-    """A quality-of-service profile. Fields that are not stated can be decided by another layer: see `merge`.
+    """A quality-of-service profile. Another layer can set the fields that are not stated: see `merge`.
 
     In YAML the durations are `deadline`, `lifespan`, `lease`, `block_timeout`: seconds, or text with a unit.
 
@@ -203,15 +203,15 @@ class QoS(BaseModel):
 
     @classmethod
     def merge(cls, *layers: QoS) -> QoS:
-        """One profile of several layers: what a later one states wins, field by field.
+        """Merge several layers into one profile: a field stated in a later layer wins.
 
-        What is stated as `system_default` becomes busflow's own default.
+        A field stated as `system_default` becomes busflow's own default.
 
         >>> merged = QoS.merge(QoS(depth=5, deadline_s=1), SENSOR_DATA, QoS(depth=2))
         >>> merged.depth, merged.reliability.value, merged.deadline_s
         (2, 'best_effort', 1.0)
         """
-        if len(layers) < 2:  # as mostly: then all ends that are declared alike share one profile
+        if len(layers) < 2:  # the usual case: endpoints declared alike share one profile
             only = layers[0] if layers else _NOTHING_STATED
             if "system_default" not in only.__dict__.values():
                 return only
@@ -228,7 +228,7 @@ _NOTHING_STATED = QoS()
 
 
 def checked_qos(qos: Any, origin: str) -> QoS | None:
-    """The QoS, if it is one or none; a bare depth, as in rclpy, is told how to be written.
+    """Return the QoS or None; the error for a bare depth, as in rclpy, shows how to write it.
 
     Raises:
         InvalidDeclaration: it is anything else.
@@ -241,7 +241,7 @@ def checked_qos(qos: Any, origin: str) -> QoS | None:
 
 
 def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:
-    """Everything wrong with a profile as a file states it: the path of each key, why, and a remedy.
+    """Return all faults of a profile in a file: the path of each key, the reason, and a fix.
 
     >>> for fault in qos_faults({"depht": 5, "deadline": -1}):
     ...     print(fault.path, fault.message, "→", fault.fix)
@@ -257,7 +257,7 @@ def qos_faults(data: Mapping[str, object]) -> tuple[Fault, ...]:
 
 
 def _remedied(fault: Fault) -> Fault:
-    """The fault of a key, with advice in the words of the YAML form."""
+    """Return the fault of a key with a fix that uses the YAML names."""
     if fault.code != "unknown":
         return fault
     key, words = str(fault.path[-1]), [name.removesuffix("_s") for name in QoS.model_fields]
@@ -270,7 +270,7 @@ def _remedied(fault: Fault) -> Fault:
 
 
 def _preset(depth: int, reliability: Reliability, durability: Durability = Durability.VOLATILE) -> QoS:
-    """A profile as ROS 2 has it: complete but for the time limits, which it leaves to others."""
+    """Create a profile of ROS 2: it states every field except the time limits."""
     system = Liveliness.SYSTEM_DEFAULT
     return QoS(depth=depth, reliability=reliability, durability=durability, liveliness=system)
 

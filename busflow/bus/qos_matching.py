@@ -1,7 +1,7 @@
-"""Compatibility: which publisher and subscription fit together, and what to change where they do not.
+"""Compatibility: whether the QoS of a publisher and a subscription fit, and what to change if not.
 
-A publisher offers, a subscription requests, and a pair is refused when less is offered than requested. This
-is the rule of DDS, which ROS 2 follows on every middleware but Zenoh; that one delivers regardless.
+A publisher offers, a subscription requests, and a pair is refused if less is offered than requested. This is the rule
+of DDS. ROS 2 follows it on every middleware but Zenoh, which delivers regardless.
 
 >>> found = compatibility(QoS(reliability=Reliability.BEST_EFFORT), QoS())
 >>> found.verdict, found.reasons
@@ -26,13 +26,13 @@ class Verdict(StrEnum):
 
     OK = "OK"
     WARNING = "WARNING"
-    """It depends on what a `system_default` or unknown policy turns out to be."""
+    """The result depends on the actual value of a `system_default` or unknown policy."""
     ERROR = "ERROR"
 
 
 @dataclass(frozen=True, slots=True)
 class Compatibility:
-    """Whether two ends fit: every policy that is in the way, why, and the smallest change that helps."""
+    """Whether two endpoints fit: every conflicting policy, the reasons, and the smallest change that helps."""
 
     verdict: Verdict
     policies: tuple[str, ...] = ()
@@ -57,19 +57,19 @@ _UNCLEAR = ("system_default", "unknown")
 
 
 def compatibility(offered: QoS, requested: QoS) -> Compatibility:
-    """Whether a publisher offers what a subscription requests.
+    """Compare the QoS that a publisher offers with the QoS that a subscription requests.
 
-    Depth, overflow and lifespan never matter. Doubts are told only where there is no error. An unlimited
+    Depth, overflow and lifespan never matter. Warnings are reported only if there is no error. An unlimited
     deadline or lease is the same as none.
     """
     pairs = [(name, getattr(offered, name), getattr(requested, name)) for name in _POLICIES]
     if clashes := [pair for pair in pairs if _clash(*pair)]:
         fixes = [" and ".join(f"{_said(each[0], each[end])}" for each in clashes) for end in (1, 2)]
         fix = f"set {fixes[0]} on the subscription, or {fixes[1]} on the publisher"
-        return Compatibility(Verdict.ERROR, *_told(clashes), fix)
+        return Compatibility(Verdict.ERROR, *_explained(clashes), fix)
     if doubts := [pair for pair in pairs if _doubt(*pair)]:
         fix = f"state {' and '.join(name for name, *_ in doubts)} on both ends"
-        return Compatibility(Verdict.WARNING, *_told(doubts), fix)
+        return Compatibility(Verdict.WARNING, *_explained(doubts), fix)
     return Compatibility(Verdict.OK)
 
 
@@ -80,24 +80,24 @@ def _clash(name: str, offered: Any, requested: Any) -> bool:
 
 
 def _doubt(name: str, offered: Any, requested: Any) -> bool:
-    """Whether the two would clash if what is unclear turned out badly."""
+    """Return whether the two would conflict in the worst case of an unclear policy."""
     if name not in _WEAK_AND_STRONG or not {offered, requested} & {*_UNCLEAR}:
         return False
     weak, strong = _WEAK_AND_STRONG[name]
     return offered in (*_UNCLEAR, weak) and requested in (*_UNCLEAR, strong)
 
 
-def _told(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The policies' names, and a reason for each."""
-    told = [
+def _explained(pairs: Iterable[tuple[str, Any, Any]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the policies' names, and a reason for each."""
+    explained = [
         (_POLICIES[name], f"{_said(name, offered)} is offered, {_value(requested)} is requested")
         for name, offered, requested in pairs
     ]
-    return tuple(name for name, _ in told), tuple(reason for _, reason in told)
+    return tuple(name for name, _ in explained), tuple(reason for _, reason in explained)
 
 
 def _said(name: str, value: str | float | None) -> str:
-    """A field as YAML has it."""
+    """Return a field in the form of YAML."""
     return f"{name.removesuffix('_s')}: {_value(value)}"
 
 

@@ -1,4 +1,4 @@
-"""Server: the answering end of a service, and its account of every request."""
+"""Server: the answering end of a service, and its counts of requests."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ RequestHandler: TypeAlias = Callable[[Req], Res] | Callable[[Req], Coroutine[Any
 OnError: TypeAlias = Callable[[BaseException, Message], None]
 
 DEPTH = 10
-"""How many requests may wait for a server unless it says otherwise."""
+"""The default number of requests that may wait for a server."""
 
 
 class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
     """The answering end of a service: a bounded queue of requests, answered one at a time.
 
-    A plain handler is atomic; an `async` one lets others run where it awaits, but never itself. What it raises is
-    told to the caller, and logged by its own node, which goes on.
+    A plain handler is atomic. An `async` one lets other handlers run where it awaits, but no second call of itself.
+    An exception is raised in the caller as `ServiceFailed` and logged by the server's node, which goes on.
     """
 
     __slots__ = (
@@ -48,7 +48,7 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         *,
         depth: int = DEPTH,
     ) -> None:
-        """A server that `Bus.attach_server` has yet to connect."""
+        """Create a server that `Bus.attach_server` connects later."""
         if isinstance(depth, bool) or not isinstance(depth, int) or depth < 1:  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{endpoint.origin}: depth is a whole number from 1, got {printable(depth)!r}")
         super().__init__(
@@ -75,13 +75,13 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
 
     @property
     def holder(self) -> Activity | None:
-        """What has to end before the next request is taken."""
+        """The activity that must end before the next request is taken."""
         if self._serving is not None:
             return self._serving.activity
         return None if self._open else self._starting
 
     def statistics(self) -> ServerStatistics:
-        """The server's account, as it stands now."""
+        """Return the server's current counts."""
         return ServerStatistics(
             node=self.node,
             service=self.service,
@@ -95,7 +95,7 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
             waiting=len(self.items) + (self._serving is not None),
         )
 
-    # What a service asks of it.
+    # Called by the service.
 
     def accept(self, call: Call[Req, Res]) -> None:
         """Queue a request.
@@ -115,27 +115,27 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
             self.wake()
 
     def withdraw(self, call: Call[Req, Res]) -> None:
-        """Forget a request that still waits; one that the handler has begun with goes on, for nobody."""
+        """Remove a queued request; a request the handler has begun with goes on without a caller."""
         if call in self.items:
             self.items.remove(call)
             self.withdrawn += 1
 
-    # What its node asks of it.
+    # Called by the bus and the node.
 
     def attach(self, service: Service[Req, Res], dispatcher: Dispatcher, starting: Activity, on_error: OnError) -> None:
-        """Take a service's calls from now on; called by the bus.
+        """Start to take the calls of a service; called by the bus.
 
         Args:
-            service: What it answers.
-            dispatcher: Gives a plain handler its turn.
-            starting: What holds the requests up until `open`.
-            on_error: Hears of what the handler raises, and of which request.
+            service: The service to answer.
+            dispatcher: Runs a plain handler.
+            starting: The activity that delays requests until `open`.
+            on_error: Called with each exception of the handler, and its request.
         """
         self._source, self._dispatcher, self._starting, self._on_error = service, dispatcher, starting, on_error
         service.join(self)
 
     def close(self) -> None:
-        """Answer no more, for good: whoever waits hears at once that the server has gone."""
+        """Stop answering for good; every waiting call fails at once with `ServiceGone`."""
         if self._source is None:
             return
         service, self._source = self._source, None
@@ -152,18 +152,18 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
     # Answering.
 
     def _serve(self, call: Call[Req, Res]) -> None:
-        """Let the plain handler answer a request."""
+        """Answer a request with the plain handler."""
         self._serving = call
         try:
             response = self._function(call.request)
             refuse_coroutine(response, self._origin)
-        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its caller is told
+        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its caller gets it
             self._failed(error, call)
         else:
             self._answer(call, response)
 
     async def _serve_async(self, call: Call[Req, Res]) -> None:
-        """Let the `async` handler answer a request."""
+        """Answer a request with the `async` handler."""
         self._serving = call
         try:
             with call.activity.current():
@@ -183,7 +183,7 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
                 f"{self.endpoint.origin} must return a {wanted}, not {printable(given, limit=200)}"
             )
             self._failed(error, call)
-        elif self._serving is call:  # otherwise the node ended meanwhile, and the caller was told so
+        elif self._serving is call:  # otherwise the node has ended, and the call has failed
             self._serving = None
             self.served += 1
             call.succeed(cast("Res", response))
@@ -193,9 +193,9 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         if self._serving is item:
             self._serving = None
             self.failed += 1
-            told = ServiceFailed(f"{self.service} failed in {self.node}: {printable(reason(error), limit=400)}")
-            told.__cause__ = error
-            item.fail(told)
+            failure = ServiceFailed(f"{self.service} failed in {self.node}: {printable(reason(error), limit=400)}")
+            failure.__cause__ = error
+            item.fail(failure)
 
     def __repr__(self) -> str:
         s = self.statistics()

@@ -1,7 +1,7 @@
-"""Service: a name, its type, who answers it now, and the way of a call from its client to its answer.
+"""Service: a name, its type, its server, and the steps of a call from its client to its answer.
 
-The wire meets local nodes here. To let somebody outside ask, it awaits `bus.services[name].call(request)`; to let
-nodes ask somebody outside, it makes `bus.service(name, type, origin).join(answerer)`, and `leave` when that one goes.
+The wire connects to local nodes here. For a remote caller it awaits `bus.services[name].call(request)`. For a remote
+server it calls `bus.service(name, type, origin).join(answerer)`, and `leave` when that server ends.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ S = TypeVar("S", ServerStatistics, ClientStatistics)
 
 
 class Service(DeliverySource, Generic[Req, Res]):
-    """A name, its type, who answers it now, and who asks."""
+    """A name, its type, its current server and its clients."""
 
     __slots__ = (
         "_calls", "_clock", "_gone_clients", "_gone_servers", "_known", "_on_leave", "_thread", "_waiting", "clients",
@@ -41,14 +41,14 @@ class Service(DeliverySource, Generic[Req, Res]):
         known: Mapping[str, Service[Any, Any]],
         on_leave: Sequence[Callable[[Any], None]] = (),
     ) -> None:
-        """A service that nobody answers yet.
+        """Create a service without a server.
 
         Args:
             name: Its final name.
             service_type: Its type.
-            clock: What timeouts go by.
-            known: All services of the bus by name: those that may have been meant, and those that may wait.
-            on_leave: Who hears of each end of this process that leaves.
+            clock: The clock of timeouts.
+            known: All services of the bus by name, for suggestions and the search for deadlocks.
+            on_leave: Called with each local client or server that leaves.
         """
         super().__init__()
         self.name = name
@@ -56,7 +56,7 @@ class Service(DeliverySource, Generic[Req, Res]):
         self.server: Answerer | None = None
         self.clients: list[Asker] = []
         self.taps: list[Callable[[Call[Req, Res]], None]] = []
-        """Who hears of every call when it is made, and again when its outcome is known."""
+        """Called with every call when it is made, and again when its outcome is known."""
         self._gone_servers: dict[str, ServerStatistics] = {}
         self._gone_clients: dict[str, ClientStatistics] = {}
         self._clock = clock
@@ -67,16 +67,16 @@ class Service(DeliverySource, Generic[Req, Res]):
         self._thread = get_ident()
 
     async def call(self, request: Req, *, caller: str, timeout_s: float | None = None) -> Res:
-        """Have a request answered, for a caller of any process.
+        """Send a request to the server, for a caller of any process, and return the answer.
 
         Args:
             request: A request of the service's type.
-            caller: The full name of the node that asks.
-            timeout_s: How long to wait, by the run's clock; None to wait as long as it takes.
+            caller: The full name of the calling node.
+            timeout_s: Seconds of the run's clock; None for no limit.
 
         Raises:
             ServiceError: there is no answer, for one of its reasons.
-            DeadlockError: the server waits for the one who asks.
+            DeadlockError: the server waits for the caller.
         """
         if get_ident() != self._thread:
             raise NotRunning(f"a call of {self.name} must be awaited on the graph's own event loop")
@@ -99,7 +99,7 @@ class Service(DeliverySource, Generic[Req, Res]):
             self._end(call)
 
     def _begin(self, call: Call[Req, Res]) -> None:
-        """Hand a call to the server; where that cannot be, it has failed."""
+        """Pass a call to the server; fail it if that is impossible."""
         behalf = current_activity()
         try:
             if self.server is None:
@@ -111,9 +111,9 @@ class Service(DeliverySource, Generic[Req, Res]):
             call.fail(error)
 
     def _end(self, call: Call[Req, Res]) -> None:
-        """A call is over: answered, failed, out of time, or its caller does not wait any more."""
+        """Clean up a call that was answered, has failed or timed out, or has lost its caller."""
         call.reply.cancel()
-        # To ask for an outcome also says, to asyncio, that an error was not overlooked.
+        # Reading the outcome also marks an exception as retrieved for asyncio.
         if isinstance(call.outcome, BaseException) and self.server is not None:
             self.server.withdraw(call)
         for tap in self.taps:
@@ -141,10 +141,10 @@ class Service(DeliverySource, Generic[Req, Res]):
         return ServiceUnavailable(f"nobody answers {self.name}; {did_you_mean(self.name, served)}")
 
     async def wait_for_server(self, timeout_s: float | None) -> None:
-        """Wait until somebody answers the service.
+        """Wait until the service has a server.
 
         Raises:
-            ServiceUnavailable: nobody did in time.
+            ServiceUnavailable: no server came in time.
         """
         if self.server is not None:
             return
@@ -158,13 +158,13 @@ class Service(DeliverySource, Generic[Req, Res]):
         finally:
             self._waiting.remove(arrival)
 
-    # Who comes and goes.
+    # Servers and clients that come and go.
 
     def refuse_second(self, origin: str) -> None:
-        """Refuse whoever else wants to answer.
+        """Refuse a second server.
 
         Raises:
-            DuplicateServer: somebody does already.
+            DuplicateServer: the service has a server.
         """
         if self.server is not None:
             raise DuplicateServer(
@@ -172,10 +172,10 @@ class Service(DeliverySource, Generic[Req, Res]):
             )
 
     def join(self, server: Answerer) -> None:
-        """Let somebody answer from now on.
+        """Set the server, and wake all that wait for one.
 
         Raises:
-            DuplicateServer: somebody does already.
+            DuplicateServer: the service has a server.
         """
         self.refuse_second(server.node)
         self.server = server
@@ -184,25 +184,25 @@ class Service(DeliverySource, Generic[Req, Res]):
                 arrival.set_result(None)
 
     def leave(self, server: Answerer) -> None:
-        """Let nobody answer any more; the calls it had taken are its own to fail."""
+        """Remove the server; it fails the calls it has taken itself."""
         self.server = None
         account = server.statistics()
         if account is not None:
             _enter(self._gone_servers, account)
-            self._tell_leaving(server)
+            self._notify_left(server)
 
     def forget_client(self, client: Asker) -> None:
-        """A client leaves; its account stays."""
+        """Remove a client; its counts stay."""
         self.clients.remove(client)
         _enter(self._gone_clients, client.statistics())
-        self._tell_leaving(client)
+        self._notify_left(client)
 
-    def _tell_leaving(self, end: Any) -> None:
-        for hear in self._on_leave:
-            hear(end)
+    def _notify_left(self, end: Any) -> None:
+        for on_leave in self._on_leave:
+            on_leave(end)
 
     def statistics(self) -> ServiceStatistics:
-        """The accounts of both ends, as they stand now; one for all lives of a node, and for all its clients."""
+        """Return the current counts of servers and clients, one each per node over all its starts."""
         servers, clients = dict(self._gone_servers), dict(self._gone_clients)
         here = None if self.server is None else self.server.statistics()
         if here is not None:
@@ -213,6 +213,6 @@ class Service(DeliverySource, Generic[Req, Res]):
 
 
 def _enter(accounts: dict[str, S], account: S) -> None:
-    """Add to the account of a node; there is one for each, however often it is started anew."""
+    """Add to the counts of a node; it keeps one entry over all its starts."""
     before = accounts.get(account.node)
     accounts[account.node] = account if before is None else before + account

@@ -1,6 +1,6 @@
-"""Statistics: what each object of a running graph has counted so far; asking for them changes nothing.
+"""Statistics: the current counts of each object of a running graph; reading them changes nothing.
 
-Those of the ends of topics and services are accounts, which balance at every moment.
+The statistics of subscriptions, servers and clients are accounts, which balance at every moment.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from typing import Any, Self, cast
 from busflow.bus.qos import Overflow
 
 _STATED = frozenset({"depth"})
-"""Numbers that are no counts."""
+"""Integer fields that are not counts, and so are not added."""
 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """What was counted at one end, over one life of its node or several."""
+    """The counts of one endpoint, over one or several starts of its node."""
 
     def __add__(self, later: Self) -> Self:
-        """One account of two ends that were each other's successors: counts are added, all else is the later one's."""
+        """Return one account of an endpoint and its successor: counts are added, other fields are the successor's."""
         sums: dict[str, Any] = {}
         for each in fields(later):
             before, after = getattr(self, each.name), getattr(later, each.name)
@@ -41,15 +41,15 @@ class ServerStatistics(Account):
     received: int
     served: int
     failed: int
-    """The handler raised."""
+    """Requests for which the handler raised."""
     refused: int
-    """There was no room for it."""
+    """Requests for which there was no room."""
     withdrawn: int
-    """Nobody waited for the answer any more before the handler began."""
+    """Requests whose caller stopped waiting before the handler began."""
     lost: int
-    """The node ended first."""
+    """Requests that were open when the node ended."""
     waiting: int
-    """Queued, or with the handler now."""
+    """Requests that are queued or being handled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +61,13 @@ class ClientStatistics(Account):
     called: int
     answered: int
     failed: int
-    """Calls that raised, for whatever reason, timeouts among them."""
+    """Calls that raised for any reason, including timeouts."""
     timed_out: int
     cancelled: int
     """Calls whose caller was cancelled."""
     waiting: int
     errors: dict[str, int] = field(default_factory=dict[str, int])
-    """How many calls raised what: ServiceUnavailable, ServiceTimeout, …"""
+    """The number of calls per error: ServiceUnavailable, ServiceTimeout, …"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,45 +83,45 @@ class SubscriptionStatistics(Account):
     dropped: int
     queued: int
     drops: dict[str, int] = field(default_factory=dict[str, int])
-    """How many were dropped for which reason: overflow, expired, superseded."""
+    """The number of drops per reason: overflow, expired, superseded."""
     deadlines_missed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class PublisherStatistics:
-    """What one publisher has published, and what became of its promises."""
+    """The counts of one publisher, and whether it keeps its deadline and lease."""
 
     node: str
     topic: str
     published: int
     kept: int
-    """Messages that wait for late joiners, of a `transient_local` publisher."""
+    """Messages that a `transient_local` publisher keeps for late joiners."""
     subscriptions: int
-    """How many receive here what it publishes."""
+    """The number of subscriptions of its topic in this process."""
     alive: bool
-    """Whether it has spoken within its `lease`, if it has to."""
+    """False while a `manual_by_topic` publisher is silent beyond its `lease`."""
     deadlines_missed: int
     liveliness_lost: int
 
 
 @dataclass(frozen=True, slots=True)
 class TopicStatistics:
-    """What went over one topic, and the account of each subscription that it has or had."""
+    """The counts of one topic, and of each of its present and past subscriptions."""
 
     topic: str
     published: int
     arrived: int
-    """How many of them came from another process."""
+    """The number of published messages that came from other processes."""
     losses: dict[str, int]
-    """What was published in another process and became no message here, by reason."""
+    """Messages published in other processes that did not become a message here, by reason."""
     publishers: tuple[PublisherStatistics, ...]
-    """Of those that are there; what the others published is counted above."""
+    """The present publishers; messages of past ones are counted in `published`."""
     subscriptions: tuple[SubscriptionStatistics, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceStatistics:
-    """The accounts of one service: one for each node of this process that answers or answered, asks or asked."""
+    """The accounts of one service: one per present or past server or client node of this process."""
 
     service: str
     servers: tuple[ServerStatistics, ...]
@@ -143,29 +143,29 @@ class TimerStatistics:
 
 @dataclass(frozen=True, slots=True)
 class InboxStatistics:
-    """What other threads handed to the event loop."""
+    """The counts of messages from other threads for the event loop."""
 
     taken: int
     dropped: int
-    """They found the inbox full, or came after the end."""
+    """Messages dropped because the inbox was full or closed."""
     refused: int
-    """An `overflow: block` subscription had no room for them."""
+    """Messages for which an `overflow: block` subscription had no room, or whose publisher had left."""
     waiting: int
 
 
 @dataclass(frozen=True, slots=True)
 class DispatcherStatistics:
-    """How busy the event loop is with messages and requests."""
+    """The load of the event loop by messages and requests."""
 
     ready: int
-    """Subscriptions and servers that wait for their turn."""
+    """The number of subscriptions and servers that wait for their turn."""
     quantum: int
-    """Messages of a turn: fewer while handlers are slow."""
+    """Messages per turn; fewer while handlers are slow."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusStatistics:
-    """All that crosses one bus; topics and services by name."""
+    """The counts of one bus; topics and services are sorted by name."""
 
     topics: tuple[TopicStatistics, ...]
     services: tuple[ServiceStatistics, ...]
@@ -175,7 +175,7 @@ class BusStatistics:
 
 @dataclass(frozen=True, slots=True)
 class NodeStatistics:
-    """What one node has on the bus, and runs."""
+    """The counts of one node's endpoints, timers, tasks and parameter changes."""
 
     node: str
     publishers: tuple[PublisherStatistics, ...]
@@ -184,6 +184,6 @@ class NodeStatistics:
     clients: tuple[ClientStatistics, ...]
     timers: tuple[TimerStatistics, ...]
     tasks: int
-    """Those of its tasks that have not ended."""
+    """The number of its tasks that have not ended."""
     parameters_set: int
-    """How often parameters of it were changed while it ran."""
+    """The number of parameter changes while it ran."""

@@ -35,12 +35,12 @@ class Subscription(Recipient[M, Topic[M]]):
     """
 
     __slots__ = (
-        "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_hear", "_latest", "_notices", "_on_failure",
+        "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_latest", "_notices", "_observer", "_on_failure",
         "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
-        """A subscription that `Bus.attach_subscription` has yet to connect; without a handler it is pulled from."""
+        """Create a subscription that `Bus.attach_subscription` connects later; without a handler it is pulled from."""
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         super().__init__(self.queue.items, handler, endpoint.origin)
         self.endpoint = endpoint
@@ -50,7 +50,7 @@ class Subscription(Recipient[M, Topic[M]]):
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
         self.is_pulled = handler is None
-        self._hear: Callable[[M], None] | None = None
+        self._observer: Callable[[M], None] | None = None
         self._latest: M | None = None
         self._clock: Clock | None = None
         self._on_failure: OnFailure | None = None
@@ -67,18 +67,18 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def publisher_count(self) -> int:
-        """How many publishers there are on the topic."""
+        """The number of publishers on the topic."""
         return len(self._source.publishers) if self._source else 0
 
     @property
     def published(self) -> int:
-        """How many messages were published to this subscription since it came."""
+        """The number of messages published to this subscription since it attached."""
         if self._at_close is not None:
             return self._at_close
         return self._source.published - self._at_start if self._source else 0
 
     def statistics(self) -> SubscriptionStatistics:
-        """The ledger's line of this subscription, as it stands now."""
+        """Return the ledger's current line of this subscription."""
         drops, qos = self.drops, self.endpoint.qos
         return SubscriptionStatistics(
             node=self.endpoint.node,
@@ -95,30 +95,29 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def drops(self) -> Counter[str]:
-        """How many messages were lost here, by reason."""
+        """The number of messages dropped here, by reason."""
         drops = Counter(self.queue.drops)
         lost = self.published - self.delivered - self.queued - drops.total()
-        if self.queue.forgets and lost > 0:
+        if not self.queue.counts_overflow and lost > 0:
             drops["overflow"] += lost
         return drops
 
     @property
     def queued(self) -> int:
-        """How many messages wait here, or are on their way."""
+        """The number of messages queued here or held by the link."""
         return len(self.queue) if self.link is None else len(self.queue) + self.link.held
 
     @property
     def full(self) -> bool:
-        """Whether the next message finds no room; what has expired while it waited makes room first."""
+        """Whether the queue has no room for the next message; expired messages are discarded first."""
         if self.queued >= self.queue.depth:
             self.discard_expired()
         return self.queued >= self.queue.depth
 
     def discard_expired(self) -> None:
-        """Drop what has outlived its lifespan while it waited."""
-        if self._source is None or not self._source.perishable:
-            return
-        if expired := expire(self.items, self._source.clock):
+        """Drop the queued messages that have expired."""
+        source = self._source
+        if source is not None and source.perishable and (expired := expire(self.items, source.clock)):
             self.queue.drops["expired"] += expired
 
     # Pulling.
@@ -131,7 +130,7 @@ class Subscription(Recipient[M, Topic[M]]):
         while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
-            if self._doorbell is not None:
+            if self._wakeup is not None:
                 raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
             await self._wait()
         return message
@@ -151,7 +150,7 @@ class Subscription(Recipient[M, Topic[M]]):
         return self._latest
 
     def _take(self) -> M | None:
-        """Hand over the oldest message that has not expired, if one waits."""
+        """Take the oldest message that has not expired, if there is one."""
         items: Any = self.items
         message: M | None = None
         while items and message is None:
@@ -161,29 +160,29 @@ class Subscription(Recipient[M, Topic[M]]):
         if message is not None:
             self._latest = message
             self.delivered += 1
-            if self._hear is not None:
-                self._hear(message)
+            if self._observer is not None:
+                self._observer(message)
         if self._source is not None and self._source.waiting:
             self._source.grant()
         return message
 
-    # Being handed messages.
+    # Receiving messages.
 
-    def observe(self, hear: Callable[[M], None]) -> None:
-        """Have every message told just before it is handed over; who does not ask pays nothing."""
-        inner: Any = self._hear if self._handler is None else self._handler
+    def observe(self, listener: Callable[[M], None]) -> None:
+        """Call `listener` with every message just before it is delivered; without listeners this costs nothing."""
+        inner: Any = self._observer if self._handler is None else self._handler
 
-        def heard(message: M) -> Any:
-            hear(message)
+        def observed(message: M) -> Any:
+            listener(message)
             return inner(message)
 
         if self._handler is None:
-            self._hear = hear if inner is None else heard
+            self._observer = listener if inner is None else observed
         else:
-            self._handler = heard
+            self._handler = observed
 
     def attach(self, topic: Topic[M], dispatcher: Dispatcher, on_failure: OnFailure) -> None:
-        """Connect to a topic and receive what it keeps for late joiners; called by the bus."""
+        """Connect to a topic and receive its messages for late joiners; called by the bus."""
         self._source, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
         self._notices.before = topic.publishers_come - len(topic.publishers)
@@ -197,21 +196,22 @@ class Subscription(Recipient[M, Topic[M]]):
 
     @property
     def pushes(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """What a publish on the topic has to call for this subscription."""
+        """The functions that a publish on the topic calls for this subscription."""
         return self.arrivals if self.link is None else (self.link.carry,)
 
     @property
     def arrivals(self) -> tuple[Callable[[M | Perishable[M]], None], ...]:
-        """What has to hear of a message that arrives."""
-        push = self._make_room_and_push if self._source is not None and self._source.perishable else self.queue.way_in
+        """The functions to call with an arriving message."""
+        perishable = self._source is not None and self._source.perishable
+        push = self._make_room_and_push if perishable else self.queue.fast_push
         if self._deadline is None or self._ended:
             return (push,)
         return (push, self._deadline.touch)
 
-    def tell_changes(self) -> None:
-        """Tell the node who publishes here, as far as that has changed since it was last told."""
-        tell, topic = self.on_event, self._source
-        if tell is None or topic is None:
+    def report_changes(self) -> None:
+        """Send the node events for changes of publishers, liveliness and losses since the last ones."""
+        on_event, topic = self.on_event, self._source
+        if on_event is None or topic is None:
             return
         name, notices = self.topic, self._notices
         for event in (
@@ -219,37 +219,37 @@ class Subscription(Recipient[M, Topic[M]]):
             *notices.liveliness(name, *topic.liveliness()),
             *notices.losses(name, self.drops),
         ):
-            tell(event)
+            on_event(event)
 
     def receive(self, item: M | Perishable[M]) -> None:
-        """Take in a message that a link has held."""
+        """Accept a message that a link has held."""
         for arrive in self.arrivals:
             arrive(item)
         if self.idle:
             self.wake()
 
     def receive_earlier(self, items: Sequence[M | Perishable[M]]) -> None:
-        """Take in what was published before this subscription came, and is found to be kept for it only now."""
+        """Accept kept messages that were published before this subscription attached and arrive only now."""
         self._at_start -= len(items)
         for item in items:
             self.receive(item)
 
-    def had_already(self) -> None:
-        """What is being published was received before it came here: it is not counted twice."""
+    def discount_duplicate(self) -> None:
+        """Do not count the current message: it was already delivered from history."""
         self._at_start += 1
 
-    def hear_drops(self, hear: Callable[[str], None]) -> None:
-        """Have every loss told with its reason, as it happens; from now on they have to be counted for that."""
-        self.queue.hear_drops(hear)
+    def observe_drops(self, listener: Callable[[str], None]) -> None:
+        """Call `listener` with the reason of every drop as it happens; from now on each drop is counted one by one."""
+        self.queue.observe_drops(listener)
         if self._source is not None:
             self._source.rebuild()
 
-    def hear_losses(self) -> None:
-        """Tell the node also of messages that were lost, together those of one moment."""
-        self.hear_drops(self._on_drop)
+    def report_losses(self) -> None:
+        """Send the node an event for lost messages too, one for all losses of the same moment."""
+        self.observe_drops(self._on_drop)
 
     def close(self) -> None:
-        """Leave the topic; iterations end after what still waits."""
+        """Leave the topic; iterations end after the queued messages."""
         self.pause()
         if not self._ended and self.on_close is not None:
             self.on_close(self)
@@ -263,10 +263,10 @@ class Subscription(Recipient[M, Topic[M]]):
             topic.remove_subscription(self)
 
     def adopt(self, predecessor: Subscription[M], on_failure: OnFailure) -> None:
-        """Take over the place of the same subscription of an earlier life of this node; called by the bus.
+        """Take the place of the same subscription of the node's previous start; called by the bus.
 
-        Its queue, account and topic, the link before it and the deadline that runs go over. Who observed it is told of
-        the new one and can observe that; the node, which is new too, will be told anew who publishes.
+        Its queue, counts, topic, link and running deadline carry over. Observers do not: they learn of the new
+        subscription through `Bus.on_attach`. The restarted node gets new events for the publishers that match.
         """
         self._have(predecessor.queue)
         self.queue.ignore_drops()
@@ -292,11 +292,11 @@ class Subscription(Recipient[M, Topic[M]]):
             raise Occupied(f"what {self.endpoint.node} receives on {self.topic} goes to a handler; subscribe twice")
 
     def _have(self, queue: Queue[M | Perishable[M]]) -> None:
-        """Take from this queue; what waits in it is looked at so often that it is at hand here too."""
+        """Use this queue; `items` is stored here too, because it is read so often."""
         self.queue, self.items = queue, queue.items
 
     def _fresh(self, item: Any) -> M | None:
-        """The message of an item, or None and one more drop when it has expired."""
+        """Return the message of an item; if it has expired, count the drop and return None."""
         message = item if self._clock is None else fresh(item, self._clock)
         if message is None:
             self.queue.drops["expired"] += 1
@@ -319,11 +319,11 @@ class Subscription(Recipient[M, Topic[M]]):
     def _on_drop(self, reason: str) -> None:
         if self._clock is not None and reason not in UNWANTED and not self._notices.pending:
             self._notices.pending = True
-            self._clock.call_at(self._clock.monotonic_ns(), self._tell_losses)
+            self._clock.call_at(self._clock.monotonic_ns(), self._report_losses)
 
-    def _tell_losses(self) -> None:
+    def _report_losses(self) -> None:
         self._notices.pending = False
-        self.tell_changes()
+        self.report_changes()
 
     def _miss_deadline(self) -> None:
         self.deadlines_missed += 1
@@ -336,15 +336,15 @@ class Subscription(Recipient[M, Topic[M]]):
 
 
 class Link(Protocol):
-    """What a test, or the wire, may put between a topic and one of its subscriptions."""
+    """A delay or loss that a test, or the wire, puts between a topic and one of its subscriptions."""
 
     target: Subscription[Any]
 
     @property
     def held(self) -> int:
-        """Messages on their way: they count as queued."""
+        """The number of messages on their way, which count as queued."""
         ...
 
     def carry(self, item: Any) -> None:
-        """Bring a message to the target, now or later, or lose it and count that."""
+        """Deliver a message to the target now or later, or drop and count it."""
         ...

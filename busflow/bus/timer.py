@@ -1,8 +1,8 @@
-"""Timer: calls a handler on an exact grid of the monotonic clock, and counts every tick it could not keep.
+"""Timer: calls a handler on an exact grid of the monotonic clock, and counts every missed tick.
 
-Tick k is due at t0 + k · period, rounded to integer nanoseconds once per tick, so a timer does not drift however
-long it runs; the first tick comes after one period. A tick that is missed, or is due while the handler still
-awaits, is skipped and counted; with `missed="burst"` it is made up for instead.
+Tick k is due at t0 + k · period, rounded to integer nanoseconds once per tick, so a timer never drifts. The first tick
+comes after one period. A tick that is missed, or is due while the handler still awaits, is skipped and counted; with
+`missed="burst"` the handler is called for it later instead.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Spawn = Callable[[Coroutine[Any, Any, None], str], object]
 
 NANOSECONDS = 1_000_000_000
 LATENESS_KEPT = 4096
-"""How many of the last ticks the lateness percentiles are taken from."""
+"""The number of last ticks used for the lateness percentiles."""
 
 
 class Missed(StrEnum):
-    """What becomes of ticks that could not be kept."""
+    """The policy for missed ticks: skip them, or call the handler for them later."""
 
     SKIP = "skip"
     BURST = "burst"
@@ -60,7 +60,7 @@ class Timer:
         node: str,
         missed: Missed = Missed.SKIP,
     ) -> None:
-        """A timer that its node has yet to open; a period of 0 is off."""
+        """Create a timer that its node opens later; a period of 0 is off."""
         self.name = name
         self.node = node
         self.fired = 0
@@ -83,14 +83,15 @@ class Timer:
         self._cancelled = False
 
     def __call__(self) -> Coroutine[Any, Any, None] | None:
-        """Call the handler at once, as if it were the method it was made of."""
+        """Call the handler at once, as if it were the decorated method."""
         return self._handler()
 
     @property
     def period_s(self) -> float:
         """Seconds between ticks, 0 when off; a new value counts from the moment it is set.
 
-        Then the grid begins anew: the next tick comes one new period later. A cancelled timer stays so until `reset`.
+        A new value restarts the grid: the next tick comes one new period later. A cancelled timer stays cancelled
+        until `reset`.
         """
         return float(self._period)
 
@@ -101,7 +102,7 @@ class Timer:
             self.reset()
 
     def reset(self) -> None:
-        """Start the grid anew: the next tick comes one period from now, also after `cancel`."""
+        """Restart the grid: the next tick comes one period from now, also after `cancel`."""
         self.cancel()
         self._cancelled = False
         if self._clock is not None and self._open and self._period > 0:
@@ -110,7 +111,7 @@ class Timer:
             self._handle = self._clock.call_at(self._due_ns(1), self._on_due)
 
     def cancel(self) -> None:
-        """Tick no more, until `reset`; what was to be made up for is forgotten."""
+        """Stop ticking until `reset`, and discard the ticks still owed by `missed="burst"`."""
         self._owed = 0
         self._cancelled = True
         if self._handle is not None:
@@ -120,39 +121,39 @@ class Timer:
     def attach(
         self, clock: Clock, dispatcher: Dispatcher, spawn: Spawn, on_failure: Callable[[BaseException], None]
     ) -> None:
-        """Give the timer its clock, its place on the bus, and who hears of a failure; called by the node's runtime."""
+        """Set the clock, the dispatcher and the callbacks; called by the bus."""
         self._clock, self._dispatcher, self._spawn, self._on_failure = clock, dispatcher, spawn, on_failure
 
     def continue_account(self, predecessor: Timer) -> None:
-        """Count on from the same timer of the node's life before; the grid begins anew."""
+        """Continue the counts of the same timer of the node's previous start; the grid restarts."""
         self.fired, self.missed = predecessor.fired, predecessor.missed
         self._lateness_ns.extend(predecessor._lateness_ns)
 
-    def observe(self, hear: Callable[[], None]) -> None:
-        """Have every call of the handler told just before it; who does not ask pays nothing."""
+    def observe(self, listener: Callable[[], None]) -> None:
+        """Call `listener` just before every call of the handler; without listeners this costs nothing."""
         handler: Any = self._handler
 
-        def heard() -> Any:
-            hear()
+        def observed() -> Any:
+            listener()
             return handler()
 
-        self._handler = heard
+        self._handler = observed
 
     def open(self) -> None:
-        """Begin to tick."""
+        """Start ticking."""
         self._open = True
         cast("Clock", self._clock).on_jump.append(self._on_jump)
         self.reset()
 
     def close(self) -> None:
-        """Tick no more, for good."""
+        """Stop ticking for good."""
         if self._open:
             cast("Clock", self._clock).on_jump.remove(self._on_jump)
         self._open = False
         self.cancel()
 
     def statistics(self) -> TimerStatistics:
-        """The timer's line of the report, as it stands now."""
+        """Return the timer's current line of the report."""
         late = sorted(self._lateness_ns)
         return TimerStatistics(
             node=self.node,
@@ -173,7 +174,7 @@ class Timer:
         return self._start_ns + (2 * tick * numerator + denominator) // (2 * denominator)
 
     def _on_jump(self, by: Duration) -> None:
-        """Time was set back: beyond the last tick the grid starts anew, else the next tick keeps its stamp."""
+        """Adjust to a jump back of time: restart the grid if it goes before the last tick, else keep the next stamp."""
         if self._handle is None or self._clock is None:
             return
         back_ns = -by.nanoseconds
@@ -213,7 +214,7 @@ class Timer:
         try:
             if (result := self._handler()) is not None:
                 refuse_coroutine(result, f"timer {self.name}")
-        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node answers for it
+        except BaseException as error:  # noqa: BLE001  # a handler may raise anything; its node fails
             self._failed(error)
 
     async def _await_handler(self) -> None:
@@ -239,10 +240,10 @@ class Timer:
 
 
 def exact_period(period_s: float | None, hz: float | None, name: str) -> Fraction:
-    """The period of a timer that is given either the period or how often it ticks; 0 is off.
+    """Return the period of a timer from its period or its rate; 0 is off.
 
     Raises:
-        InvalidDeclaration: both or none is given, or no timer can run so.
+        InvalidDeclaration: both or neither is given, or the value is not valid.
     """
     if (period_s is None) == (hz is None):
         raise InvalidDeclaration(
@@ -275,7 +276,7 @@ def checked_period(period_s: float | Fraction, name: str) -> Fraction:
 
 
 def _percentile_s(ordered_ns: list[int], percent: int) -> float | None:
-    """The nearest-rank percentile, in seconds."""
+    """Return the nearest-rank percentile, in seconds."""
     if not ordered_ns:
         return None
     return ordered_ns[max(0, -(-len(ordered_ns) * percent // 100) - 1)] / NANOSECONDS

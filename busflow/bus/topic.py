@@ -1,7 +1,7 @@
-"""Topic: a name, its type, who is on both ends of it now, and who waits for room.
+"""Topic: a name, its type, its current publishers and subscriptions, and the senders that wait for room.
 
-The tuple of `push` methods that a publish walks is rebuilt when somebody comes or goes, never searched. Every counter
-has one owner: a publisher counts what it published, a queue what it dropped, a subscription what it handed over.
+A publish walks a tuple of `push` methods, which is rebuilt when an endpoint comes or goes. Every counter has one owner:
+a publisher counts its published messages, a queue its drops, a subscription its deliveries.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ E = TypeVar("E", bound="End")
 
 
 class End(Protocol):
-    """What a topic needs of each of its ends."""
+    """The members of every endpoint that a topic uses."""
 
     endpoint: Endpoint
     on_event: Callable[[Event], None] | None
 
-    def tell_changes(self) -> None: ...  # noqa: D102  # the ends say what each of these does
+    def report_changes(self) -> None: ...  # noqa: D102  # documented at the endpoints
 
 
 class TopicPublisher(End, Protocol):
-    """What a topic needs of a publisher."""
+    """The members of a publisher that a topic uses."""
 
     published: int
     alive: bool
@@ -51,7 +51,7 @@ class TopicPublisher(End, Protocol):
 
 
 class Receiver(End, Protocol):
-    """What a topic needs of a subscription."""
+    """The members of a subscription that a topic uses."""
 
     idle: bool
     items: deque[Any]
@@ -67,7 +67,7 @@ class Receiver(End, Protocol):
 
 
 class Topic(DeliverySource, Generic[M]):
-    """A name, its type, and the publishers and subscriptions on it now."""
+    """A name, its type, and its current publishers and subscriptions."""
 
     __slots__ = (
         "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "publishers",
@@ -81,7 +81,7 @@ class Topic(DeliverySource, Generic[M]):
         clock: Clock,
         on_leave: Sequence[Callable[[Any], None]] = (),
     ) -> None:
-        """A topic on which nobody is yet; `on_leave` hear of each end that leaves it."""
+        """Create a topic without endpoints; each of `on_leave` is called with every endpoint that leaves."""
         super().__init__()
         self.name = name
         self.clock = clock
@@ -92,15 +92,15 @@ class Topic(DeliverySource, Generic[M]):
         self.blocking: tuple[Receiver, ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
-        """The last messages, where somebody wants them kept: it costs one append, which cannot fail as a tap can."""
+        """The last messages, if requested with `keep_recent`: one append each, which cannot fail as a tap can."""
         self.publishers_come = 0
         self.since_ns = 0
-        """When its first publisher came, on the monotonic clock: that may be before the run begins."""
+        """Monotonic time at which the first publisher came, in ns; it may be before the run begins."""
         self.subscriptions_come = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
-        """What others published here from another process, and became no message: `lost` on the way, `malformed`,
-        `refused` by a full blocking queue, `incompatible`, `expired`, or `unsigned`, from nobody who is there."""
+        """Messages published in other processes that did not become a message here, by reason: `lost` on the way,
+        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (unknown publisher)."""
         self._retired = 0
         self._arrived = 0
         self._on_leave = on_leave
@@ -108,16 +108,16 @@ class Topic(DeliverySource, Generic[M]):
 
     @property
     def published(self) -> int:
-        """How many messages were ever published here."""
+        """The number of messages ever published here."""
         return self._retired + sum(publisher.published for publisher in self.publishers)
 
     @property
     def arrived(self) -> int:
-        """How many of them came from another process."""
+        """The number of published messages that came from other processes."""
         return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
 
     def statistics(self) -> TopicStatistics:
-        """What went over the topic, with the account of each of its ends, as it stands now."""
+        """Return the current counts of the topic and of each of its endpoints."""
         return TopicStatistics(
             topic=self.name,
             published=self.published,
@@ -129,16 +129,16 @@ class Topic(DeliverySource, Generic[M]):
 
     @property
     def gone(self) -> tuple[SubscriptionStatistics, ...]:
-        """The accounts of the subscriptions that have left; one for all that were the same in code."""
+        """The statistics of subscriptions that have left, one for all with the same endpoint."""
         return tuple(self._gone.values())
 
     def kept(self) -> list[M | Perishable[M]]:
-        """What the transient_local publishers keep for late joiners and has not expired, in the order of publishing."""
+        """Return the unexpired messages that transient_local publishers keep for late joiners, in publishing order."""
         kept = sorted((entry for each in self.publishers for entry in each.history), key=lambda entry: entry[0])
         return [item for _, item in kept if fresh(item, self.clock) is not None]
 
     def first_full(self) -> Receiver | None:
-        """The first `overflow: block` subscription without room."""
+        """Return the first `overflow: block` subscription without room, if any."""
         for subscription in self.blocking:
             if subscription.full:
                 return subscription
@@ -153,9 +153,9 @@ class Topic(DeliverySource, Generic[M]):
         granted = False
         try:
             async with asyncio.timeout(limit_s):
-                self.grant()  # which sees to it that room is looked for when a message expires
+                self.grant()  # which also schedules a check for when a message expires
                 await turn
-                while self.first_full() is not None:  # a late joiner's queue may have come full of what was kept
+                while self.first_full() is not None:  # a late joiner may start with a full queue
                     self.waiting[0] = turn = asyncio.get_running_loop().create_future()
                     self.grant()
                     await turn
@@ -168,7 +168,7 @@ class Topic(DeliverySource, Generic[M]):
             ) from None
         finally:
             self.waiting.remove(turn)
-            if not granted:  # whoever leaves the line must not leave the next one standing there for ever
+            if not granted:  # the next sender in line must not wait for ever
                 self.grant()
             if not self.waiting:
                 self._look_at(None)
@@ -185,15 +185,15 @@ class Topic(DeliverySource, Generic[M]):
             self._look_at(next_expiry_ns(full.items))
 
     def _look_at(self, due_ns: int | None) -> None:
-        """Look for room again when the next waiting message expires, if one does."""
+        """Schedule the next check for room, when a queued message expires; None cancels it."""
         if self._expiry is not None:
             self._expiry.cancel()
         self._expiry = None if due_ns is None else self.clock.call_at(due_ns, self.grant)
 
     def wake(self) -> None:
-        """Wake those that have been idle and have a message now, in the order in which they came.
+        """Wake the idle subscriptions that have a message now, in the order in which they attached.
 
-        One look here, once a message, is all that a publish pays for those that are busy anyway.
+        For busy subscriptions a publish pays only this one check per message.
         """
         idle = False
         for each in self.subscriptions:
@@ -205,15 +205,15 @@ class Topic(DeliverySource, Generic[M]):
         self.idle = idle
 
     def rebuild(self) -> None:
-        """Bring the tuple that a publish walks up to date with who is here."""
-        # Once a message that can expire may wait somewhere, every taking looks, also after its publisher has gone.
+        """Rebuild the tuple that a publish walks from the current endpoints and taps."""
+        # Once a queued message may expire, each take checks for it, even after its publisher has left.
         self.perishable = self.perishable or any(each.perishable for each in self.publishers)
         recent = () if self.recent is None else (self.recent.append,)
         taps = map(self._guarded, self.taps)
         self.pushes = (*recent, *taps, *(push for each in self.subscriptions for push in each.pushes))
         self.blocking = tuple(each for each in self.subscriptions if each.endpoint.qos.overflow is Overflow.BLOCK)
         self._adjust()
-        self.tell_changes()
+        self.report_changes()
         self.grant()
 
     def _adjust(self) -> None:
@@ -221,35 +221,35 @@ class Topic(DeliverySource, Generic[M]):
             publisher.adjust()
 
     def _guarded(self, tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
-        """A tap is given the message itself, and what it raises keeps the message from nobody."""
+        """Wrap a tap: it gets the message itself, and an exception in it does not stop the delivery."""
 
-        def hear(item: M | Perishable[M]) -> None:
+        def call(item: M | Perishable[M]) -> None:
             try:
                 tap(cast("M", item.message if isinstance(item, Perishable) else item))
-            except Exception as error:  # noqa: BLE001  # told below; the publisher is not to blame
+            except Exception as error:  # noqa: BLE001  # logged below; not the publisher's fault
                 if tap in self.taps:
                     self.taps.remove(tap)
                     self.rebuild()
-                text = f"a tap of {self.name} raised, and hears no more of it"
+                text = f"a tap of {self.name} raised and was removed"
                 asyncio.get_running_loop().call_exception_handler({"message": text, "exception": error})
 
-        return hear
+        return call
 
     def liveliness(self) -> tuple[int, int]:
-        """How many publishers are alive, and how many are there but silent beyond their lease."""
+        """Count the publishers that are alive, and those that are silent beyond their lease."""
         alive = sum(publisher.alive for publisher in self.publishers)
         return alive, len(self.publishers) - alive
 
-    def tell_changes(self) -> None:
-        """Let those nodes know that listen who is on the other end, if that has changed."""
+    def report_changes(self) -> None:
+        """Send events to the nodes that listen, if the endpoints on their other side have changed."""
         for end in (*self.publishers, *self.subscriptions):
             if end.on_event is not None:
-                end.tell_changes()
+                end.report_changes()
 
-    # Ends that come and leave.
+    # Attaching and detaching endpoints.
 
     def add_publisher(self, publisher: TopicPublisher) -> None:
-        """Take in a publisher; the topic's time begins with the first."""
+        """Add a publisher; the first one sets `since_ns`."""
         if not self.publishers_come:
             self.since_ns = self.clock.monotonic_ns()
         self.publishers_come += 1
@@ -257,27 +257,27 @@ class Topic(DeliverySource, Generic[M]):
         self.rebuild()
 
     def add_subscription(self, subscription: Receiver) -> None:
-        """Take in a subscription, which has received already what is kept for it."""
+        """Add a subscription that has already received its kept messages."""
         self.subscriptions_come += 1
         self.subscriptions.append(subscription)
         self.rebuild()
 
     def remove_publisher(self, publisher: TopicPublisher) -> None:
-        """Let a publisher leave; what it published stays counted."""
+        """Remove a publisher; its published messages stay counted."""
         self.publishers.remove(publisher)
         self._retired += publisher.published
         self._arrived += publisher.published if publisher.endpoint.remote else 0
         self._left(publisher)
 
     def remove_subscription(self, subscription: Receiver) -> None:
-        """Let a subscription leave; its account stays."""
+        """Remove a subscription; its statistics stay."""
         self.subscriptions.remove(subscription)
         line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
         self._gone[subscription.endpoint] = line if before is None else before + line
         self._left(subscription)
 
     def replace(self, ends: list[E], old: E, new: E) -> None:
-        """Let one of the topic's publishers or subscriptions be replaced by its successor, which counts on."""
+        """Replace a publisher or subscription by its successor, which continues the counts."""
         ends[ends.index(old)] = new
         self._left(old)
 

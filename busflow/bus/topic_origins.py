@@ -1,4 +1,4 @@
-"""Origins: where the message comes from that a tap hears: from a node here, or from which one of another process."""
+"""Origins: the publisher of a tapped message: a node of this process, or the name of a remote node."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ if TYPE_CHECKING:
 
 
 class Origins:
-    """Follows who publishes on one topic, for a tap that asks once at each message."""
+    """Tracks the publishers of one topic, for a tap that calls `of_this` once per message."""
 
     def __init__(self, topic: Topic[Any]) -> None:
-        """Follow from now on."""
+        """Start to track."""
         self._topic = topic
         self._seen = topic.arrived
         self._by_node = self._counts()
 
     def of_this(self) -> str | None:
-        """The node elsewhere whose message is being published here; None where the publisher is of this process.
+        """Return the remote node that published the current message; None if its publisher is in this process.
 
-        A tap hears of a message when its publisher has counted it.
+        A publisher counts a message before taps are called, so the count that changed names the node.
         """
         arrived = self._topic.arrived
         if arrived == self._seen:

@@ -1,4 +1,4 @@
-"""`diagnostic_msgs`: how the parts of a robot are doing."""
+"""`diagnostic_msgs`: the condition of the parts of a robot."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -17,7 +17,7 @@ class KeyValue(Message, package="diagnostic_msgs"):
 
 
 class DiagnosticStatus(Message, package="diagnostic_msgs"):
-    """How one part is doing."""
+    """The condition of one part."""
 
     OK: ClassVar[byte] = 0
     WARN: ClassVar[byte] = 1
@@ -29,17 +29,17 @@ class DiagnosticStatus(Message, package="diagnostic_msgs"):
     name: str = ""
     """The part, or the test of it."""
     message: str = ""
-    """What is the matter, for people."""
+    """The condition as text for people."""
     hardware_id: str = ""
-    """The very device: its serial number, for one."""
+    """The identity of the device, for example its serial number."""
     values: Sequence[KeyValue] = ()
 
 
 class DiagnosticArray(Message, package="diagnostic_msgs"):
-    """How several parts are doing."""
+    """The condition of several parts."""
 
     header: Header = Header()
-    """`stamp` is when they were looked at."""
+    """`stamp` is the time of the check."""
     status: Sequence[DiagnosticStatus] = ()
 
 
@@ -47,17 +47,17 @@ class AddDiagnostics(ServiceType, package="diagnostic_msgs"):
     """Asks the diagnostic aggregator for further analysers while it runs."""
 
     class Request(Message):
-        """Which analysers."""
+        """The analysers to load."""
 
         load_namespace: str = ""
         """The namespace that holds their parameters, an absolute one: `/my_robot/analyzers`."""
 
     class Response(Message):
-        """Whether it has them now."""
+        """Whether it has loaded them."""
 
         success: bool = False
         message: str = ""
-        """For people: why not, for one."""
+        """Text for people, for example why not."""
 
 
 class SelfTest(ServiceType, package="diagnostic_msgs"):
@@ -67,7 +67,7 @@ class SelfTest(ServiceType, package="diagnostic_msgs"):
         """Nothing."""
 
     class Response(Message):
-        """What the tests found."""
+        """The results of the tests."""
 
         id: str = ""
         """The device."""

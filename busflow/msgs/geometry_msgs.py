@@ -81,14 +81,14 @@ class Quaternion(Message, package="geometry_msgs"):
 
 
 class Pose(Message, package="geometry_msgs"):
-    """Where something is and how it is turned."""
+    """A position and an orientation."""
 
     position: Point = Point()
     orientation: Quaternion = Quaternion()
 
 
 class Pose2D(Message, package="geometry_msgs"):
-    """Where something is and how it is turned in the plane. ROS 2 deprecates it: use Pose."""
+    """A position and an angle in the plane. ROS 2 deprecates it: use Pose."""
 
     x: float64 = 0.0
     y: float64 = 0.0
@@ -97,7 +97,7 @@ class Pose2D(Message, package="geometry_msgs"):
 
 
 class Transform(Message, package="geometry_msgs"):
-    """How to get from one frame to another: rotate, then move."""
+    """The transform from one frame to another: rotate, then move."""
 
     translation: Vector3 = Vector3()
     rotation: Quaternion = Quaternion()
@@ -122,7 +122,7 @@ class Accel(Message, package="geometry_msgs"):
 
 
 class Wrench(Message, package="geometry_msgs"):
-    """What pushes and turns a body."""
+    """A force and a torque on a body."""
 
     force: Vector3 = Vector3()
     """Along the axes, N."""
@@ -131,7 +131,7 @@ class Wrench(Message, package="geometry_msgs"):
 
 
 class Inertia(Message, package="geometry_msgs"):
-    """How the mass of a body is distributed."""
+    """The mass of a body and its distribution."""
 
     m: float64 = 0.0
     """The mass, kg."""
@@ -153,7 +153,7 @@ class Polygon(Message, package="geometry_msgs"):
 
 
 class PolygonInstance(Message, package="geometry_msgs"):
-    """A polygon that can be told from others of the same shape."""
+    """A polygon with an identifier."""
 
     polygon: Polygon = Polygon()
     id: int64 = 0
@@ -282,17 +282,17 @@ class PolygonInstanceStamped(Message, package="geometry_msgs"):
 
 
 class TransformStamped(Message, package="geometry_msgs"):
-    """Where one frame is in another at a time, as a tree of frames holds it."""
+    """The transform from a child frame to its parent at a time, for a tree of frames."""
 
     header: Header = Header()
     """`frame_id` is the parent frame."""
     child_frame_id: str = ""
-    """The frame whose place in the parent frame this is."""
+    """The child frame."""
     transform: Transform = Transform()
 
 
 class VelocityStamped(Message, package="geometry_msgs"):
-    """How one frame moves relative to a second, expressed in the axes of a third."""
+    """The velocity of one frame relative to a second, expressed in the axes of a third."""
 
     header: Header = Header()
     """`frame_id` is the frame whose axes are used; for the usual body twist it is the body's."""

@@ -49,10 +49,10 @@ class GridCells(Message, package="nav_msgs"):
 
 
 class MapMetaData(Message, package="nav_msgs"):
-    """How a grid lies in the world."""
+    """The size and position of a grid in the world."""
 
     map_load_time: Time = Time()
-    """When the map was loaded."""
+    """The time at which the map was loaded."""
     resolution: float32 = 0.0
     """The side of a cell, m."""
     width: uint32 = 0
@@ -60,11 +60,11 @@ class MapMetaData(Message, package="nav_msgs"):
     height: uint32 = 0
     """Cells along y."""
     origin: Pose = Pose()
-    """Where the lower left corner of cell (0, 0) is."""
+    """The pose of the lower left corner of cell (0, 0)."""
 
 
 class OccupancyGrid(Message, package="nav_msgs"):
-    """A map of where the way is free."""
+    """A map of free and occupied cells."""
 
     header: Header = Header()
     info: MapMetaData = MapMetaData()
@@ -73,7 +73,7 @@ class OccupancyGrid(Message, package="nav_msgs"):
 
 
 class Odometry(Message, package="nav_msgs"):
-    """Where a body is and how it moves."""
+    """The pose and velocity of a body."""
 
     header: Header = Header()
     """`frame_id` is the frame of the pose."""
@@ -106,7 +106,7 @@ class GetPlan(ServiceType, package="nav_msgs"):
     """Asks for a path."""
 
     class Request(Message):
-        """From where to where."""
+        """The start and the goal."""
 
         start: PoseStamped = PoseStamped()
         goal: PoseStamped = PoseStamped()
@@ -123,13 +123,13 @@ class LoadMap(ServiceType, package="nav_msgs"):
     """Asks a map server to load a map."""
 
     class Request(Message):
-        """Which map."""
+        """The map to load."""
 
         map_url: str = ""
         """`file:///maps/floor1.yaml`, or `package://my_robot/maps/floor1.yaml` in a ROS package."""
 
     class Response(Message):
-        """What came of it."""
+        """The result."""
 
         RESULT_SUCCESS: ClassVar[uint8] = 0
         RESULT_MAP_DOES_NOT_EXIST: ClassVar[uint8] = 1

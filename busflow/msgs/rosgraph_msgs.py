@@ -7,6 +7,6 @@ __all__ = ["Clock"]
 
 
 class Clock(Message, package="rosgraph_msgs"):
-    """What time it is in the simulation, as published on `/clock`."""
+    """The time of a simulation, as published on `/clock`."""
 
     clock: Time = Time()

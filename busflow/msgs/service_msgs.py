@@ -1,4 +1,4 @@
-"""`service_msgs`: what is told about a call of a service, which the hash of each service's type includes."""
+"""`service_msgs`: events of service calls, which the type hash of each service includes."""
 
 from typing import Annotated, ClassVar
 
@@ -20,6 +20,6 @@ class ServiceEventInfo(Message, package="service_msgs"):
     """One of the constants."""
     stamp: Time = Time()
     client_gid: Annotated[CharArray, Length(16)] = zeros(16)
-    """Which client called, as long as it runs."""
+    """The identifier of the calling client, valid while it runs."""
     sequence_number: int64 = 0
-    """Which of the client's calls it was."""
+    """The number of the call within its client."""

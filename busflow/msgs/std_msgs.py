@@ -69,10 +69,10 @@ __all__ = [
 
 
 class Header(Message, package="std_msgs"):
-    """When and in which frame the rest of the message was measured."""
+    """The time and frame of the measurement in a message."""
 
     stamp: Time = Time()
-    """When it was measured, not when it was sent."""
+    """The time of the measurement, not of sending."""
     frame_id: str = ""
     """The coordinate frame of the data."""
 
@@ -178,11 +178,11 @@ class MultiArrayDimension(Message, package="std_msgs"):
     """One dimension of a multi-dimensional block."""
 
     label: str = ""
-    """What the dimension is: `height`, `channel`."""
+    """The name of the dimension: `height`, `channel`."""
     size: uint32 = 0
-    """How many items it has."""
+    """The number of its items."""
     stride: uint32 = 0
-    """How many values it spans in all: its size times the stride of the next inner dimension."""
+    """The number of values it spans: its size times the stride of the next inner dimension."""
 
 
 class MultiArrayLayout(Message, package="std_msgs"):

@@ -108,7 +108,7 @@ class Ends:
         bus.attach_subscription(subscription, on_failure, before)
         subscription.on_close = self.subscriptions.remove
         if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
-            subscription.hear_losses()
+            subscription.report_losses()
 
     def _connect_server(self, server: Server[Any, Any], bus: Bus) -> None:
         life = self._life
@@ -156,7 +156,7 @@ class Ends:
         """Report events to the node from now on, and at once those of the present state."""
         if self.listeners and isinstance(end, Publisher | Subscription):
             end.on_event = self._notify
-            end.tell_changes()
+            end.report_changes()
 
     def _notify(self, event: Event) -> None:
         for listener in self.listeners:

@@ -93,7 +93,7 @@ class Trace(Extension):
         if isinstance(end, Subscription):
             node = end.endpoint.node
             end.observe(lambda message: self._tell("deliver", topic, node, self._hash(message)))
-            end.hear_drops(lambda reason: self._tell("drop", topic, node, reason))
+            end.observe_drops(lambda reason: self._tell("drop", topic, node, reason))
 
     def _on_publish(self, topic: str, message: Message) -> None:
         self._published[topic] += 1

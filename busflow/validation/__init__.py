@@ -1,4 +1,4 @@
-"""What is wrong with a value, in words: annotations, ranges, durations, and the user's line behind an exception.
+"""Checks of values and texts about their faults: annotations, ranges, durations, and the user's line of an exception.
 
 Imports only `errors` and `text`.
 """

@@ -1,4 +1,4 @@
-"""Reading a type annotation: its word, range and choices, the way into it, strict scalars."""
+"""Type annotations: their name, range and choices, access to nested ones, and strict scalars."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Bounds(NamedTuple):
 
     @classmethod
     def of(cls, metadata: Sequence[object]) -> Bounds:
-        """The range stated in an annotation's metadata."""
+        """Return the range stated in an annotation's metadata."""
         stated: dict[str, Any] = {}
         for each in metadata:
             match each:
@@ -69,14 +69,13 @@ UNBOUNDED = Bounds()
 
 
 def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
-    """A core schema that does not convert numbers, booleans and texts into each other.
+    """Return a core schema that does not convert numbers, booleans and texts into each other.
 
-    pydantic's own strict mode would also refuse a list for a tuple and a text for an enum or a path, which is
-    how YAML writes them.
+    pydantic's own strict mode would also refuse the forms of YAML: a list for a tuple, a text for an enum or a path.
 
     Args:
-        schema: What pydantic made of a model.
-        resolve: Finds the schema that a reference stands for.
+        schema: The core schema of a model.
+        resolve: Returns the schema of a reference.
     """
     kind = schema.get("type")
     if kind == "definition-ref" and resolve(schema)["type"] == "enum":
@@ -87,7 +86,7 @@ def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
     if kind in {"enum", "literal"}:
         return _strict_choice(schema)
     if kind == "function-before" and schema["function"]["function"] is python_scalar:
-        return schema  # a nested model of the same kind has been here before
+        return schema  # already done for a nested model of the same kind
     changed = dict(schema)
     for key in (
         "schema",
@@ -104,12 +103,12 @@ def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
 
 
 def python_scalar(value: object) -> object:
-    """A numpy scalar as Python's own number; anything else as it is."""
+    """Convert a numpy scalar to a Python number; return any other value unchanged."""
     return cast("Any", value).item() if type(value).__module__ == "numpy" and hasattr(value, "item") else value
 
 
 def split(annotation: object) -> tuple[object, tuple[object, ...]]:
-    """An annotation without `Annotated` and `| None`, and the metadata that was on it."""
+    """Return an annotation without `Annotated` and `| None`, and its metadata."""
     metadata: tuple[object, ...] = ()
     while True:
         origin, arguments = get_origin(annotation), get_args(annotation)
@@ -124,18 +123,18 @@ def split(annotation: object) -> tuple[object, tuple[object, ...]]:
 
 
 def choices(annotation: object) -> tuple[object, ...] | None:
-    """The values that an enum or a literal allows, as plain data; None for any other type."""
+    """Return the values that an enum or a literal allows, as plain data; None for any other type."""
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Enum):
-        # An enum may have members that nobody chooses: words of others, which are only read.
+        # An enum may have members that only remote peers use; they cannot be chosen.
         offered: Callable[[], list[Enum]] = getattr(annotation, "__offered__", lambda: list(annotation))
         return tuple(member.value for member in offered())
     return None
 
 
 def type_word(annotation: object) -> str:
-    """A type as a user writes it.
+    """Return a type as a user writes it.
 
     >>> type_word(list[float]), type_word(int | None), type_word(Literal["a", "b"]), type_word(Path)
     ('list[float]', 'int or null', 'str', 'path')
@@ -157,7 +156,7 @@ def type_word(annotation: object) -> str:
 
 
 def at(model: type[BaseModel], path: KeyPath) -> tuple[object, tuple[object, ...]]:
-    """The annotation and the metadata of what is at `path`; None where that is not known."""
+    """Return the annotation and metadata at `path`; None if unknown."""
     annotation: object = model
     metadata: tuple[object, ...] = ()
     for step in path:
@@ -166,7 +165,7 @@ def at(model: type[BaseModel], path: KeyPath) -> tuple[object, tuple[object, ...
 
 
 def step_into(annotation: object, step: str | int) -> tuple[object, tuple[object, ...]]:
-    """The annotation and the metadata one step further in; None where that is not known."""
+    """Return the annotation and metadata one step inside an annotation; None if unknown."""
     annotation, _ = split(annotation)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         fields = annotation.model_fields
@@ -183,7 +182,7 @@ def step_into(annotation: object, step: str | int) -> tuple[object, tuple[object
 
 
 def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
-    """`strict_scalars` of a schema, or of a list or mapping of schemas, some with a label beside them."""
+    """Apply `strict_scalars` to a schema, or to each of a list or mapping of schemas, some with a label."""
     match schemas:
         case {"type": str()}:
             return strict_scalars(schemas, resolve)
@@ -197,7 +196,7 @@ def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
 
 
 def _strict_choice(schema: Any) -> Any:
-    """Keeps `true` and `1.0` from passing as the choice 1, which they equal in Python."""
+    """Return a schema that refuses `true` and `1.0` for the choice 1, which they equal in Python."""
     members: list[object] = schema["members"] if schema["type"] == "enum" else schema["expected"]
     types: set[type] = {type(each.value if isinstance(each, Enum) else each) for each in members}
 
@@ -207,7 +206,7 @@ def _strict_choice(schema: Any) -> Any:
             raise PydanticKnownError("literal_error", {"expected": ""})
         return value
 
-    # A choice among texts needs no check, and pydantic allows none on the key that tells union members apart.
+    # A choice among texts needs no check, and pydantic forbids one on the discriminator of a union.
     return schema if types == {str} else core_schema.no_info_before_validator_function(check, schema)
 
 
@@ -216,10 +215,10 @@ def _with_metadata(annotation: object, metadata: Sequence[object]) -> tuple[obje
 
 
 def refuse_bare(cls: type[BaseModel]) -> None:
-    """Refuse a value in a new class of fields that has no annotation: it would be no field.
+    """Refuse a class attribute without annotation, which would not become a field.
 
     Raises:
-        InvalidDeclaration: there is one; the error says how it is written.
+        InvalidDeclaration: the class has one; the error says how to write it.
     """
     annotated = {*get_annotations(cls), *cls.__class_vars__, "model_config"}
     for name, value in vars(cls).items():
@@ -234,7 +233,7 @@ def refuse_bare(cls: type[BaseModel]) -> None:
 
 
 class StrictModel(BaseModel):
-    """A frozen model that knows its keys and does not convert numbers, booleans and texts into each other."""
+    """A frozen model that refuses unknown keys and does not convert numbers, booleans and texts into each other."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
 

@@ -1,4 +1,4 @@
-"""Durations as people write them: `50ms`, `1.5s`, `10min`, or a plain number of seconds."""
+"""Durations in text form: `50ms`, `1.5s`, `10min`, or a plain number of seconds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TEXT = re.compile(PATTERN)
 
 
 def parse_duration(value: object) -> float:
-    """Seconds, to the nanosecond. Infinity stays what it is.
+    """Return a duration in seconds, rounded to nanoseconds. Infinity stays infinite.
 
     >>> parse_duration("50ms"), parse_duration("1.5 h"), parse_duration(2)
     (0.05, 5400.0, 2.0)
@@ -39,7 +39,7 @@ def parse_duration(value: object) -> float:
 
 
 def show_duration(seconds: float) -> str:
-    """A duration in the largest unit below a minute that keeps it whole.
+    """Return a duration in the largest unit below a minute in which it is a whole number.
 
     >>> show_duration(0.05), show_duration(120), show_duration(1.000000001)
     ('50ms', '120s', '1000000001ns')

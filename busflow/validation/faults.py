@@ -1,4 +1,4 @@
-"""What pydantic finds wrong, in busflow's words: each error becomes a `Fault` with reason and remedy."""
+"""Conversion of pydantic's errors: each becomes a `Fault` with reason and fix."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from busflow.text import did_you_mean
 from busflow.validation.annotations import Bounds, at, choices, split, step_into, type_word
 
 MOST_FAULTS = 100
-"""More of them help nobody, and a hostile file could have a hundred thousand."""
+"""The maximum number of reported faults; a hostile file could have a hundred thousand."""
 
 _NOUNS: dict[object, str] = {
     bool: "true or false",
@@ -54,13 +54,13 @@ _YAML_1_1 = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "fa
 
 
 def faults(error: ValidationError, model: type[BaseModel], data: object, *, noun: str) -> tuple[Fault, ...]:
-    """Each thing wrong with `data`, once per path; of very many only the first.
+    """Return the faults of `data`, one per path, at most from the first `MOST_FAULTS` errors.
 
     Args:
-        error: What `model` raised for `data`.
-        model: The model that was asked.
-        data: The input; it tells a key from a step of pydantic's own, such as the member of a union.
-        noun: What one key of the model is called: "parameter", "key".
+        error: The error that `model` raised for `data`.
+        model: The model that validated.
+        data: The input; it distinguishes keys from pydantic's own steps, such as the member of a union.
+        noun: The word for a key of the model: "parameter", "key".
     """
     errors = error.errors(include_url=False)[:MOST_FAULTS]
     found: dict[KeyPath, list[ErrorDetails]] = {}
@@ -71,7 +71,7 @@ def faults(error: ValidationError, model: type[BaseModel], data: object, *, noun
 
 
 def plain(value: object) -> Any:
-    """A validated value as the plain data that a file would hold."""
+    """Convert a validated value to plain data, as in a file."""
     match value:
         case BaseModel():
             return {name: plain(getattr(value, name)) for name in type(value).model_fields}
@@ -88,7 +88,7 @@ def plain(value: object) -> Any:
 
 
 def same(one: object, other: object) -> bool:
-    """Whether two plain values read the same; not-a-number is itself, and 1 is neither 1.0 nor true.
+    """Return whether two plain values are written the same; NaN equals NaN, and 1 is neither 1.0 nor true.
 
     >>> same([float("nan"), 1], [float("nan"), 1]), same(1, 1.0)
     (True, False)
@@ -106,7 +106,7 @@ def same(one: object, other: object) -> bool:
 
 
 def shown(value: object) -> str:
-    """A value as an error names it: kind and content, in YAML's spelling, cut short.
+    """Return a value as text for an error: kind and content, in YAML's spelling, cut short.
 
     >>> shown("fast"), shown(True), shown(None), shown([1])
     ("text 'fast'", 'true', 'null', 'a list')
@@ -131,7 +131,7 @@ def shown(value: object) -> str:
 
 
 def dotted(path: KeyPath) -> str:
-    """A path as a user reads it.
+    """Return a path as text for people.
 
     >>> dotted(("joints", 0, "amplitude"))
     'joints[0].amplitude'
@@ -142,14 +142,14 @@ def dotted(path: KeyPath) -> str:
 def located(
     error: ErrorDetails, errors: Sequence[ErrorDetails], model: type[BaseModel], data: object
 ) -> tuple[KeyPath, object]:
-    """An error's location without the steps that are pydantic's own, and the value there."""
+    """Return an error's location without pydantic's own steps, and the value there."""
     path: list[str | int] = []
     annotation: object = model
     location = error["loc"]
     for index, step in enumerate(location):
         if get_origin(split(annotation)[0]) in {Union, UnionType}:
             if len({each["loc"][index : index + 1] for each in errors if each["loc"][:index] == location[:index]}) > 1:
-                return tuple(path), cast("object", data)  # no member fits, and which was meant is unknown
+                return tuple(path), cast("object", data)  # no member fits, and the intended one is unknown
             annotation = None
             continue
         inner, _ = step_into(annotation, step)
@@ -167,7 +167,7 @@ def located(
 
 
 def _fault(path: KeyPath, errors: Sequence[ErrorDetails], model: type[BaseModel], noun: str) -> Fault:
-    """The fault at `path`; several errors at one path are the members of a union, none of which fits."""
+    """Create the fault at `path`; several errors at one path mean that no member of a union fits."""
     error, context = errors[0], errors[0].get("ctx", {})
     kind, value = error["type"], error["input"]
     name = dotted(path) or f"the {noun}s"
@@ -211,7 +211,7 @@ def _fault(path: KeyPath, errors: Sequence[ErrorDetails], model: type[BaseModel]
 
 
 def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str) -> Fault:
-    """A key that is missing, or is there and should not be."""
+    """Create the fault of a missing or an unknown key."""
     parent, _ = split(at(model, path[:-1])[0])
     if kind == "missing" and get_origin(parent) is tuple:
         size = len(get_args(parent))
@@ -226,7 +226,7 @@ def _presence_fault(kind: str, path: KeyPath, model: type[BaseModel], noun: str)
 
 
 def _noun(annotation: object, kind: str = "a mapping") -> str:
-    """What an annotation asks for, as words that follow "must be"; a model is a `kind`, or its name."""
+    """Return the words for an annotation that follow "must be"; a model is a `kind`, or its name."""
     if annotation is None:
         return "something else"
     if get_origin(annotation) is Annotated:
@@ -247,7 +247,7 @@ def _noun(annotation: object, kind: str = "a mapping") -> str:
 
 
 def _remedy(annotation: object, value: object) -> str | None:
-    """What to write instead, where the value shows what was meant."""
+    """Return what to write instead, if the value shows the intention."""
     wanted, _ = split(annotation)
     if wanted is bool and isinstance(value, str) and value.lower() in _YAML_1_1:
         return f"write {_YAML_1_1[value.lower()]}"

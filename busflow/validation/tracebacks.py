@@ -1,4 +1,4 @@
-"""The user's line of code behind an exception: which file, line and stretch, without busflow's own frames."""
+"""Tracebacks: the user's lines of code behind an exception, without busflow's own frames."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ _MACHINERY = tuple(str(folder) + os.sep for folder in (Path(__file__).resolve().
 
 
 def user_line(error: BaseException) -> Place | None:
-    """The user's line that failed, or that called the library which failed."""
+    """Return the user's line that failed, or that called the failing library."""
     return next(reversed(places(error)), None)
 
 
 def places(error: BaseException, *, within: Path | None = None) -> list[Place]:
-    """Where the user's code was: the imports on the way, outermost first, and last the line that failed.
+    """Return the places in the user's code: the imports on the way, outermost first, then the line that failed.
 
     Args:
         error: An exception that was raised.
-        within: The real path of the folder whose lines matter; by default that of the outermost frame, which
-            is the code that busflow called.
+        within: The real path of the folder whose lines are returned; by default that of the outermost frame,
+            which is the code that busflow called.
     """
     frames = [
         (frame, Path(frame.filename).resolve())
@@ -42,14 +42,14 @@ def places(error: BaseException, *, within: Path | None = None) -> list[Place]:
 
 
 def line(file: str, number: int) -> Place:
-    """A whole line of code as a place."""
+    """Return a whole line of code as a place."""
     text = linecache.getline(file, number).rstrip()
     start = len(text) - len(text.lstrip())
     return Place(shown(file), number, start + 1, max(1, len(text) - start), text)
 
 
 def way(error: BaseException) -> list[str]:
-    """The lines of code on the way to an exception, outermost first, without busflow's own."""
+    """Return the lines of code that led to an exception, outermost first, without busflow's own."""
     return [
         f"{shown(frame.filename)}:{frame.lineno} in {frame.name}"
         for frame in traceback.extract_tb(error.__traceback__)
@@ -58,7 +58,7 @@ def way(error: BaseException) -> list[str]:
 
 
 def reason(error: BaseException) -> str:
-    """The exception's kind and text on one line."""
+    """Return the exception's type and text on one line."""
     try:
         text = str(error.msg if isinstance(error, SyntaxError) else error)
     except Exception as fault:  # noqa: BLE001  # the user's __str__ may raise anything
@@ -67,7 +67,7 @@ def reason(error: BaseException) -> str:
 
 
 def shown(path: str | os.PathLike[str]) -> str:
-    """A path as a person wants to read it: relative where it lies below the current directory."""
+    """Return a path for people: relative if it is below the current directory."""
     try:
         return str(Path(path).absolute().relative_to(Path.cwd()))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""The bus: who may meet on a topic, the account of every message, and what comes from other threads."""
+"""Tests of `bus.py`, `inbox.py` and `endpoint.py`: endpoints that fit, every message accounted for, threads."""
 
 import asyncio
 import threading
@@ -43,7 +43,7 @@ def in_a_thread(function, *args):
 @pytest.mark.parametrize("first", ["publisher", "subscription"])
 @pytest.mark.parametrize("second", ["publisher", "subscription"])
 @virtual_time
-async def test_a_topic_carries_the_type_of_whoever_came_first(make_bench, first, second):
+async def test_first_endpoint_sets_the_topic_type(make_bench, first, second):
     bench = make_bench()
     getattr(bench, first)(node="/first")
     with pytest.raises(IncompatibleType) as caught:
@@ -56,7 +56,7 @@ async def test_a_topic_carries_the_type_of_whoever_came_first(make_bench, first,
 
 @pytest.mark.parametrize("publisher_first", [True, False])
 @virtual_time
-async def test_a_pair_of_which_one_offers_less_than_the_other_requests_is_refused(make_bench, publisher_first):
+async def test_incompatible_qos_is_refused(make_bench, publisher_first):
     bench = make_bench()
     ends = [lambda: bench.publisher(reliability="best_effort"), bench.subscription]
     first, second = ends if publisher_first else reversed(ends)
@@ -90,24 +90,24 @@ async def test_topics_do_not_meet_either(make_bench):
 
 
 @virtual_time
-async def test_a_listener_hears_of_everyone_who_comes_before_the_first_message(make_bench):
-    bench, heard = make_bench(), []
+async def test_on_attach_precedes_the_first_message(make_bench):
+    bench, received = make_bench(), []
     latched = {"durability": "transient_local"}
     bench.publisher(**latched).publish(number(1))
-    bench.bus.on_attach.append(lambda attached: heard.append((type(attached).__name__, attached.topic)))
+    bench.bus.on_attach.append(lambda attached: received.append((type(attached).__name__, attached.topic)))
     bench.subscription(**latched)
     bench.publisher(**latched)
-    assert heard == [("Subscription", "/number"), ("Publisher", "/number")]
+    assert received == [("Subscription", "/number"), ("Publisher", "/number")]
 
 
 @virtual_time
-async def test_a_tap_hears_every_message_and_is_in_nobodys_account(make_bench):
-    bench, heard = make_bench(), []
+async def test_tap_gets_every_message_without_ledger_line(make_bench):
+    bench, received = make_bench(), []
     publisher, slow = bench.publisher(), bench.subscription(depth=1, overflow="drop_newest")
-    bench.bus.tap(bench.bus.topics["/number"], lambda message: heard.append(message.data))
+    bench.bus.tap(bench.bus.topics["/number"], lambda message: received.append(message.data))
     publisher.publish(number(1))
     await publisher.send(number(2))
-    assert heard == [1, 2]
+    assert received == [1, 2]
     assert queued(slow) == [1]
     assert publisher.subscription_count == 1
     assert len(list(bench.bus.ledger())) == 1
@@ -117,7 +117,7 @@ async def test_a_tap_hears_every_message_and_is_in_nobodys_account(make_bench):
 
 
 @virtual_time
-async def test_the_ledger_has_a_line_for_everyone_who_is_or_was_there(make_bench):
+async def test_ledger_lists_present_and_past_subscriptions(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     gone, closed, there = (bench.subscription(node=node) for node in ("/gone", "/closed", "/there"))
@@ -139,7 +139,7 @@ async def test_the_ledger_has_a_line_for_everyone_who_is_or_was_there(make_bench
 
 
 @virtual_time
-async def test_a_closed_bus_delivers_nothing_and_what_waits_stays_counted(make_bench):
+async def test_closed_bus_keeps_queued_messages_counted(make_bench):
     bench, received = make_bench(), []
     publisher, subscription = bench.publisher(), bench.subscription(received.append)
     publisher.publish(number(1))
@@ -159,7 +159,7 @@ async def test_a_closed_bus_delivers_nothing_and_what_waits_stays_counted(make_b
 
 
 @virtual_time
-async def test_each_of_many_threads_is_heard_in_order(make_bench):
+async def test_messages_of_each_thread_stay_in_order(make_bench):
     bench, received = make_bench(), []
     bench.subscription(lambda message: received.append(message.data), depth=1000)
     publishers = [bench.publisher(node=f"/source_{index}") for index in range(4)]
@@ -182,7 +182,7 @@ async def test_each_of_many_threads_is_heard_in_order(make_bench):
 
 
 @virtual_time
-async def test_what_other_threads_publish_waits_in_a_bounded_inbox_that_loses_its_oldest(make_bench):
+async def test_full_inbox_drops_its_oldest_message(make_bench):
     bench, received = make_bench(), []
     publisher = bench.publisher()
     bench.subscription(lambda message: received.append(message.data), depth=2 * INBOX_DEPTH)
@@ -194,7 +194,7 @@ async def test_what_other_threads_publish_waits_in_a_bounded_inbox_that_loses_it
 
 
 @virtual_time
-async def test_what_a_full_blocking_queue_refuses_from_another_thread_is_counted(make_bench):
+async def test_inbox_counts_messages_refused_by_a_full_queue(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
     in_a_thread(lambda: [publisher.publish(number(index)) for index in range(5)])
@@ -204,7 +204,7 @@ async def test_what_a_full_blocking_queue_refuses_from_another_thread_is_counted
 
 
 @virtual_time
-async def test_a_publisher_that_leaves_before_its_threads_messages_come_takes_no_others_along(make_bench):
+async def test_closed_publisher_in_inbox_refuses_only_its_messages(make_bench):
     bench = make_bench()
     leaving, staying, subscription = bench.publisher(), bench.publisher(), bench.subscription()
     in_a_thread(lambda: [publisher.publish(number(1)) for publisher in (leaving, staying, leaving, staying)])
@@ -215,7 +215,7 @@ async def test_a_publisher_that_leaves_before_its_threads_messages_come_takes_no
 
 
 @virtual_time
-async def test_what_comes_from_threads_after_the_end_is_counted_as_lost(make_bench):
+async def test_messages_from_threads_after_the_end_are_counted(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     in_a_thread(publisher.publish, number(1))
@@ -227,7 +227,7 @@ async def test_what_comes_from_threads_after_the_end_is_counted_as_lost(make_ben
 
 
 @virtual_time
-async def test_what_threads_publish_before_the_opening_comes_with_it():
+async def test_messages_from_threads_before_open_are_delivered():
     bus = Bus(SimClock())
     publisher = Publisher(Int64, Endpoint("/source", "/number", Int64, QoS(), "source", "number"))
     subscription = Subscription(Int64, Endpoint("/sink", "/number", Int64, QoS(), "sink", "number"))
@@ -242,7 +242,7 @@ async def test_what_threads_publish_before_the_opening_comes_with_it():
 
 
 @virtual_time
-async def test_a_handler_is_handed_a_threads_message_without_another_turn_of_the_loop(make_bench):
+async def test_message_from_a_thread_is_handled_when_published(make_bench):
     bench, received = make_bench(), []
     publisher = bench.publisher()
     bench.subscription(received.append)
@@ -255,7 +255,7 @@ async def test_a_handler_is_handed_a_threads_message_without_another_turn_of_the
 
 
 @virtual_time
-async def test_another_thread_may_call_on_the_loop_and_has_what_comes_of_it(make_bench):
+async def test_call_from_another_thread_returns_or_raises(make_bench):
     bus = make_bench().bus
     loop_thread = threading.get_ident()
     assert bus.call(threading.get_ident) == loop_thread
@@ -265,7 +265,7 @@ async def test_another_thread_may_call_on_the_loop_and_has_what_comes_of_it(make
 
 
 @virtual_time
-async def test_a_call_that_the_loop_does_not_come_round_to_is_taken_back(make_bench, monkeypatch):
+async def test_call_on_a_busy_loop_is_cancelled(make_bench, monkeypatch):
     bus, called, caught = make_bench().bus, [], []
     monkeypatch.setattr("busflow.bus.inbox.CALL_TIMEOUT_S", 0.01)
 
@@ -282,7 +282,7 @@ async def test_a_call_that_the_loop_does_not_come_round_to_is_taken_back(make_be
 
 
 @virtual_time
-async def test_nobody_answers_for_a_bus_that_is_closed(make_bench):
+async def test_call_on_a_closed_bus_raises(make_bench):
     bus = make_bench().bus
     bus.close()
     with pytest.raises(NotRunning, match="is not running"):

@@ -110,7 +110,7 @@ class BusModel(RuleBasedStateMachine):
 
     @initialize(depth=DEPTHS, durability=DURABILITIES)
     def begin(self, depth, durability):
-        """With room for one message, and two who want it."""
+        """With room for one message, and two senders."""
         self.add_publisher(depth, durability)
         self.add_publisher(1, durability)
         self.add_subscription(1, Overflow.BLOCK, Durability.VOLATILE, "pulled")

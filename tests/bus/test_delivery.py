@@ -1,4 +1,4 @@
-"""From a queue to a handler: who is woken, how often, and that what is not counted is still accounted for."""
+"""Tests of `delivery.py`: which recipients are woken, how often, and that uncounted drops are still in the ledger."""
 
 import asyncio
 
@@ -49,7 +49,7 @@ def receiving(bench, kind, values, **qos):
 @pytest.mark.parametrize("overflow", list(Overflow))
 @pytest.mark.parametrize("kind", KINDS)
 @virtual_time
-async def test_who_has_nothing_left_is_woken_by_the_next_message(make_bench, kind, overflow):
+async def test_idle_subscription_is_woken_by_the_next_message(make_bench, kind, overflow):
     bench, values = make_bench(), []
     publisher = bench.publisher()
     receiving(bench, kind, values, overflow=overflow)
@@ -60,7 +60,7 @@ async def test_who_has_nothing_left_is_woken_by_the_next_message(make_bench, kin
 
 
 @virtual_time
-async def test_one_who_is_busy_keeps_nobody_else_of_the_topic_asleep(make_bench):
+async def test_busy_subscription_does_not_delay_others(make_bench):
     bench, values, free = make_bench(), {"plain": [], "async": [], "pulled": []}, asyncio.Event()
     publisher = bench.publisher()
 
@@ -78,7 +78,7 @@ async def test_one_who_is_busy_keeps_nobody_else_of_the_topic_asleep(make_bench)
 
 
 @virtual_time
-async def test_those_who_are_woken_have_their_turns_in_the_order_in_which_they_came(make_bench):
+async def test_idle_subscriptions_run_in_order_of_attachment(make_bench):
     bench, turns = make_bench(), []
     publisher = bench.publisher()
     for name in "abc":
@@ -91,7 +91,7 @@ async def test_those_who_are_woken_have_their_turns_in_the_order_in_which_they_c
 
 
 @virtual_time
-async def test_a_pull_that_was_given_up_is_not_woken_and_the_next_one_finds_the_message(make_bench):
+async def test_cancelled_pull_leaves_the_message_for_the_next(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     with pytest.raises(TimeoutError):
@@ -109,7 +109,7 @@ async def test_a_pull_that_was_given_up_is_not_woken_and_the_next_one_finds_the_
 
 @pytest.mark.parametrize("kind", KINDS)
 @virtual_time
-async def test_a_message_that_was_held_up_wakes_who_waits_for_it(make_bench, kind):
+async def test_message_released_by_a_link_wakes_the_receiver(make_bench, kind):
     bench, values = make_bench(), []
     publisher = bench.publisher()
     faults = Faults(bench.bus)
@@ -126,7 +126,7 @@ async def test_a_message_that_was_held_up_wakes_who_waits_for_it(make_bench, kin
 
 @pytest.mark.parametrize("kind", KINDS)
 @virtual_time
-async def test_who_a_message_did_not_reach_is_woken_by_the_next_that_does(make_bench, kind):
+async def test_dropped_message_does_not_wake_the_subscription(make_bench, kind):
     bench, values = make_bench(), []
     publisher = bench.publisher()
     faults = Faults(bench.bus)
@@ -141,7 +141,7 @@ async def test_who_a_message_did_not_reach_is_woken_by_the_next_that_does(make_b
 
 @pytest.mark.parametrize("latched", [False, True])
 @virtual_time
-async def test_what_cannot_leave_the_process_has_arrived_here_all_the_same(make_bench, latched):
+async def test_failing_outlet_does_not_stop_local_delivery(make_bench, latched):
     bench, values = make_bench(), []
     publisher = bench.publisher(durability="transient_local" if latched else "volatile")
     receiving(bench, "plain", values)
@@ -158,7 +158,7 @@ async def test_what_cannot_leave_the_process_has_arrived_here_all_the_same(make_
 
 
 @virtual_time
-async def test_a_handler_finds_the_ledger_in_balance_and_its_message_delivered(make_bench):
+async def test_ledger_balances_inside_a_handler(make_bench):
     bench, seen = make_bench(), []
     publisher = bench.publisher()
 
@@ -172,11 +172,11 @@ async def test_a_handler_finds_the_ledger_in_balance_and_its_message_delivered(m
     assert seen == [(4, 1, 1, 2), (4, 2, 1, 1), (4, 3, 1, 0)]
 
 
-STEPS = st.lists(st.one_of(st.integers(1, 6), st.sampled_from(["take", "latest", "hear", "rebuild"])), max_size=30)
+STEPS = st.lists(st.one_of(st.integers(1, 6), st.sampled_from(["take", "latest", "observe", "rebuild"])), max_size=30)
 
 
 @given(depth=st.integers(1, 4), steps=STEPS)
-def test_what_overflows_uncounted_is_what_was_counted_one_by_one(make_bench, depth, steps):
+def test_derived_overflow_equals_counted_overflow(make_bench, depth, steps):
     @virtual_time
     async def main():
         bench, value = make_bench(), 0
@@ -189,8 +189,8 @@ def test_what_overflows_uncounted_is_what_was_counted_one_by_one(make_bench, dep
             elif step == "latest":
                 counted["superseded"] += max(0, forgetting.queued - 1)
                 _ = forgetting.latest
-            elif step == "hear":
-                forgetting.hear_drops(lambda _reason: None)
+            elif step == "observe":
+                forgetting.observe_drops(lambda _reason: None)
             elif step == "rebuild":
                 forgetting.queue.ignore_drops()
                 bench.bus.topics["/number"].rebuild()

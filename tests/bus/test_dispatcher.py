@@ -1,4 +1,4 @@
-"""Who is served when: fair turns, bounded budgets, and no turn of the loop between an entry point and its effect."""
+"""Tests of `dispatcher.py`: fair turns, bounded budgets, and delivery before an entry point returns."""
 
 import asyncio
 import itertools
@@ -12,7 +12,7 @@ from busflow.testing import virtual_time
 
 
 class Backlog:
-    """A subscription as the dispatcher sees it: messages that wait, and a log of who was served when."""
+    """A subscription as the dispatcher sees it: queued messages, and a log of the turns."""
 
     def __init__(self, dispatcher, log, name, waiting):
         self.dispatcher, self.log, self.name, self.waiting = dispatcher, log, name, waiting
@@ -41,7 +41,7 @@ def opened(*, virtual=True, explore=None):
 
 
 @virtual_time
-async def test_ready_subscriptions_take_turns_of_at_most_a_quantum():
+async def test_turns_handle_at_most_a_quantum():
     dispatcher, log = opened(), []
     for name in "abc":
         dispatcher.schedule(Backlog(dispatcher, log, name, 2 * QUANTUM - 3))
@@ -51,7 +51,7 @@ async def test_ready_subscriptions_take_turns_of_at_most_a_quantum():
 
 
 @virtual_time
-async def test_one_turn_of_the_loop_serves_everyone_who_is_ready():
+async def test_one_turn_of_the_loop_serves_all_ready():
     dispatcher, log = opened(), []
     for name in "abc":
         dispatcher.schedule(Backlog(dispatcher, log, name, 1))
@@ -73,7 +73,7 @@ def test_turns_are_fair_on_wall_time_too():
 
 
 @virtual_time
-async def test_the_loop_gets_its_turn_after_the_budget_of_messages_however_many_are_ready():
+async def test_dispatcher_yields_after_its_budget_of_messages():
     dispatcher, log = opened(), []
     for name in "abc":
         dispatcher.schedule(Endless(dispatcher, log, name, 1))
@@ -82,7 +82,7 @@ async def test_the_loop_gets_its_turn_after_the_budget_of_messages_however_many_
         assert len(log) == turn * BUDGET_MESSAGES
 
 
-def test_the_loop_gets_its_turn_after_the_budget_of_wall_time():
+def test_dispatcher_yields_after_its_budget_of_time():
     """An endless flood on real time leaves the loop alone for little more than the budget."""
 
     async def main():
@@ -98,7 +98,7 @@ def test_the_loop_gets_its_turn_after_the_budget_of_wall_time():
     assert BUDGET_S < 0.001
 
 
-def test_a_timer_that_is_due_comes_before_the_next_turn_of_a_flood():
+def test_due_timer_runs_before_the_next_dispatch():
     async def main():
         loop, dispatcher, log = asyncio.get_running_loop(), opened(virtual=False), []
         done = loop.create_future()
@@ -120,7 +120,7 @@ def test_a_timer_that_is_due_comes_before_the_next_turn_of_a_flood():
 
 
 @pytest.mark.parametrize("cancelled", [False, True])
-def test_a_timer_that_is_due_comes_before_the_next_batch_of_an_async_handler(cancelled):
+def test_due_timer_runs_before_the_next_async_batch(cancelled):
     async def main():
         loop, dispatcher, log = asyncio.get_running_loop(), opened(virtual=False), []
 
@@ -143,7 +143,7 @@ def test_a_timer_that_is_due_comes_before_the_next_batch_of_an_async_handler(can
 
 
 @virtual_time
-async def test_what_entered_the_line_before_the_opening_is_served_after_it():
+async def test_entries_made_before_open_are_served():
     dispatcher, log = Dispatcher(virtual=True), []
     dispatcher.schedule(Backlog(dispatcher, log, "early", 1))
     await asyncio.sleep(0)
@@ -154,7 +154,7 @@ async def test_what_entered_the_line_before_the_opening_is_served_after_it():
 
 
 @virtual_time
-async def test_nobody_is_served_after_the_closing():
+async def test_closed_dispatcher_serves_nothing():
     dispatcher, log = opened(), []
     dispatcher.schedule(Backlog(dispatcher, log, "late", 1))
     dispatcher.close()
@@ -177,14 +177,14 @@ async def test_a_dispatcher_can_be_opened_again():
 
 
 @virtual_time
-async def test_an_entry_point_delivers_what_it_published_before_it_returns():
+async def test_run_now_delivers_before_it_returns():
     dispatcher, log = opened(), []
     dispatcher.run_now(lambda: dispatcher.schedule(Backlog(dispatcher, log, "a", 3)))
     assert log == ["a", "a", "a"]
 
 
 @virtual_time
-async def test_an_entry_point_that_raises_still_delivers_what_it_published():
+async def test_run_now_delivers_even_if_it_raises():
     dispatcher, log = opened(), []
 
     def fail():
@@ -200,7 +200,7 @@ async def test_an_entry_point_that_raises_still_delivers_what_it_published():
 
 
 @virtual_time
-async def test_an_entry_point_within_another_leaves_the_delivery_to_the_outer_one():
+async def test_nested_run_now_delivers_in_the_outer_one():
     dispatcher, log = opened(), []
 
     def inner():
@@ -216,7 +216,7 @@ async def test_an_entry_point_within_another_leaves_the_delivery_to_the_outer_on
 
 
 @virtual_time
-async def test_an_entry_point_does_not_overtake_what_stands_in_line():
+async def test_run_now_does_not_overtake_the_line():
     dispatcher, log = opened(), []
     dispatcher.schedule(Backlog(dispatcher, log, "first", 1))
     dispatcher.run_now(lambda: dispatcher.schedule(Backlog(dispatcher, log, "second", 1)))
@@ -225,7 +225,7 @@ async def test_an_entry_point_does_not_overtake_what_stands_in_line():
 
 
 @virtual_time
-async def test_an_entry_point_of_a_closed_dispatcher_only_runs():
+async def test_run_now_on_a_closed_dispatcher_delivers_nothing():
     dispatcher, log = Dispatcher(virtual=True), []
     dispatcher.run_now(lambda: dispatcher.schedule(Backlog(dispatcher, log, "a", 1)))
     assert log == []
@@ -255,7 +255,7 @@ def test_exploring_serves_in_every_order():
     assert {served(seed, 1) for seed in range(60)} == set(map("".join, itertools.permutations("abc")))
 
 
-def test_exploring_varies_how_much_a_turn_handles_and_repeats_itself_for_a_seed():
+def test_exploration_varies_turns_and_repeats_per_seed():
     orders = {served(seed, 20) for seed in range(20)}
     assert len(orders) == 20
     assert served(3, 20) == served(3, 20)
@@ -270,7 +270,7 @@ async def test_exploring_keeps_to_the_budget_too():
     assert BUDGET_MESSAGES <= len(log) < BUDGET_MESSAGES + QUANTUM
 
 
-def test_exploring_lets_others_go_first_although_more_wait_in_line():
+def test_exploration_changes_the_order_of_the_line():
     @virtual_time
     async def main(seed):
         dispatcher, log = opened(explore=Schedule(seed)), []
@@ -285,14 +285,14 @@ def test_exploring_lets_others_go_first_although_more_wait_in_line():
 
 
 @pytest.mark.parametrize(("virtual", "explore", "share"), [(True, None, BUDGET_MESSAGES), (True, Schedule(1), QUANTUM)])
-def test_a_batch_of_an_async_handler_has_its_share_of_messages_in_virtual_time(virtual, explore, share):
+def test_async_batch_is_bounded_in_messages(virtual, explore, share):
     dispatcher = Dispatcher(virtual=virtual, explore=explore)
     started = dispatcher.now()
     assert not dispatcher.spent(started, share - 1)
     assert dispatcher.spent(started, share)
 
 
-def test_a_batch_of_an_async_handler_has_its_share_of_wall_time_but_a_quantum_at_least():
+def test_async_batch_is_bounded_in_time():
     dispatcher = Dispatcher()
     started = dispatcher.now()
     long_ago = started - 1
@@ -302,7 +302,7 @@ def test_a_batch_of_an_async_handler_has_its_share_of_wall_time_but_a_quantum_at
 
 
 class Slow(Backlog):
-    """One whose handler takes so long that nobody waits for eight of them."""
+    """A subscription with a handler too slow for turns of eight messages."""
 
     def turn(self, limit):
         until = perf_counter() + 2 * SLOW_S
@@ -313,7 +313,7 @@ class Slow(Backlog):
         return 1
 
 
-def test_slow_handlers_have_turns_of_one_message_until_they_are_quick_again():
+def test_slow_handlers_get_turns_of_one_message():
     async def main():
         dispatcher, limits = opened(virtual=False), []
         dispatcher.schedule(Slow(dispatcher, limits, "slow", 1))

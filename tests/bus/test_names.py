@@ -1,4 +1,4 @@
-"""Names: ROS 2's own cases, and the laws of expansion and remapping."""
+"""Tests of `names.py`: ROS 2's own cases, and the laws of expansion and remapping."""
 
 import json
 from pathlib import Path
@@ -48,14 +48,14 @@ def rules(case):
     return [RemapRule.parse(text) for text in texts]
 
 
-def test_every_case_is_run_or_skipped_for_a_reason():
+def test_each_case_runs_or_has_a_reason():
     others = {"is_hidden", "expand", "remap", "resolve", "fully_qualified_name"}
     run = {*FAULTS, *others, "remap_rule_syntax"}
     assert [case["id"] for case in CASES if case["kind"] not in run and not skipped(case)] == []
 
 
 @pytest.mark.parametrize("case", cases(*FAULTS))
-def test_a_wrong_name_is_told_with_its_kind_and_place(case):
+def test_name_fault_has_kind_and_index(case):
     fault = FAULTS[case["kind"]](case["input"])
     assert (fault is None) == case["valid"]
     if fault is not None:
@@ -65,7 +65,7 @@ def test_a_wrong_name_is_told_with_its_kind_and_place(case):
 
 
 @pytest.mark.parametrize("case", cases("is_hidden"))
-def test_a_part_that_starts_with_an_underscore_hides_a_name(case):
+def test_part_with_leading_underscore_hides_a_name(case):
     assert names.is_hidden(case["input"]) == case["expect"]
 
 
@@ -131,7 +131,7 @@ def test_rule_syntax(case):
             RemapRule.parse(case["input"])
 
 
-def test_an_error_points_at_the_character_and_says_what_to_do():
+def test_error_marks_the_character_and_states_the_fix():
     with pytest.raises(InvalidName) as caught:
         names.check_topic_name("imu/da ta")
     allowed = "ASCII letters, digits, '_', '/', a leading '~' and {substitutions}"
@@ -142,13 +142,13 @@ def test_an_error_points_at_the_character_and_says_what_to_do():
     ]
 
 
-def test_an_unknown_substitution_is_compared_with_the_known_ones():
+def test_unknown_substitution_suggests_a_known_one():
     with pytest.raises(InvalidName, match="did you mean 'node'"):
         names.expand("{nod}/x", node="n", namespace="/")
 
 
 @pytest.mark.parametrize("name", ["a\x1b[31m", "a\nb", "\u202egnp", "a\u0660", "é", "a" * 5000 + " "])
-def test_an_error_never_steers_the_terminal_nor_floods_it(name):
+def test_error_text_is_escaped_and_bounded(name):
     with pytest.raises(InvalidName) as caught:
         names.check_topic_name(name)
     text = str(caught.value)
@@ -163,7 +163,7 @@ def test_a_trailing_newline_is_not_overlooked(check):
         check("/a\n")
 
 
-def test_a_tilde_needs_its_slash_even_in_a_short_name():
+def test_tilde_needs_a_slash_even_in_short_names():
     assert names.topic_name_fault("~f").kind == "tilde_not_followed_by_slash"
 
 
@@ -176,7 +176,7 @@ def test_a_tilde_needs_its_slash_even_in_a_short_name():
         ("//1", "repeated_slash", 1),
     ],
 )
-def test_of_two_faults_the_first_is_told(name, kind, index):
+def test_first_of_two_faults_is_reported(name, kind, index):
     fault = names.full_topic_name_fault(name)
     assert (fault.kind, fault.index) == (kind, index)
 
@@ -185,7 +185,7 @@ def test_a_tilde_is_misplaced_even_between_braces():
     assert names.topic_name_fault("{~}").kind == "misplaced_tilde"
 
 
-def test_what_braces_bring_in_is_checked_when_the_name_is_resolved():
+def test_substituted_text_is_checked_by_resolve():
     assert names.expand("/foo/{ns}", node="n", namespace="/ns") == "/foo//ns"
     with pytest.raises(InvalidName, match="two slashes"):
         names.resolve("/foo/{ns}", node="n", namespace="/ns")

@@ -1,4 +1,4 @@
-"""Patterns of names: which topics they mean, beside what ROS 2's recorder takes and leaves out."""
+"""Tests of `patterns.py`: the topics a selection includes, compared with ROS 2's recorder."""
 
 import json
 from pathlib import Path
@@ -58,7 +58,7 @@ def test_what_is_no_pattern_is_refused(pattern):
         check_pattern(pattern)
 
 
-def test_who_matched_nothing_is_known():
+def test_unmatched_lists_patterns_without_a_match():
     selection = Selection(["/a", "/b*", "/c"])
     assert [selection.includes(name) for name in ("/a", "/d", "/bee")] == [True, False, True]
     assert selection.unmatched == ("/c",)

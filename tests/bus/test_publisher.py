@@ -1,4 +1,4 @@
-"""Publishing: to everybody or to nobody, in order, without waiting unless asked to."""
+"""Tests of `publisher.py`: publish to all or to none, in order; only `send` waits."""
 
 import asyncio
 import threading
@@ -52,7 +52,7 @@ async def test_every_subscription_receives_the_same_object(make_bench):
 
 
 @virtual_time
-async def test_what_nobody_receives_is_counted_as_published(make_bench):
+async def test_message_without_subscription_is_counted(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     publisher.publish(number(1))
@@ -77,7 +77,7 @@ PATHS = [
 @pytest.mark.parametrize(("offered", "requested"), PATHS)
 @pytest.mark.parametrize("wrong", [String(data="1"), Wider(data=1), 1, None, Int64], ids=repr)
 @virtual_time
-async def test_a_message_of_another_type_is_refused_and_reaches_nobody(make_bench, offered, requested, wrong):
+async def test_message_of_another_type_is_refused(make_bench, offered, requested, wrong):
     bench = make_bench()
     publisher, subscription = bench.publisher(**offered), bench.subscription(**requested)
     with pytest.raises(IncompatibleType, match="/source publishes std_msgs/msg/Int64 on /number"):
@@ -90,7 +90,7 @@ async def test_a_message_of_another_type_is_refused_and_reaches_nobody(make_benc
 
 
 @virtual_time
-async def test_what_was_given_instead_of_a_message_cannot_steer_the_terminal(make_bench):
+async def test_error_escapes_the_refused_value(make_bench):
     class Hostile:
         def __repr__(self):
             return "\x1b[2J" * 1000
@@ -119,7 +119,7 @@ async def test_a_publisher_outside_of_a_running_graph_refuses(make_bench):
 
 
 @virtual_time
-async def test_publish_never_waits_for_room_but_says_who_has_none_and_what_to_do(make_bench):
+async def test_publish_to_a_full_queue_raises_wouldblock(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     lossy = bench.subscription(depth=1)
@@ -139,7 +139,7 @@ async def test_publish_never_waits_for_room_but_says_who_has_none_and_what_to_do
 
 
 @virtual_time
-async def test_a_refused_publish_is_not_kept_for_late_joiners(make_bench):
+async def test_refused_publish_is_not_kept_for_late_joiners(make_bench):
     bench = make_bench()
     publisher = bench.publisher(durability="transient_local")
     bench.subscription(overflow="block", depth=1)
@@ -178,7 +178,7 @@ async def test_send_waits_until_every_blocking_subscription_has_room(make_bench)
 
 
 @virtual_time
-async def test_sends_are_served_in_the_order_in_which_they_came(make_bench):
+async def test_sends_are_served_in_order(make_bench):
     bench = make_bench()
     publishers = [bench.publisher(node=f"/source_{index}") for index in range(3)]
     received = []
@@ -192,7 +192,7 @@ async def test_sends_are_served_in_the_order_in_which_they_came(make_bench):
 
 
 @virtual_time
-async def test_a_send_does_not_overtake_one_that_has_room_but_not_had_its_turn(make_bench):
+async def test_send_does_not_overtake_a_granted_send(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=3)
     for value in (1, 2, 3):
@@ -206,7 +206,7 @@ async def test_a_send_does_not_overtake_one_that_has_room_but_not_had_its_turn(m
 
 
 @virtual_time
-async def test_room_for_many_serves_all_who_wait(make_bench):
+async def test_room_for_many_serves_all_waiting_sends(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=2)
     publisher.publish(number(1))
@@ -219,7 +219,7 @@ async def test_room_for_many_serves_all_who_wait(make_bench):
 
 
 @virtual_time
-async def test_publish_behind_a_waiting_send_raises_even_where_there_is_room_by_now(make_bench):
+async def test_publish_behind_a_waiting_send_raises(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=1)
     publisher.publish(number(1))
@@ -233,7 +233,7 @@ async def test_publish_behind_a_waiting_send_raises_even_where_there_is_room_by_
 
 
 @virtual_time
-async def test_publish_does_not_overtake_a_waiting_send_when_the_one_without_room_has_left(make_bench):
+async def test_publish_does_not_overtake_a_granted_send(make_bench):
     bench = make_bench()
     publisher, lossy = bench.publisher(), bench.subscription()
     slow = bench.subscription(overflow="block", depth=1)
@@ -249,7 +249,7 @@ async def test_publish_does_not_overtake_a_waiting_send_when_the_one_without_roo
 
 
 @virtual_time
-async def test_a_cancelled_send_reaches_nobody_and_leaves_no_trace(make_bench):
+async def test_cancelled_send_leaves_no_trace(make_bench):
     bench = make_bench()
     publisher, lossy = bench.publisher(), bench.subscription()
     slow = bench.subscription(overflow="block", depth=1)
@@ -266,7 +266,7 @@ async def test_a_cancelled_send_reaches_nobody_and_leaves_no_trace(make_bench):
 
 
 @virtual_time
-async def test_a_send_cancelled_in_the_middle_of_the_line_leaves_the_others_in_theirs(make_bench):
+async def test_cancelled_send_keeps_the_order_of_others(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
     publisher.publish(number(1))
@@ -279,7 +279,7 @@ async def test_a_send_cancelled_in_the_middle_of_the_line_leaves_the_others_in_t
 
 
 @virtual_time
-async def test_a_send_cancelled_at_the_moment_it_is_granted_hands_its_turn_on(make_bench):
+async def test_send_cancelled_when_granted_passes_its_turn(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
     publisher.publish(number(1))
@@ -294,7 +294,7 @@ async def test_a_send_cancelled_at_the_moment_it_is_granted_hands_its_turn_on(ma
 
 
 @virtual_time
-async def test_a_send_gives_up_after_the_block_timeout_naming_who_had_no_room(make_bench):
+async def test_send_timeout_names_the_full_subscription(make_bench):
     bench = make_bench()
     publisher, lossy = bench.publisher(), bench.subscription()
     bench.subscription(node="/roomy", overflow="block", depth=2, block_timeout_s=60)
@@ -312,7 +312,7 @@ async def test_a_send_gives_up_after_the_block_timeout_naming_who_had_no_room(ma
 
 
 @virtual_time
-async def test_the_timeout_that_counts_is_that_of_the_subscription_without_room(make_bench):
+async def test_send_timeout_is_that_of_the_full_subscription(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     bench.subscription(node="/roomy", overflow="block", depth=2, block_timeout_s=0.1)
@@ -326,7 +326,7 @@ async def test_the_timeout_that_counts_is_that_of_the_subscription_without_room(
 
 
 @virtual_time
-async def test_a_timed_out_send_lets_the_next_one_have_its_turn(make_bench):
+async def test_timed_out_send_passes_its_turn(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1, block_timeout_s=1)
     publisher.publish(number(1))
@@ -341,7 +341,7 @@ async def test_a_timed_out_send_lets_the_next_one_have_its_turn(make_bench):
 
 
 @virtual_time
-async def test_a_waiting_send_goes_on_when_the_one_without_room_leaves(make_bench):
+async def test_send_continues_when_the_full_subscription_leaves(make_bench):
     bench = make_bench()
     publisher, lossy = bench.publisher(), bench.subscription()
     slow = bench.subscription(overflow="block", depth=1)
@@ -355,7 +355,7 @@ async def test_a_waiting_send_goes_on_when_the_one_without_room_leaves(make_benc
 
 
 @virtual_time
-async def test_a_waiting_send_waits_also_for_a_newcomer_that_is_full_of_what_was_kept(make_bench):
+async def test_send_waits_for_a_full_late_joiner(make_bench):
     bench = make_bench()
     publisher = bench.publisher(durability="transient_local")
     slow = bench.subscription(overflow="block", depth=1)
@@ -372,7 +372,7 @@ async def test_a_waiting_send_waits_also_for_a_newcomer_that_is_full_of_what_was
 
 
 @virtual_time
-async def test_a_send_whose_publisher_leaves_while_it_waits_reaches_nobody(make_bench):
+async def test_waiting_send_of_a_closed_publisher_raises(make_bench):
     bench = make_bench()
     publisher, slow = bench.publisher(), bench.subscription(overflow="block", depth=1)
     publisher.publish(number(1))
@@ -400,7 +400,7 @@ async def test_another_thread_touches_no_queue_itself(make_bench, offered, reque
 
 @pytest.mark.parametrize("offered", [{}, {"durability": "transient_local"}], ids=["short", "latched"])
 @virtual_time
-async def test_publishing_from_another_thread_is_handed_to_the_loop_in_order(make_bench, offered):
+async def test_publish_from_another_thread_keeps_the_order(make_bench, offered):
     bench, received, done = make_bench(), [], asyncio.Event()
     publisher = bench.publisher(**offered)
 
@@ -418,7 +418,7 @@ async def test_publishing_from_another_thread_is_handed_to_the_loop_in_order(mak
 
 
 @virtual_time
-async def test_another_thread_hears_at_once_of_what_it_did_wrong(make_bench):
+async def test_wrong_type_raises_in_the_calling_thread(make_bench):
     bench = make_bench()
     publisher, closed = bench.publisher(), bench.publisher()
     closed.close()
@@ -436,7 +436,7 @@ async def test_send_belongs_to_the_loop_of_the_graph(make_bench):
 
 
 @virtual_time
-async def test_a_publisher_that_leaves_stays_counted_and_takes_along_what_it_kept(make_bench):
+async def test_closed_publisher_stays_counted_without_history(make_bench):
     bench = make_bench()
     publisher = bench.publisher(durability="transient_local")
     early = bench.subscription(durability="transient_local")

@@ -1,4 +1,4 @@
-"""QoS: ROS 2's profiles and words, which ends fit, and how layers decide a profile."""
+"""Tests of `qos.py`: ROS 2's profiles and words, and the merge of layers."""
 
 import itertools
 import json
@@ -84,7 +84,7 @@ def test_words_of_policies(case):
     assert found() == case["expect"]
 
 
-def test_every_case_is_run_or_skipped_for_a_reason():
+def test_each_case_runs_or_has_a_reason():
     run = {"preset", "construct", "policy_from_short_key", "string_roundtrip", "from_string", "to_string"}
     assert {case["kind"] for case in PROFILES if not skipped(case)} <= run
 
@@ -107,14 +107,14 @@ def test_a_profile_cannot_change():
     [("50ms", 0.05), ("1s", 1.0), (2, 2.0), (0.5, 0.5), (None, None), (math.inf, None), ("1ns", 1e-9)],
 )
 @pytest.mark.parametrize("word", ["deadline", "lifespan", "lease"])
-def test_time_limits_are_seconds_or_text_with_a_unit(word, text, seconds):
+def test_time_limits_are_seconds_or_have_a_unit(word, text, seconds):
     assert getattr(QoS.model_validate({word: text}), f"{word}_s") == seconds
     assert getattr(QoS.model_validate({f"{word}_s": text}), f"{word}_s") == seconds
     assert qos_faults({word: text}) == ()
 
 
 @pytest.mark.parametrize("text", ["soon", "5", "-1s", 0, -1, True, math.nan, [], "1e9999s", 1e300])
-def test_what_is_not_a_duration_is_a_fault_at_its_key(text):
+def test_invalid_duration_is_a_fault_at_its_key(text):
     (fault,) = qos_faults({"depth": 3, "deadline": text})
     assert fault.path == ("deadline",)
     assert "a duration is" in fault.message
@@ -131,14 +131,14 @@ def test_what_is_not_a_duration_is_a_fault_at_its_key(text):
         ({"durability": "unknown"}, "durability: unknown", "leave it out"),
     ],
 )
-def test_a_wrong_key_or_word_is_told_with_what_was_meant(data, message, fix):
+def test_wrong_key_or_word_gets_a_suggestion(data, message, fix):
     (fault,) = qos_faults(data)
     assert fault.path == (next(reversed(data)),)
     assert message in fault.message
     assert fix in fault.fix
 
 
-def test_all_faults_are_told_at_once():
+def test_all_faults_are_reported_at_once():
     faults = qos_faults({"depth": 0, "lease": "x", "overflow": "explode", "foo": 1})
     assert sorted(fault.path[0] for fault in faults) == ["depth", "foo", "lease", "overflow"]
 
@@ -158,7 +158,7 @@ layers = st.lists(
 
 
 @given(layers)
-def test_the_last_layer_that_states_a_field_decides_it(stated):
+def test_last_layer_that_states_a_field_wins(stated):
     merged = QoS.merge(*(QoS.model_validate(layer) for layer in stated))
     assert merged == QoS.model_validate(dict(itertools.chain.from_iterable(layer.items() for layer in stated)))
     assert merged.model_fields_set == {{"deadline": "deadline_s"}.get(key, key) for layer in stated for key in layer}
@@ -183,7 +183,7 @@ def test_system_default_brings_busflows_default_back():
     assert QoS.merge(latched, QoS.merge(qos.SYSTEM_DEFAULT)).durability is Durability.VOLATILE
 
 
-def test_the_schema_has_the_words_of_the_yaml_form():
+def test_schema_uses_the_yaml_names():
     schema = QoS.model_json_schema()
     properties = schema["properties"]
     assert {"deadline", "lifespan", "lease", "block_timeout", "depth", "overflow"} <= properties.keys()

@@ -1,4 +1,4 @@
-"""Which ends of a topic fit, and what mends those that do not."""
+"""Tests of `qos_matching.py`: endpoints that fit, and the fix for those that do not."""
 
 import itertools
 import json
@@ -47,7 +47,7 @@ def test_every_row_of_the_matrix():
 
 @pytest.mark.parametrize("unclear", [Reliability.SYSTEM_DEFAULT, Reliability.UNKNOWN])
 def test_there_is_no_doubt_where_either_way_fits(unclear):
-    """A publisher fits whoever asks for little, and a reliable one fits whatever is asked."""
+    """A publisher fits a best-effort subscription, and a reliable publisher fits every subscription."""
     weak, strong, unclear = (QoS(reliability=each) for each in (Reliability.BEST_EFFORT, Reliability.RELIABLE, unclear))
     assert compatibility(unclear, weak).verdict is Verdict.OK
     assert compatibility(strong, unclear).verdict is Verdict.OK
@@ -55,7 +55,7 @@ def test_there_is_no_doubt_where_either_way_fits(unclear):
     assert compatibility(unclear, strong).verdict is Verdict.WARNING
 
 
-def test_the_fix_is_the_smallest_and_for_either_end():
+def test_fix_is_minimal_for_either_end():
     found = compatibility(QoS(deadline_s=0.1), QoS(deadline_s=0.05, durability=Durability.TRANSIENT_LOCAL))
     assert found.reasons == (
         "durability: volatile is offered, transient_local is requested",
@@ -103,7 +103,7 @@ def test_what_is_definite_fits_itself(one):
         assert compatibility(merged, merged).verdict is Verdict.OK
 
 
-def test_a_pair_of_presets_gives_no_doubt_once_merged():
+def test_merged_presets_give_no_warning():
     """ROS 2's own profiles leave the liveliness to the middleware; busflow decides it."""
     for one, other in itertools.product(PRESETS.values(), repeat=2):
         found = compatibility(QoS.merge(one), QoS.merge(other))

@@ -1,4 +1,4 @@
-"""What a full queue does, and what it counts."""
+"""Tests of `queues.py`: the overflow policies, and the counts of drops."""
 
 from collections import deque
 
@@ -21,46 +21,46 @@ def filled(overflow: Overflow, depth: int, items: str) -> Queue[str]:
 
 
 @pytest.mark.parametrize(("overflow", "kept"), [(Overflow.DROP_OLDEST, "cde"), (Overflow.DROP_NEWEST, "abc")])
-def test_a_full_queue_loses_the_end_its_policy_names(overflow, kept):
+def test_full_queue_drops_as_its_policy_says(overflow, kept):
     queue = filled(overflow, 3, "abcde")
     assert "".join(queue.items) == kept
     assert queue.drops == {"overflow": 2}
 
 
-def test_a_block_queue_says_when_it_is_full_and_loses_nothing():
+def test_block_queue_reports_full_and_drops_nothing():
     queue = filled(Overflow.BLOCK, 2, "ab")
     assert queue.full
     assert (len(queue), queue.dropped) == (2, 0)
 
 
 @pytest.mark.parametrize("depth", [0, -1])
-def test_a_depth_below_one_is_refused_with_the_depth(depth):
+def test_depth_below_one_is_refused(depth):
     with pytest.raises(InvalidQoS, match=f"got {depth}"):
         create_queue(Overflow.DROP_OLDEST, depth)
 
 
-def test_a_queue_that_nobody_listens_to_may_forget_what_it_loses_and_only_then():
+def test_drops_are_counted_while_a_listener_observes():
     queue = create_queue(Overflow.DROP_OLDEST, 2)
     for item in "abc":
-        queue.way_in(item)
-    assert (list(queue.items), queue.dropped, queue.forgets) == (["b", "c"], 0, True)
-    heard: list[str] = []
-    queue.hear_drops(heard.append)
-    queue.way_in("d")
-    assert (list(queue.items), queue.dropped, heard) == (["c", "d"], 1, ["overflow"])
+        queue.fast_push(item)
+    assert (list(queue.items), queue.dropped, queue.counts_overflow) == (["b", "c"], 0, False)
+    reasons: list[str] = []
+    queue.observe_drops(reasons.append)
+    queue.fast_push("d")
+    assert (list(queue.items), queue.dropped, reasons) == (["c", "d"], 1, ["overflow"])
     queue.ignore_drops()
-    queue.way_in("e")
-    assert (list(queue.items), queue.dropped, heard) == (["d", "e"], 1, ["overflow"])
+    queue.fast_push("e")
+    assert (list(queue.items), queue.dropped, reasons) == (["d", "e"], 1, ["overflow"])
 
 
 @pytest.mark.parametrize("overflow", [Overflow.DROP_NEWEST, Overflow.BLOCK])
 def test_no_other_queue_forgets(overflow):
     queue = create_queue(overflow, 2)
     for item in "ab":
-        queue.way_in(item)
+        queue.fast_push(item)
     if overflow is Overflow.DROP_NEWEST:
-        queue.way_in("c")
-    assert not queue.forgets
+        queue.fast_push("c")
+    assert queue.counts_overflow
     assert (list(queue.items), queue.dropped) == (["a", "b"], int(overflow is Overflow.DROP_NEWEST))
 
 
@@ -76,7 +76,7 @@ def test_discarding_counts_under_its_own_reason():
     depth=st.integers(1, 5),
     steps=st.lists(st.one_of(st.integers(), st.just("take")), max_size=60),
 )
-def test_every_message_is_delivered_dropped_or_queued_and_order_holds(overflow, depth, steps):
+def test_published_equals_delivered_dropped_and_queued(overflow, depth, steps):
     queue: Queue[int] = create_queue(overflow, depth)
     model: deque[int] = deque(maxlen=depth)
     published = delivered = 0

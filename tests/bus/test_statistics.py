@@ -1,4 +1,4 @@
-"""Statistics: every object of a running graph says what it has counted, and asking changes nothing."""
+"""Tests of `statistics.py`: every object of a running graph reports its counts; reading changes nothing."""
 
 from dataclasses import FrozenInstanceError, replace
 
@@ -24,7 +24,7 @@ LINE = SubscriptionStatistics("/sink", "/number", 5, Overflow.DROP_OLDEST, 9, 4,
 
 
 @virtual_time
-async def test_a_publisher_says_what_it_published_and_keeps_and_for_how_many(make_bench):
+async def test_publisher_statistics_have_published_kept_and_subscriptions(make_bench):
     bench = make_bench()
     latched = bench.publisher(durability="transient_local", depth=2)
     bench.subscription()
@@ -44,7 +44,7 @@ async def test_a_publisher_says_what_it_published_and_keeps_and_for_how_many(mak
 
 
 @virtual_time
-async def test_a_topic_has_the_account_of_each_end_also_of_subscriptions_that_left(make_bench):
+async def test_topic_statistics_include_past_subscriptions(make_bench):
     bench = make_bench()
     source = bench.publisher()
     bench.subscription(node="/gone").close()
@@ -58,7 +58,7 @@ async def test_a_topic_has_the_account_of_each_end_also_of_subscriptions_that_le
 
 
 @virtual_time
-async def test_a_dispatcher_says_how_many_wait_for_their_turn(make_bench):
+async def test_dispatcher_statistics_count_the_ready(make_bench):
     bench = make_bench()
     assert bench.bus.dispatcher.statistics() == DispatcherStatistics(ready=0, quantum=8)
     source = bench.publisher()
@@ -68,7 +68,7 @@ async def test_a_dispatcher_says_how_many_wait_for_their_turn(make_bench):
 
 
 @virtual_time
-async def test_an_inbox_says_what_waits_and_what_it_lost(make_bench):
+async def test_inbox_statistics_count_waiting_and_dropped(make_bench):
     inbox = Inbox(make_bench().bus.dispatcher)
     inbox.put(lambda: None)
     assert inbox.statistics() == InboxStatistics(taken=0, dropped=0, refused=0, waiting=1)
@@ -96,7 +96,7 @@ class Answerer(Node):
 
 
 @virtual_time
-async def test_a_bus_and_its_nodes_say_the_same_of_topics_services_and_timers():
+async def test_bus_and_node_statistics_agree():
     async with harness(Asker, Answerer) as lab:
         await lab.advance(3.5)
         found = lab.graph.bus.statistics()
@@ -112,7 +112,7 @@ async def test_a_bus_and_its_nodes_say_the_same_of_topics_services_and_timers():
         assert found == lab.graph.bus.statistics()
 
 
-def test_accounts_of_two_lives_add_up_and_what_is_no_count_is_the_later_ones():
+def test_accounts_of_successive_starts_add_up():
     later = replace(LINE, depth=7, published=4, delivered=1, dropped=2, queued=1, drops={"expired": 2})
     assert LINE + later == SubscriptionStatistics(
         "/sink", "/number", 7, Overflow.DROP_OLDEST, 13, 5, 5, 3, {"overflow": 3, "expired": 2}, 2

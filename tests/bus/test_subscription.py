@@ -1,4 +1,4 @@
-"""Receiving: one message at a time, in order, by a handler or by pulling, and every message accounted for."""
+"""Tests of `subscription.py`: one message at a time, in order, to a handler or by pulling; all accounted for."""
 
 import asyncio
 import random
@@ -70,7 +70,7 @@ async def test_a_handler_gets_each_message_once_in_order(make_bench, kind):
 
 
 @virtual_time
-async def test_an_async_handler_has_one_message_at_a_time(make_bench):
+async def test_async_handler_gets_one_message_at_a_time(make_bench):
     bench, inside, most = make_bench(), 0, 0
 
     async def handle(_message):
@@ -87,7 +87,7 @@ async def test_an_async_handler_has_one_message_at_a_time(make_bench):
 
 
 @virtual_time
-async def test_subscriptions_of_one_topic_wait_for_each_other_no_more_than_strangers(make_bench):
+async def test_subscriptions_of_one_topic_are_independent(make_bench):
     bench, slow, quick = make_bench(), Collecting(), Collecting()
     bench.subscription(slow.waiting)
     bench.subscription(quick.plain)
@@ -97,7 +97,7 @@ async def test_subscriptions_of_one_topic_wait_for_each_other_no_more_than_stran
 
 
 @virtual_time
-async def test_the_queue_overflows_while_an_async_handler_is_busy(make_bench):
+async def test_queue_overflows_during_an_async_handler(make_bench):
     bench, collected = make_bench(), Collecting()
     subscription = bench.subscription(collected.waiting, depth=2)
     publisher = bench.publisher()
@@ -119,7 +119,7 @@ async def test_delivered_counts_the_hand_over_not_the_return(make_bench):
 
 
 @virtual_time
-async def test_what_a_handler_publishes_is_delivered_in_the_same_turn_of_the_loop(make_bench):
+async def test_message_from_a_handler_is_delivered_at_once(make_bench):
     bench, collected = make_bench(), Collecting()
     relay = bench.publisher("/relayed")
     bench.subscription(relay.publish)
@@ -131,7 +131,7 @@ async def test_what_a_handler_publishes_is_delivered_in_the_same_turn_of_the_loo
 
 @pytest.mark.parametrize("kind", ["plain", "hasty"])
 @virtual_time
-async def test_a_handler_that_publishes_to_its_own_topic_for_ever_leaves_the_loop_its_turns(make_bench, kind):
+async def test_endless_self_publishing_does_not_block_the_loop(make_bench, kind):
     bench, count = make_bench(), 0
     publisher = bench.publisher()
 
@@ -169,7 +169,7 @@ ERRORS = [
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
 @pytest.mark.parametrize("kind", KINDS)
 @virtual_time
-async def test_whatever_a_handler_raises_is_told_once_with_the_message_and_it_gets_no_more(make_bench, kind, error):
+async def test_failed_handler_is_reported_once_and_stopped(make_bench, kind, error):
     bench, collected = make_bench(), Collecting(fail_on=2, error=error)
     subscription = bench.subscription(getattr(collected, kind))
     publisher, other = bench.publisher(), Collecting()
@@ -206,7 +206,7 @@ async def test_a_handler_that_awaits_something_cancelled_has_failed(make_bench):
 
 
 @virtual_time
-async def test_a_handler_that_is_cancelled_from_outside_has_not_failed(make_bench):
+async def test_handler_cancelled_from_outside_has_not_failed(make_bench):
     bench, collected = make_bench(), Collecting()
     subscription = bench.subscription(collected.waiting)
     publish(bench.publisher(), 1, 2)
@@ -220,7 +220,7 @@ async def test_a_handler_that_is_cancelled_from_outside_has_not_failed(make_benc
 
 
 @virtual_time
-async def test_after_a_pause_nothing_is_handed_over_and_everything_waits(make_bench):
+async def test_paused_subscription_queues_everything(make_bench):
     bench, collected = make_bench(), Collecting()
     subscription = bench.subscription(collected.plain)
     publisher = bench.publisher()
@@ -239,7 +239,7 @@ async def test_after_a_pause_nothing_is_handed_over_and_everything_waits(make_be
 
 
 @virtual_time
-async def test_a_handler_that_closes_its_own_subscription_gets_no_more(make_bench):
+async def test_handler_may_close_its_own_subscription(make_bench):
     bench, values = make_bench(), []
 
     def handle(message):
@@ -261,7 +261,7 @@ async def test_a_handler_that_closes_its_own_subscription_gets_no_more(make_benc
 
 
 @virtual_time
-async def test_iterating_takes_one_by_one_and_waits_for_more(make_bench):
+async def test_iteration_waits_for_more_messages(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     publish(publisher, 1, 2)
@@ -276,7 +276,7 @@ async def test_iterating_takes_one_by_one_and_waits_for_more(make_bench):
 
 
 @virtual_time
-async def test_an_iteration_ends_when_the_subscription_does_after_what_still_waits(make_bench):
+async def test_iteration_ends_after_the_queued_messages(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     publish(publisher, 1, 2)
@@ -287,7 +287,7 @@ async def test_an_iteration_ends_when_the_subscription_does_after_what_still_wai
 
 
 @virtual_time
-async def test_an_iteration_that_waits_ends_when_the_subscription_does(make_bench):
+async def test_waiting_iteration_ends_with_the_subscription(make_bench):
     bench = make_bench()
     subscription = bench.subscription()
 
@@ -333,7 +333,7 @@ async def test_a_cancelled_wait_loses_nothing(make_bench, arrives):
 
 
 @virtual_time
-async def test_timeouts_at_the_very_moment_of_arrival_lose_nothing(make_bench):
+async def test_timeout_at_the_arrival_loses_nothing(make_bench):
     bench, received = make_bench(), []
     publisher, subscription = bench.publisher(), bench.subscription(depth=1000)
     loop, chance = asyncio.get_running_loop(), random.Random(1)
@@ -350,7 +350,7 @@ async def test_timeouts_at_the_very_moment_of_arrival_lose_nothing(make_bench):
 
 
 @virtual_time
-async def test_latest_is_nothing_before_the_first_message_and_then_stays(make_bench):
+async def test_latest_stays_until_a_newer_message(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
     assert subscription.latest is None
@@ -388,7 +388,7 @@ async def test_latest_is_also_what_an_iteration_took(make_bench):
 
 
 @virtual_time
-async def test_counting_starts_when_a_subscription_comes_and_ends_when_it_goes(make_bench):
+async def test_subscription_counts_only_while_attached(make_bench):
     bench = make_bench()
     publisher = bench.publisher()
     publish(publisher, 1, 2)
@@ -401,7 +401,7 @@ async def test_counting_starts_when_a_subscription_comes_and_ends_when_it_goes(m
 
 
 @virtual_time
-async def test_publishers_that_come_and_go_stay_in_the_count(make_bench):
+async def test_past_publishers_stay_in_the_count(make_bench):
     bench = make_bench()
     early, subscription = bench.publisher(), bench.subscription()
     publish(early, 1)
@@ -441,7 +441,7 @@ async def test_a_successor_takes_over_queue_ledger_and_place(make_bench):
 
 
 @virtual_time
-async def test_a_subscription_outside_of_a_graph_has_received_nothing():
+async def test_unattached_subscription_has_received_nothing():
     endpoint = Endpoint(
         "/sink", "/number", Int64, QoS(overflow=Overflow.DROP_NEWEST, depth=3), "Sink.numbers", "number"
     )
@@ -458,7 +458,7 @@ async def test_a_subscription_outside_of_a_graph_has_received_nothing():
 
 
 @virtual_time
-async def test_a_message_that_has_expired_is_dropped_with_the_reason(make_bench):
+async def test_expired_message_is_dropped_with_its_reason(make_bench):
     bench, collected = make_bench(), Collecting()
     publisher, pulled = bench.publisher(lifespan_s=1), bench.subscription()
     busy = bench.subscription(collected.waiting)
@@ -477,7 +477,7 @@ async def test_a_message_that_has_expired_is_dropped_with_the_reason(make_bench)
 
 @pytest.mark.parametrize("kind", KINDS)
 @virtual_time
-async def test_a_handler_is_not_handed_what_expired_while_it_waited(make_bench, kind):
+async def test_handler_gets_no_expired_message(make_bench, kind):
     bench, collected = make_bench(), Collecting()
     subscription = bench.subscription(getattr(collected, kind))
     publisher = bench.publisher(lifespan_s=1)
@@ -495,7 +495,7 @@ async def test_a_handler_is_not_handed_what_expired_while_it_waited(make_bench, 
 
 
 @virtual_time
-async def test_what_has_expired_is_not_kept_for_late_joiners(make_bench):
+async def test_late_joiner_gets_no_expired_message(make_bench):
     bench = make_bench()
     publisher = bench.publisher(lifespan_s=1, durability="transient_local")
     publish(publisher, 1)
@@ -507,7 +507,7 @@ async def test_what_has_expired_is_not_kept_for_late_joiners(make_bench):
 
 
 @virtual_time
-async def test_a_deadline_runs_from_the_first_message_and_is_told_once_per_period_of_silence(make_bench):
+async def test_deadline_event_comes_once_per_silent_period(make_bench):
     bench, events = make_bench(), []
     publisher = bench.publisher(deadline_s=1)
     subscription = bench.subscription(deadline_s=1)
@@ -529,7 +529,7 @@ async def test_a_deadline_runs_from_the_first_message_and_is_told_once_per_perio
 
 
 @virtual_time
-async def test_a_publisher_that_says_nothing_within_its_lease_is_not_alive_until_it_does(make_bench):
+async def test_publisher_silent_beyond_its_lease_is_not_alive(make_bench):
     bench, events = make_bench(), []
     limits = {"liveliness": "manual_by_topic", "lease_s": 1}
     subscription = bench.subscription(**limits)
@@ -553,7 +553,7 @@ async def test_a_publisher_that_says_nothing_within_its_lease_is_not_alive_until
 
 
 @virtual_time
-async def test_a_plain_handler_that_returns_a_coroutine_has_failed_and_not_lost_the_message_in_silence(make_bench):
+async def test_plain_handler_returning_a_coroutine_fails(make_bench):
     bench, collected = make_bench(), Collecting()
 
     def handle(message):
@@ -568,7 +568,7 @@ async def test_a_plain_handler_that_returns_a_coroutine_has_failed_and_not_lost_
 
 
 @virtual_time
-async def test_nobody_takes_a_handler_its_messages_away(make_bench):
+async def test_pulling_beside_a_handler_is_refused(make_bench):
     bench, collected = make_bench(), Collecting()
     subscription = bench.subscription(collected.plain)
     publish(bench.publisher(), 1, 2)
@@ -581,7 +581,7 @@ async def test_nobody_takes_a_handler_its_messages_away(make_bench):
 
 
 @virtual_time
-async def test_what_has_expired_while_it_waited_makes_room_and_is_not_what_a_newer_one_superseded(make_bench):
+async def test_expired_messages_make_room(make_bench):
     bench = make_bench()
     short, lasting = bench.publisher(lifespan_s=1), bench.publisher()
     lossy = bench.subscription(depth=2, overflow="drop_newest")
@@ -599,7 +599,7 @@ async def test_what_has_expired_while_it_waited_makes_room_and_is_not_what_a_new
 
 
 @virtual_time
-async def test_a_sender_gets_the_room_of_a_message_that_expires(make_bench):
+async def test_send_gets_the_room_of_an_expired_message(make_bench):
     bench = make_bench()
     publisher = bench.publisher(lifespan_s=1)
     slow = bench.subscription(depth=1, overflow="block")
@@ -615,16 +615,16 @@ async def test_a_sender_gets_the_room_of_a_message_that_expires(make_bench):
 
 
 @virtual_time
-async def test_a_message_that_can_expire_is_unpacked_also_when_its_publisher_came_within_the_turn(make_bench):
+async def test_message_of_a_new_perishable_publisher_is_unpacked(make_bench):
     bench, values = make_bench(), []
     first = bench.publisher()
 
-    def hear(message):
+    def on_message(message):
         values.append(message.data)
         if message.data == 1:
             publish(bench.publisher(lifespan_s=1), 2)
 
-    bench.subscription(hear)
+    bench.subscription(on_message)
     publish(first, 1)
     await settle()
     assert values == [1, 2]
@@ -632,18 +632,18 @@ async def test_a_message_that_can_expire_is_unpacked_also_when_its_publisher_cam
 
 
 @virtual_time
-async def test_every_observer_of_a_subscription_that_is_pulled_from_hears(make_bench):
-    bench, heard = make_bench(), []
+async def test_all_observers_of_a_pulled_subscription_are_called(make_bench):
+    bench, received = make_bench(), []
     publisher, pulled = bench.publisher(), bench.subscription()
-    pulled.observe(lambda message: heard.append(("first", message.data)))
-    pulled.observe(lambda message: heard.append(("second", message.data)))
+    pulled.observe(lambda message: received.append(("first", message.data)))
+    pulled.observe(lambda message: received.append(("second", message.data)))
     publish(publisher, 1)
     assert pulled.latest == number(1)
-    assert sorted(heard) == [("first", 1), ("second", 1)]
+    assert sorted(received) == [("first", 1), ("second", 1)]
 
 
 @virtual_time
-async def test_who_has_left_waits_for_no_deadline(make_bench):
+async def test_closed_subscription_has_no_deadline(make_bench):
     bench = make_bench()
     publisher = bench.publisher(deadline_s=1)
     subscription = bench.subscription(lambda _message: None, deadline_s=1)
@@ -656,18 +656,18 @@ async def test_who_has_left_waits_for_no_deadline(make_bench):
 
 
 @virtual_time
-async def test_a_successor_keeps_the_deadline_that_runs_the_link_and_who_hears_of_drops(make_bench):
-    bench, events, told = make_bench(), [], []
+async def test_successor_keeps_deadline_and_link(make_bench):
+    bench, events, changes = make_bench(), [], []
     publisher = bench.publisher(deadline_s=1)
     before = bench.subscription(lambda _message: None, deadline_s=1, depth=1)
-    bench.bus.on_detach.append(lambda end: told.append(("left", end)))
-    bench.bus.on_attach.append(lambda end: told.append(("came", end)))
+    bench.bus.on_detach.append(lambda end: changes.append(("left", end)))
+    bench.bus.on_attach.append(lambda end: changes.append(("came", end)))
     publish(publisher, 1)
     await asyncio.sleep(0.6)
     after = Subscription(Int64, before.endpoint, lambda _message: None)
     after.on_event = events.append
     bench.bus.attach_subscription(after, bench.failures.append, before)
-    assert told == [("left", before), ("came", after)]
+    assert changes == [("left", before), ("came", after)]
     await asyncio.sleep(0.6)
     assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]
     assert len(list(bench.bus.ledger())) == 1

@@ -1,4 +1,4 @@
-"""Timers: an exact grid that never drifts, and an account of every tick that could not be kept."""
+"""Tests of `timer.py`: an exact grid that never drifts, and a count of every missed tick."""
 
 import asyncio
 import json
@@ -97,7 +97,7 @@ def cases(*beginnings):
     return [pytest.param(case, id=case["id"]) for case in CASES if case["id"].startswith(beginnings)]
 
 
-def test_every_case_is_run_or_skipped_with_a_reason():
+def test_each_case_runs_or_has_a_reason():
     run = ("zero_callback", "number_callbacks", "cancel_reset", "rcl/init_invalid", "rcl/realign", "rcl/canceled")
     known = (*run, "rcl/get_period", *SKIPPED, *PARTS)
     assert [case["id"] for case in CASES if not case["id"].startswith(known)] == []
@@ -130,7 +130,7 @@ async def test_how_often_a_timer_calls(make_bench, case):
 
 @pytest.mark.parametrize("case", cases("rcl/realign"))
 @virtual_time
-async def test_where_the_next_tick_is_after_a_late_one(case):
+async def test_next_tick_after_a_late_one(case):
     if case["id"] in SKIPPED:
         pytest.skip(SKIPPED[case["id"]])
     now, due, period = (case["input"][f"{name}_ns"] for name in ("now", "next_call", "period"))
@@ -145,7 +145,7 @@ async def test_where_the_next_tick_is_after_a_late_one(case):
 
 @pytest.mark.parametrize("case", cases("rcl/canceled_not_ready"))
 @virtual_time
-async def test_a_cancelled_timer_calls_nobody(make_bench, case):
+async def test_cancelled_timer_does_not_tick(make_bench, case):
     counter = Counter()
     timer = Ticking(make_bench().bus, Fraction(case["steps"][0][1]["period_ns"], 10**9), counter).timer
     timer.cancel()
@@ -161,7 +161,7 @@ def test_a_timer_says_its_period(case):
 
 
 @pytest.mark.parametrize("period_s", [-1e-9, -1, float("nan"), float("inf"), True, None, "soon", 1e-10])
-def test_a_period_that_cannot_be_is_refused_with_its_value(period_s):
+def test_invalid_period_is_refused_with_its_value(period_s):
     with pytest.raises(InvalidDeclaration) as caught:
         Timer(period_s, lambda: None, name="tick", node="/node")
     assert "timer tick" in str(caught.value)
@@ -174,7 +174,7 @@ def test_a_period_that_cannot_be_is_refused_with_its_value(period_s):
 @given(st.one_of(st.fractions(Fraction(1, 10**6), 100), st.floats(1e-6, 100)), st.integers(0, 10**18))
 @example(Fraction(1, 3), 0)
 @example(0.1, 7)
-def test_a_tick_is_due_at_the_nearest_nanosecond_of_its_exact_time(period_s, start_ns):
+def test_tick_is_due_at_the_nearest_nanosecond(period_s, start_ns):
     exact = Fraction(str(period_s)) * 10**9
 
     @virtual_time
@@ -190,7 +190,7 @@ def test_a_tick_is_due_at_the_nearest_nanosecond_of_its_exact_time(period_s, sta
 
 
 @virtual_time
-async def test_a_tenth_of_a_second_is_a_tenth_after_an_hour(make_bench):
+async def test_tenth_of_a_second_does_not_drift(make_bench):
     counter = Counter()
     Ticking(make_bench().bus, 0.1, counter)
     await asyncio.sleep(3600)
@@ -198,7 +198,7 @@ async def test_a_tenth_of_a_second_is_a_tenth_after_an_hour(make_bench):
 
 
 @virtual_time
-async def test_the_first_tick_comes_after_one_period_and_none_with_period_0(make_bench):
+async def test_first_tick_comes_after_one_period(make_bench):
     bench, on, off = make_bench(), Counter(), Counter()
     Ticking(bench.bus, 0.5, on)
     timer = Ticking(bench.bus, 0, off).timer
@@ -209,7 +209,7 @@ async def test_the_first_tick_comes_after_one_period_and_none_with_period_0(make
 
 
 @virtual_time
-async def test_a_new_period_counts_from_the_moment_it_is_set(make_bench):
+async def test_new_period_counts_from_its_setting(make_bench):
     counter = Counter()
     timer = Ticking(make_bench().bus, 1, counter).timer
     await asyncio.sleep(1.5)
@@ -226,7 +226,7 @@ async def test_a_new_period_counts_from_the_moment_it_is_set(make_bench):
 
 
 @virtual_time
-async def test_a_handler_may_cancel_reset_or_change_its_own_timer(make_bench):
+async def test_handler_may_change_its_own_timer(make_bench):
     times = []
 
     def handle():
@@ -255,7 +255,7 @@ async def test_a_closed_timer_ticks_no_more_for_good(make_bench):
 
 
 @virtual_time
-async def test_calling_a_timer_calls_its_handler_at_once_and_moves_nothing(make_bench):
+async def test_calling_a_timer_keeps_its_grid(make_bench):
     counter = Counter()
     timer = Ticking(make_bench().bus, 1, counter).timer
     await asyncio.sleep(0.5)
@@ -271,7 +271,7 @@ async def test_calling_a_timer_calls_its_handler_at_once_and_moves_nothing(make_
 
 
 @virtual_time
-async def test_ticks_that_the_loop_came_too_late_for_are_skipped_and_counted():
+async def test_ticks_missed_by_the_loop_are_skipped():
     clock, called = HandClock(), []
     timer = Ticking(Bus(clock), Fraction(200, 1000), lambda: called.append(clock.now_ns)).timer
     clock.pass_until(500_000_000)
@@ -283,7 +283,7 @@ async def test_ticks_that_the_loop_came_too_late_for_are_skipped_and_counted():
 
 
 @virtual_time
-async def test_ticks_that_the_loop_came_too_late_for_are_made_up_for_with_burst():
+async def test_burst_calls_ticks_missed_by_the_loop():
     clock, called = HandClock(), []
     timer = Ticking(Bus(clock), 0.2, lambda: called.append(clock.now_ns), missed=Missed.BURST).timer
     clock.pass_until(700_000_000)
@@ -293,7 +293,7 @@ async def test_ticks_that_the_loop_came_too_late_for_are_made_up_for_with_burst(
 
 
 @virtual_time
-async def test_ticks_that_are_due_while_the_handler_awaits_are_skipped_and_counted(make_bench):
+async def test_ticks_during_an_async_handler_are_skipped(make_bench):
     counter = Counter()
 
     async def handle():
@@ -307,7 +307,7 @@ async def test_ticks_that_are_due_while_the_handler_awaits_are_skipped_and_count
 
 
 @virtual_time
-async def test_ticks_that_are_due_while_the_handler_awaits_are_made_up_for_with_burst(make_bench):
+async def test_burst_calls_ticks_missed_during_a_handler(make_bench):
     counter = Counter()
 
     async def handle():
@@ -322,7 +322,7 @@ async def test_ticks_that_are_due_while_the_handler_awaits_are_made_up_for_with_
 
 @pytest.mark.parametrize("ending", ["cancel", "close", "reset"])
 @virtual_time
-async def test_what_was_to_be_made_up_for_is_forgotten_with_the_grid(make_bench, ending):
+async def test_reset_discards_owed_ticks(make_bench, ending):
     counter = Counter()
 
     async def handle():
@@ -340,7 +340,7 @@ async def test_what_was_to_be_made_up_for_is_forgotten_with_the_grid(make_bench,
 
 
 @virtual_time
-async def test_lateness_is_reported_by_nearest_rank_over_the_newest_ticks():
+async def test_lateness_is_the_nearest_rank_percentile():
     clock = HandClock()
     timer = Ticking(Bus(clock), 1, lambda: None).timer
     assert (timer.statistics().lateness_p50_s, timer.statistics().lateness_p99_s) == (None, None)
@@ -355,7 +355,7 @@ async def test_lateness_is_reported_by_nearest_rank_over_the_newest_ticks():
 
 
 @virtual_time
-async def test_what_a_tick_publishes_is_delivered_before_the_loop_turns(make_bench):
+async def test_message_from_a_tick_is_delivered_at_once(make_bench):
     bench, received = make_bench(), []
     publisher = bench.publisher()
     bench.subscription(received.append)
@@ -371,7 +371,7 @@ async def test_what_a_tick_publishes_is_delivered_before_the_loop_turns(make_ben
 
 
 @virtual_time
-async def test_an_observer_hears_of_every_call_just_before_it(make_bench):
+async def test_observer_is_called_before_every_tick(make_bench):
     for kind in ("plain", "async"):
         log = []
 
@@ -382,12 +382,12 @@ async def test_an_observer_hears_of_every_call_just_before_it(make_bench):
             log.append("called")
 
         timer = Timer(1, plain if kind == "plain" else waiting, name="tick", node="/node")
-        timer.observe(lambda log=log: log.append("heard"))
+        timer.observe(lambda log=log: log.append("observed"))
         make_bench().bus.attach_timer(timer, lambda coroutine, name: asyncio.create_task(coroutine, name=name), print)
         timer.open()
         await asyncio.sleep(2.5)
         timer.close()
-        assert log == ["heard", "called"] * 2
+        assert log == ["observed", "called"] * 2
 
 
 # Failing.
@@ -400,7 +400,7 @@ async def test_an_observer_hears_of_every_call_just_before_it(make_bench):
 )
 @pytest.mark.parametrize("kind", ["plain", "async"])
 @virtual_time
-async def test_whatever_a_handler_raises_is_told_once_and_the_timer_stops(make_bench, kind, error):
+async def test_failed_handler_is_reported_once_and_stopped(make_bench, kind, error):
     calls = []
 
     def fail():
@@ -419,7 +419,7 @@ async def test_whatever_a_handler_raises_is_told_once_and_the_timer_stops(make_b
 
 
 @virtual_time
-async def test_a_handler_that_is_cancelled_from_outside_has_not_failed(make_bench):
+async def test_handler_cancelled_from_outside_has_not_failed(make_bench):
     async def handle():
         await asyncio.Event().wait()
 
@@ -434,7 +434,7 @@ async def test_a_handler_that_is_cancelled_from_outside_has_not_failed(make_benc
 
 
 @virtual_time
-async def test_a_plain_handler_that_returns_a_coroutine_has_failed(make_bench):
+async def test_plain_handler_returning_a_coroutine_fails(make_bench):
     async def work():
         raise AssertionError("nobody awaits this")
 

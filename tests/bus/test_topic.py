@@ -1,4 +1,4 @@
-"""What late joiners receive, and what a queue of some depth keeps of a history."""
+"""Tests of `topic.py`: late joiners, deadlines, taps and successors."""
 
 import asyncio
 import json
@@ -67,7 +67,7 @@ def numbers(text):
     return range(int(first), int(last or first) + 1)
 
 
-def test_every_case_is_run_or_skipped_with_a_reason():
+def test_each_case_runs_or_has_a_reason():
     run = (
         "ring/",
         "model/",
@@ -127,7 +127,7 @@ async def test_a_late_joiner(make_bench, case):
 
 @pytest.mark.parametrize("case", cases("zenoh/history-cache-3", "rmw_zenoh/transient_local-cache-is-depth"))
 @virtual_time
-async def test_a_late_joiner_receives_what_the_publisher_keeps_and_then_what_comes(make_bench, case):
+async def test_late_joiner_receives_history_then_new_messages(make_bench, case):
     bench, given = make_bench(), case["given"]
     publisher = bench.publisher(depth=given.get("publisher_cache", given.get("depth")), durability="transient_local")
     first = [int(value) for value in case["steps"][0][1:]] if "zenoh/h" in case["id"] else range(1, 10)
@@ -158,17 +158,17 @@ async def test_expired_messages_are_not_delivered(make_bench, case):
 
 @pytest.mark.parametrize("case", cases("deadline/"))
 @virtual_time
-async def test_a_missed_deadline_is_told_on_both_sides(make_bench, case):
-    bench, told = make_bench(), {}
+async def test_missed_deadline_is_an_event_on_both_sides(make_bench, case):
+    bench, counts = make_bench(), {}
     ends = {"publisher": bench.publisher(deadline_s=1), "subscriber": bench.subscription(deadline_s=1)}
     for side, end in ends.items():
-        end.on_event = lambda event, side=side: told.setdefault(side, []).append(event.count)
+        end.on_event = lambda event, side=side: counts.setdefault(side, []).append(event.count)
     for toggle in range(5):
         for _ in range(8):
             if toggle % 2 == 0:
                 publish(ends["publisher"], 1)
             await asyncio.sleep(0.25)
-    assert told == {"publisher": [1, 2, 3, 4], "subscriber": [1, 2, 3, 4]}
+    assert counts == {"publisher": [1, 2, 3, 4], "subscriber": [1, 2, 3, 4]}
     assert case["expect"]["last total_count == 4"]
 
 
@@ -176,7 +176,7 @@ async def test_a_missed_deadline_is_told_on_both_sides(make_bench, case):
 
 
 @virtual_time
-async def test_a_volatile_late_joiner_receives_nothing_of_what_is_kept(make_bench):
+async def test_volatile_late_joiner_receives_no_history(make_bench):
     bench = make_bench()
     publisher = bench.publisher(durability="transient_local")
     publish(publisher, 1)
@@ -190,7 +190,7 @@ async def test_a_volatile_late_joiner_receives_nothing_of_what_is_kept(make_benc
     depth=st.integers(1, 8),
     by=st.lists(st.integers(0, 2), max_size=20),
 )
-def test_a_late_joiner_receives_the_newest_that_both_sides_keep_in_order(make_bench, kept, depth, by):
+def test_late_joiner_receives_the_smaller_depth_in_order(make_bench, kept, depth, by):
     @virtual_time
     async def main():
         bench = make_bench()
@@ -213,9 +213,9 @@ def test_a_late_joiner_receives_the_newest_that_both_sides_keep_in_order(make_be
 
 
 @virtual_time
-async def test_what_a_tap_raises_keeps_the_message_from_nobody_and_is_told_once(make_bench):
-    bench, told, heard = make_bench(), [], []
-    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: told.append(context))
+async def test_failing_tap_is_logged_once_and_removed(make_bench):
+    bench, contexts, received = make_bench(), [], []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: contexts.append(context))
     publisher, subscription = bench.publisher(), bench.subscription()
     topic = bench.bus.topics["/number"]
 
@@ -223,19 +223,19 @@ async def test_what_a_tap_raises_keeps_the_message_from_nobody_and_is_told_once(
         raise ValueError(message.data)
 
     bench.bus.tap(topic, broken)
-    bench.bus.tap(topic, lambda message: heard.append(message.data))
+    bench.bus.tap(topic, lambda message: received.append(message.data))
     for value in (1, 2):
         publisher.publish(Int64(data=value))
-    assert heard == [1, 2]
+    assert received == [1, 2]
     assert [message.data for message in subscription.queue.items] == [1, 2]
     assert bench.balanced()
-    [context] = told
-    assert context["message"] == "a tap of /number raised, and hears no more of it"
+    [context] = contexts
+    assert context["message"] == "a tap of /number raised and was removed"
     assert str(context["exception"]) == "1"
 
 
 @virtual_time
-async def test_what_a_publisher_keeps_for_newcomers_is_kept_by_its_successor(make_bench):
+async def test_successor_keeps_the_history(make_bench):
     bench = make_bench()
     latched = {"durability": "transient_local", "depth": 2}
     before = bench.publisher(**latched)
@@ -260,7 +260,7 @@ async def test_matched(make_bench, case):
     publisher.on_event = events.append
     subscription = bench.subscription()
     subscription.close()
-    told = [
+    events = [
         {
             "total": event.total,
             "total_change": event.total_change,
@@ -269,4 +269,4 @@ async def test_matched(make_bench, case):
         }
         for event in events
     ]
-    assert told == case["expect"]["events"]
+    assert events == case["expect"]["events"]

@@ -42,7 +42,7 @@ async def received(node, topic, message_type, seconds, **options):
 
 
 @virtual_time
-async def test_it_has_31_joints_within_their_limits_a_hundred_times_a_second():
+async def test_robot_publishes_31_joints_at_100_hz():
     limits = {f"{side}_{joint['name']}": joint for side in ("left", "right") for joint in stated("limb")}
     limits |= {joint["name"]: joint for joint in stated("trunk")}
     async with harness(CONFIG) as lab:
@@ -58,11 +58,11 @@ async def test_it_has_31_joints_within_their_limits_a_hundred_times_a_second():
 
 
 @virtual_time
-async def test_it_has_two_imus_two_feet_that_share_its_weight_and_a_camera():
+async def test_robot_has_two_imus_two_feet_and_camera():
     async with harness(CONFIG) as lab:
         await lab.advance(2)
         imus = {place: lab.received(f"{place}/imu/data", Imu) for place in ("pelvis", "head")}
-        assert {place: {each.header.frame_id for each in heard} for place, heard in imus.items()} == {
+        assert {place: {each.header.frame_id for each in messages} for place, messages in imus.items()} == {
             "pelvis": {"pelvis_imu_link"},
             "head": {"head_imu_link"},
         }
@@ -76,7 +76,7 @@ async def test_it_has_two_imus_two_feet_that_share_its_weight_and_a_camera():
 
 
 @virtual_time
-async def test_nodes_that_fail_at_random_stop_no_other_and_the_report_tells_all():
+async def test_random_failures_stop_no_other_node():
     chance = random.Random(3)
     failed = Counter()
     async with harness(CONFIG, seed=3) as lab:
@@ -107,7 +107,7 @@ async def test_nodes_that_fail_at_random_stop_no_other_and_the_report_tells_all(
 # Its joints.
 
 
-def test_a_joint_swings_by_its_formula_and_its_speed_is_that_of_the_swing():
+def test_joint_position_and_velocity_follow_the_formula():
     def joints():
         return JointSimulator(joints=[HIP, KNEE], cadence_hz=0.5, phase=pi, prefix="left_", rate_hz=1000)
 
@@ -121,7 +121,7 @@ def test_a_joint_swings_by_its_formula_and_its_speed_is_that_of_the_swing():
     assert speeds[1:-1] == pytest.approx((angles[2:] - angles[:-2]) / 0.002, abs=1e-4)
 
 
-def test_noise_does_not_carry_a_joint_beyond_its_limits():
+def test_noise_keeps_joints_within_their_limits():
     still = {"name": "elbow", "amplitude": 0.0, "lower": -0.01, "upper": 0.05}
 
     def joints():
@@ -148,7 +148,7 @@ def test_joints_that_cannot_be_are_refused(joints, reason):
 
 
 @virtual_time
-async def test_a_simulator_that_is_started_anew_is_where_the_others_are():
+async def test_restarted_simulator_is_in_phase_with_others():
     """Joints follow the run's time: a leg does not begin its stride anew because its program did."""
     async with harness(CONFIG) as lab:
         await lab.advance(1.3)
@@ -168,7 +168,7 @@ def parts(**parameters):
 
 
 @virtual_time
-async def test_parts_are_put_together_and_one_that_falls_silent_is_left_out_until_it_is_heard():
+async def test_silent_part_is_left_out_until_it_returns():
     left = JointState(name=["l1", "l2"], position=[1.0, 2.0], velocity=[0.1, 0.2])
     right = JointState(name=["r1"], position=[3.0], velocity=[0.3])
     async with harness(parts(rate_hz=10, timeout_s=0.25)) as lab:
@@ -188,7 +188,7 @@ async def test_parts_are_put_together_and_one_that_falls_silent_is_left_out_unti
         lab.publish("right/joints", right)
         await lab.advance(0.1)
         assert list(lab.received("joint_states", JointState)[-1].name) == ["l1", "l2", "r1"]
-    assert [line.event for line in lab.log] == ["parts are left out", "all parts are heard"]
+    assert [line.event for line in lab.log] == ["parts are left out", "all parts are back"]
 
 
 def test_a_source_that_stands_twice_is_refused():
@@ -199,7 +199,7 @@ def test_a_source_that_stands_twice_is_refused():
 # Its sensors.
 
 
-def test_a_foot_bears_from_nothing_to_the_whole_weight_and_never_pulls():
+def test_foot_force_is_between_zero_and_weight():
     forces = [
         each.wrench.force.z
         for each in received(lambda: FootSensor(weight=500.0, noise=3.0), "foot/wrench", WrenchStamped, 10)
@@ -215,14 +215,14 @@ def test_an_imu_stays_within_its_noise():
         assert max(abs(w.x), abs(w.y), abs(w.z)) <= 0.1
 
 
-def test_a_camera_s_frames_have_its_size_and_differ():
+def test_camera_frames_have_its_size_and_differ():
     frames = received(lambda: Camera(width=32, height=4), "camera/image_raw", Image, 0.5)
     assert [(each.width, each.height, each.step, len(each.data)) for each in frames] == [(32, 4, 96, 384)] * 5
     assert not np.array_equal(frames[0].data, frames[1].data)
 
 
 @virtual_time
-async def test_the_processor_hears_the_pelvis_and_all_joints():
+async def test_processor_receives_the_pelvis_and_all_joints():
     async with harness(CONFIG) as lab:
         await lab.advance(1)
         assert lab.node(SensorProcessor).status == "All sensors operational"

@@ -1,4 +1,4 @@
-"""The lab's sensors told anew while they run: what is set is seen in what the processor makes of it."""
+"""Parameters of the lab's sensors, changed while they run: the processor's output shows the change."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def quiet_lab(**options):
 
 
 @virtual_time
-async def test_noise_that_is_set_is_seen_in_the_balance_within_one_period():
+async def test_changed_noise_shows_within_one_period():
     async with quiet_lab(seed=1) as lab:
         await lab.advance(1)
         assert {each.data for each in lab.received("balance_state", Float64)} == {0.0}
@@ -42,7 +42,7 @@ async def test_noise_that_is_set_is_seen_in_the_balance_within_one_period():
         ({"camera_hz": 5}, r"camera_hz is read-only: it stays 0\.0 while the node runs"),
     ],
 )
-async def test_what_cannot_be_is_refused_with_its_reason_and_the_sensors_go_on(changes, reason):
+async def test_invalid_parameters_are_refused_with_a_reason(changes, reason):
     async with quiet_lab() as lab:
         with pytest.raises(InvalidParameter, match=reason):
             lab.set_parameters(SensorPublisher, changes)
@@ -65,7 +65,7 @@ async def test_the_rate_follows_at_once():
 
 
 @virtual_time
-async def test_a_limit_of_the_processor_counts_from_the_next_message_on():
+async def test_changed_limit_counts_from_the_next_message():
     async with quiet_lab() as lab:
         await lab.advance(0.3)
         assert not [line for line in lab.log if line.event == "joint beyond its limit"]

@@ -25,7 +25,7 @@ balances = st.lists(st.floats(min_value=0, max_value=1), min_size=1, max_size=30
 
 
 def angles(command):
-    """What a command says of (the ankles, the hips); left and right are told the same."""
+    """What a command says of (the ankles, the hips); left and right get the same."""
     (point,) = command.points
     left_ankle, right_ankle, left_hip, right_hip = point.positions.tolist()
     assert (left_ankle, left_hip) == (right_ankle, right_hip)
@@ -33,17 +33,17 @@ def angles(command):
 
 
 @virtual_time
-async def commanded(*told, **parameters):
-    """What ankles and hips are told of each balance, which come every tenth of a second."""
+async def commanded(*sent, **parameters):
+    """Return the commands to ankles and hips for balances sent every tenth of a second."""
     async with harness(MotorController(**parameters)) as lab:
-        for balance in told:
+        for balance in sent:
             lab.publish("balance_state", Float64(data=balance))
             await lab.advance(PERIOD_S)
     return [angles(each) for each in lab.received("motor_commands", JointTrajectory)]
 
 
 @virtual_time
-async def test_a_command_names_the_joints_of_the_lab_and_when_to_be_there():
+async def test_command_names_joints_and_time():
     async with harness(MotorController(reach_s=0.25)) as lab:
         began = lab.graph.clock.now()
         await lab.advance(1.5)
@@ -57,7 +57,7 @@ async def test_a_command_names_the_joints_of_the_lab_and_when_to_be_there():
     assert (point.time_from_start.sec, point.time_from_start.nanosec) == (0, 250_000_000)
 
 
-def test_the_first_balance_moves_nothing_since_nothing_is_known_of_its_change():
+def test_first_balance_has_no_change_term():
     assert commanded(0.7) == [(0.0, 0.0)]
 
 
@@ -70,7 +70,7 @@ def test_a_balance_at_its_target_is_left_alone():
     assert set(commanded(*[0.25] * 5, target=0.25)) == {(0.0, 0.0)}
 
 
-def test_a_change_is_answered_by_its_speed_on_the_run_s_clock():
+def test_change_is_measured_by_the_run_s_clock():
     """From 0.1 to 0.3 in a tenth of a second is 2 per second; then it does not change."""
     ankle, hip = {"p": 0.0, "d": 0.03, **SWIFT}, {"p": 0.0, "d": 0.01, **SWIFT}
     moves = commanded(0.1, 0.3, 0.3, ankle=ankle, hip=hip)
@@ -83,18 +83,18 @@ def test_proportion_and_change_add_up():
     assert angle == pytest.approx(0.5 * 0.3 + 0.1 * 2)
 
 
-@given(told=balances, p=st.floats(0, 10), d=st.floats(0, 10), angle=st.floats(0, 1.5), speed=st.floats(0, 20))
+@given(sent=balances, p=st.floats(0, 10), d=st.floats(0, 10), angle=st.floats(0, 1.5), speed=st.floats(0, 20))
 @settings(max_examples=50, deadline=None)
-def test_no_joint_goes_further_or_faster_than_its_limits(told, p, d, angle, speed):
-    ankles = [ankle for ankle, _ in commanded(*told, ankle={"p": p, "d": d, "max_angle": angle, "max_speed": speed})]
-    assert len(ankles) == len(told)
+def test_joints_keep_to_angle_and_speed_limits(sent, p, d, angle, speed):
+    ankles = [ankle for ankle, _ in commanded(*sent, ankle={"p": p, "d": d, "max_angle": angle, "max_speed": speed})]
+    assert len(ankles) == len(sent)
     assert max(map(abs, ankles)) <= angle + 1e-12
     steps = [abs(after - before) for before, after in pairwise(ankles)]
     assert all(step <= speed * PERIOD_S + 1e-12 for step in steps)
 
 
 @virtual_time
-async def test_a_long_silence_is_not_followed_by_a_leap():
+async def test_long_silence_is_not_followed_by_a_jump():
     async with harness(MotorController(reach_s=0.1, ankle={"p": 10, "max_angle": 1.5, "max_speed": 1.0})) as lab:
         lab.publish("balance_state", Float64(data=0.0))
         await lab.advance(60)
@@ -105,7 +105,7 @@ async def test_a_long_silence_is_not_followed_by_a_leap():
 
 
 @virtual_time
-async def test_a_limit_that_is_set_while_it_runs_is_kept_to_at_the_allowed_speed():
+async def test_changed_limit_is_approached_at_allowed_speed():
     async with harness(MotorController(ankle={"p": 1.0, "max_angle": 0.5, "max_speed": 1.0})) as lab:
         for max_angle in (0.5, 0.1):
             lab.set_parameters(MotorController, {"ankle.max_angle": max_angle})
@@ -118,7 +118,7 @@ async def test_a_limit_that_is_set_while_it_runs_is_kept_to_at_the_allowed_speed
 
 @pytest.mark.parametrize("nonsense", [nan, inf, -inf])
 @virtual_time
-async def test_what_is_no_balance_is_told_and_not_acted_upon(nonsense):
+async def test_non_finite_balance_is_logged_and_ignored(nonsense):
     async with harness(MotorController) as lab:
         for balance in (0.2, nonsense, 0.2):
             lab.publish("balance_state", Float64(data=balance))
@@ -128,7 +128,7 @@ async def test_what_is_no_balance_is_told_and_not_acted_upon(nonsense):
 
 
 @virtual_time
-async def test_of_balances_that_come_at_once_the_newest_counts():
+async def test_newest_of_simultaneous_balances_counts():
     async with harness(MotorController(ankle={"d": 0.0})) as lab:
         for balance in (0.2, 0.9, 0.4):
             lab.publish("balance_state", Float64(data=balance))
@@ -140,7 +140,7 @@ async def test_of_balances_that_come_at_once_the_newest_counts():
 
 
 @virtual_time
-async def test_when_the_balance_falls_silent_the_motors_are_told_once_to_hold_still():
+async def test_silent_balance_stops_the_motors_once():
     async with harness(CONFIG, seed=3) as lab:
         await lab.advance(1.05)
         before = angles(lab.received("motor_commands")[-1])
@@ -167,13 +167,13 @@ async def test_when_the_balance_falls_silent_the_motors_are_told_once_to_hold_st
         ({"hip_joints": ["left_ankle_joint"]}, "a joint cannot follow two commands: left_ankle_joint"),
     ],
 )
-def test_gains_and_limits_have_ranges_and_no_joint_has_two_commands(given, reason):
+def test_invalid_gains_and_repeated_joints_are_refused(given, reason):
     with pytest.raises(InvalidParameter, match=reason):
         MotorController(**given)
 
 
 @virtual_time
-async def test_the_joints_are_the_robot_s_and_stay_so_while_it_runs():
+async def test_joint_names_are_read_only():
     async with harness(MotorController(ankle_joints=["a"], hip_joints=["b", "c"])) as lab:
         lab.publish("balance_state", Float64(data=0.3))
         await lab.settle()

@@ -25,7 +25,7 @@ def imu_of(acceleration=None, rotation=None):
     return Imu(linear_acceleration=acceleration or Vector3(), angular_velocity=rotation or Vector3())
 
 
-def told_by_the_processor(lab):
+def processor_log(lab):
     """Its log lines: (level, text, values)."""
     return [(each.level, each.event, each.values) for each in lab.log if each.node == "/sensor_processor"]
 
@@ -47,19 +47,19 @@ async def lines_about(joints, **parameters):
     async with harness(SensorProcessor(**parameters)) as lab:
         lab.publish("joint_states", joints)
         await lab.settle()
-    return told_by_the_processor(lab)
+    return processor_log(lab)
 
 
 @given(acceleration=vectors, rotation=vectors)
 @settings(max_examples=50, deadline=None)
-def test_balance_is_half_of_sideways_acceleration_and_rotation_and_at_most_one(acceleration, rotation):
+def test_balance_follows_its_formula(acceleration, rotation):
     expected = (abs(acceleration.y) + sqrt(rotation.x**2 + rotation.y**2 + rotation.z**2)) / 2
     ((balance, stability),) = metrics(imu_of(acceleration, rotation))
     assert balance == pytest.approx(min(1.0, expected), abs=1e-9)
     assert stability == 1.0 - balance
 
 
-def test_balance_of_a_body_at_rest_and_of_one_that_falls():
+def test_balance_at_rest_and_in_a_fall():
     at_rest, leaning, falling = metrics(
         imu_of(Vector3(z=9.8)),
         imu_of(Vector3(x=5.0, y=-0.5, z=9.8), Vector3(x=0.2, y=0.4, z=0.4)),
@@ -89,7 +89,7 @@ def test_max_joint_angle_is_the_limit():
     ("velocity", "mean"),
     [([1.0, -1.0], None), ([], None), ([1.5, -0.6], 1.05), ([0.0, 0.0, -4.0], 1.333)],
 )
-def test_a_mean_speed_above_one_is_told(velocity, mean):
+def test_mean_speed_above_one_is_logged(velocity, mean):
     expected = [] if mean is None else [("info", "the joints move fast", {"mean_speed": mean})]
     assert lines_about(JointState(velocity=velocity)) == expected
 
@@ -99,7 +99,7 @@ def test_a_mean_speed_above_one_is_told(velocity, mean):
     [(True, True, ALL), (True, False, ONLY_IMU), (False, True, ONLY_JOINTS), (False, False, NOTHING)],
 )
 @virtual_time
-async def test_the_status_names_the_sensors_that_are_heard(imu, joints, status):
+async def test_status_names_the_sensors_that_send(imu, joints, status):
     async with harness(SensorProcessor()) as lab:
         if imu:
             lab.publish("imu/data", imu_of())
@@ -111,7 +111,7 @@ async def test_the_status_names_the_sensors_that_are_heard(imu, joints, status):
 
 @pytest.mark.parametrize("timeout_s", [1.0, 2.5])
 @virtual_time
-async def test_a_sensor_is_operational_while_its_last_message_is_younger_than_the_timeout(timeout_s):
+async def test_sensor_is_operational_within_its_timeout(timeout_s):
     parameters = {} if timeout_s == 1.0 else {"timeout_s": timeout_s}
     async with harness(SensorProcessor(**parameters)) as lab:
         processor = lab.node(SensorProcessor)
@@ -136,7 +136,7 @@ async def test_a_change_of_status_is_logged_once():
             lab.publish("joint_states", JointState())
             await lab.advance(0.1)
         await lab.advance(3)
-    assert told_by_the_processor(lab) == [("info", NOTHING, {}), ("info", ALL, {}), ("info", NOTHING, {})]
+    assert processor_log(lab) == [("info", NOTHING, {}), ("info", ALL, {}), ("info", NOTHING, {})]
 
 
 @virtual_time

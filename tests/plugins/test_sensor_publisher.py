@@ -46,7 +46,7 @@ async def messages(message_type, topic, duration_s, *, seed=0, **parameters):
 
 
 @pytest.mark.parametrize(("topic", "message_type"), [("imu/data", Imu), ("joint_states", JointState)])
-def test_readings_come_ten_times_a_second_from_the_first_tenth_on(topic, message_type):
+def test_readings_come_at_ten_hertz(topic, message_type):
     assert [stamp for stamp, _ in messages(message_type, topic, 2.5)] == [k / 10 for k in range(1, 26)]
 
 
@@ -71,7 +71,7 @@ def test_the_imu_stays_within_its_noise(noise, seed):
 
 
 def test_the_imu_makes_use_of_all_its_noise():
-    """200 uniform values reach beyond nine tenths of each bound, on both sides; the noise is 0.1 unless told."""
+    """200 uniform values reach beyond nine tenths of each bound, on both sides; the noise is 0.1 by default."""
     readings = [imu for _, imu in messages(Imu, "imu/data", 20)]
     bounds = {
         "acceleration x": (0.1, [each.linear_acceleration.x for each in readings]),
@@ -104,7 +104,7 @@ def test_joints_neither_move_nor_push():
     assert joints.velocity.tolist() == joints.effort.tolist() == [0.0] * 10
 
 
-def test_joint_noise_is_on_positions_alone_and_within_its_bound():
+def test_joint_noise_is_bounded_and_on_positions():
     readings = messages(JointState, "joint_states", 10, noise={"joints": 0.01})
     off = np.array([joints.position - swing(t) for t, joints in readings])
     assert 0.009 < off.max() <= 0.01
@@ -125,7 +125,7 @@ async def test_there_is_no_camera_unless_asked_for():
     assert [timer.name for timer in report.timers] == ["publish_sensors"]
 
 
-def test_the_camera_publishes_frames_of_its_size_at_its_rate():
+def test_camera_publishes_at_its_size_and_rate():
     frames = messages(Image, "camera/image_raw", 0.15, camera_hz=20, camera_width=64, camera_height=48)
     assert [stamp for stamp, _ in frames] == [0.05, 0.1, 0.15]
     for _, frame in frames:
@@ -134,7 +134,7 @@ def test_the_camera_publishes_frames_of_its_size_at_its_rate():
         assert frame.data.shape == (64 * 48 * 3,)
 
 
-def test_a_frame_is_640_by_480_and_differs_from_the_one_before():
+def test_frames_are_640_by_480_and_differ():
     (_, first), (_, second) = messages(Image, "camera/image_raw", 0.067, camera_hz=30)
     assert (first.width, first.height) == (640, 480)
     assert not np.array_equal(first.data, second.data)
@@ -150,7 +150,7 @@ async def test_the_camera_offers_best_effort():
 
 @virtual_time
 async def test_a_frame_is_written_once_and_never_copied():
-    """Publishing takes the memory of one frame, also with two subscribers, who share it."""
+    """Publishing takes the memory of one frame, also with two subscribers, which share it."""
     async with harness(SensorPublisher(camera_hz=30)) as lab:
         ends = [lab.subscribe(Image, "camera/image_raw", qos=SENSOR_DATA) for _ in range(2)]
         lab.node(SensorPublisher).publish_image()  # the first one also makes what makes messages

@@ -24,7 +24,7 @@ NOISY = {"noise": {"imu": 0.3, "joints": 0.02}, "camera_hz": 12.5, "camera_width
 each_moment = pytest.mark.parametrize("reset_s", [1.0, 0.05, 1.234567891, 3.999999999])
 
 
-class Telling:
+class Tracer:
     """The lines of a graph's trace from one moment on, its time and sequence subtracted from lines and stamps."""
 
     def __init__(self, lab):
@@ -33,12 +33,12 @@ class Telling:
         Trace(lab.graph, self.lines.append)
 
     def from_now(self):
-        """Forget what was told so far, and count from now."""
+        """Forget the trace so far, and count from now."""
         self.lines.clear()
         self.began, self.began_ns = self.lab.graph.clock.now(), self.lab.graph.clock.elapsed_ns()
         self.before = Counter({topic: len(self.lab.received(topic)) for topic in self.lab.graph.bus.topics})
 
-    def told(self):
+    def trace(self):
         topics = self.lab.graph.bus.topics
         messages = [message for topic in topics for message in self.lab.received(topic)[self.before[topic] :]]
         hashes = {content_hash(message): content_hash(self.restamped(message)) for message in messages}
@@ -63,31 +63,31 @@ def nanoseconds(column):
 
 
 @virtual_time
-async def told(graph, *, reset_s=None):
+async def traced(graph, *, reset_s=None):
     """What the trace says for a while: from the start on, or from a reset at a later time on."""
     lab = harness(*graph(), seed=7)
-    telling = Telling(lab)
+    tracer = Tracer(lab)
     async with lab:
         if reset_s is not None:
             await lab.advance(reset_s)
             assert (await lab.call(Trigger, RESET)).success
-        telling.from_now()
+        tracer.from_now()
         await lab.advance(SPAN_S)
-        return telling.told()
+        return tracer.trace()
 
 
 @each_moment
-def test_the_sensors_trace_after_a_reset_is_the_one_from_the_start(reset_s):
+def test_reset_sensors_repeat_their_trace(reset_s):
     def sensors():
         return [SensorPublisher(**NOISY)]
 
-    from_start = told(sensors)
+    from_start = traced(sensors)
     assert Counter(line[1] for line in from_start) == {"timer": 50 + 62, "publish": 2 * 50 + 62}
-    assert told(sensors, reset_s=reset_s) == from_start
+    assert traced(sensors, reset_s=reset_s) == from_start
 
 
 @each_moment
-def test_so_is_that_of_the_whole_lab_but_for_what_the_processor_remembers(reset_s):
+def test_reset_lab_repeats_its_trace(reset_s):
     """Its own timer goes on as it did, and what it said of the sensors it does not say again."""
 
     def lab():
@@ -98,11 +98,11 @@ def test_so_is_that_of_the_whole_lab_but_for_what_the_processor_remembers(reset_
             line for line in lines if line[1:3] not in (["timer", "/sensor_processor"], ["log", "/sensor_processor"])
         ]
 
-    from_start = without_memory(told(lab))
+    from_start = without_memory(traced(lab))
     topics = {line[2] for line in from_start if line[1] == "publish"}
     assert topics == {"/imu/data", "/joint_states", "/camera/image_raw", "/balance_state", "/stability_index"}
     assert sum(line[1] == "deliver" for line in from_start) == 2 * 50
-    assert without_memory(told(lab, reset_s=reset_s)) == from_start
+    assert without_memory(traced(lab, reset_s=reset_s)) == from_start
 
 
 OPERATOR = """
@@ -120,7 +120,7 @@ class Operator(Node):
 """
 
 
-def test_a_run_on_simulated_time_says_the_same_again_once_reset(tmp_path, capsys):
+def test_simulated_run_repeats_after_a_reset(tmp_path, capsys):
     """By the real command, whose trace has the hashes of stamped messages: of the others each one is the same."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/operator.py").write_text(OPERATOR)
@@ -141,7 +141,7 @@ def test_a_run_on_simulated_time_says_the_same_again_once_reset(tmp_path, capsys
 
 
 @virtual_time
-async def test_a_reset_says_how_long_the_simulation_had_lived():
+async def test_reset_reports_the_elapsed_time():
     async with harness(SensorPublisher) as lab:
         for seconds in (2.5, 0.25):
             await lab.advance(seconds)
@@ -151,7 +151,7 @@ async def test_a_reset_says_how_long_the_simulation_had_lived():
 
 
 @virtual_time
-async def test_after_a_day_a_reset_gives_the_same_numbers_to_the_last_digit():
+async def test_reset_after_a_day_is_exact():
     async with harness(SensorPublisher(**NOISY)) as lab:
         await lab.advance(1)
         first = lab.received("joint_states", JointState), lab.received("imu/data", Imu)

@@ -1,4 +1,4 @@
-"""Annotations: the words, ranges and choices that are read from them."""
+"""Tests of `annotations.py`: names, ranges and choices of type annotations."""
 
 from enum import Enum
 from pathlib import Path
@@ -46,7 +46,7 @@ class Outer(StrictModel):
         (list[Inner], "list[Inner]"),
     ],
 )
-def test_a_type_has_the_word_that_a_user_writes(annotation: Any, word: str):
+def test_type_word_is_what_a_user_writes(annotation: Any, word: str):
     assert type_word(annotation) == word
 
 
@@ -76,9 +76,7 @@ def test_bounds_read_as_a_sentence(bounds: Bounds, text: str):
         (("either", "x"), None, Bounds()),
     ],
 )
-def test_a_path_leads_into_models_mappings_lists_and_tuples(
-    path: tuple[str | int, ...], annotation: Any, bounds: Bounds
-):
+def test_path_leads_into_nested_types(path: tuple[str | int, ...], annotation: Any, bounds: Bounds):
     found, metadata = at(Outer, path)
     assert split(found)[0] is annotation
     assert Bounds.of(metadata) == bounds

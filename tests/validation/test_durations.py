@@ -1,4 +1,4 @@
-"""Durations as text: read and shown without losing a nanosecond."""
+"""Tests of `durations.py`: text to seconds and back, exact to the nanosecond."""
 
 import pytest
 from hypothesis import given
@@ -28,7 +28,7 @@ def test_units(text, seconds):
 
 
 @pytest.mark.parametrize("text", ["", "s", "5", "5 m", "-5s", "1,5s", "٥s", "5s\n6s", "1" * 400 + "s", None, True])
-def test_what_is_not_a_duration_is_refused_with_an_example(text):
+def test_invalid_duration_is_refused_with_an_example(text):
     with pytest.raises(ValueError, match="such as 50ms"):
         parse_duration(text)
 

@@ -1,4 +1,4 @@
-"""pydantic's errors in busflow's words: the shapes that parameters alone do not show."""
+"""Tests of `faults.py`: pydantic's errors as faults, for shapes that parameters alone do not cover."""
 
 from typing import Annotated, Literal
 
@@ -61,9 +61,7 @@ class Shapes(Parameters):
         ({"optional": -1}, ("optional",), "optional must be greater than 0, got -1"),
     ],
 )
-def test_each_shape_of_model_gives_one_fault_at_the_path_of_the_data(
-    data: dict[str, object], path: tuple[str | int, ...], message: str
-):
+def test_each_fault_has_the_path_of_the_data(data: dict[str, object], path: tuple[str | int, ...], message: str):
     with pytest.raises(InvalidParameter) as caught:
         validate(Shapes, data)
     assert [(each.path, each.message) for each in caught.value.faults] == [(path, message)]
@@ -73,7 +71,7 @@ def test_a_long_text_is_cut_in_an_error():
     assert len(shown("x" * 1000)) < 80
 
 
-def test_plain_data_of_a_model_has_no_types_of_its_own():
+def test_plain_data_has_only_builtin_types():
     assert plain(Shapes()) == {
         "either": 1,
         "several": 1.0,

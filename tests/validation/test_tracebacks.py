@@ -1,4 +1,4 @@
-"""An exception is told with the user's line, not with busflow's or a library's."""
+"""Tests of `tracebacks.py`: an exception is shown with the user's line, not with busflow's or a library's."""
 
 import json
 from collections.abc import Callable
@@ -17,7 +17,7 @@ def caught(function: Callable[[], object]) -> BaseException:
     return info.value.with_traceback(info.value.__traceback__.tb_next)
 
 
-def test_the_line_is_the_users_even_when_a_library_raised():
+def test_user_line_precedes_the_failing_library():
     error = caught(lambda: json.loads("{"))
     place = user_line(error)
     assert place is not None
@@ -31,11 +31,11 @@ def test_columns_count_characters_not_bytes():
     assert place.excerpt[place.column - 1 :][: place.width] == "[].pop()"
 
 
-def test_an_exception_that_was_never_raised_has_no_place():
+def test_exception_never_raised_has_no_place():
     assert user_line(ValueError("made, not raised")) is None
 
 
-def test_code_without_a_file_is_told_by_the_line_that_ran_it():
+def test_code_without_a_file_has_the_running_line():
     place = user_line(caught(lambda: exec("1 / 0")))  # noqa: S102  # the case itself
     assert place is not None
     assert "exec" in place.excerpt
@@ -55,7 +55,7 @@ def test_the_text_of_an_exception_is_one_line():
     assert reason(ValueError()) == "ValueError"
 
 
-def test_a_path_is_shown_relative_to_where_one_stands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_path_is_relative_to_the_current_directory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.chdir(tmp_path)
     assert shown(tmp_path / "a/b.py") == "a/b.py"
     assert shown("/elsewhere/b.py") == "/elsewhere/b.py"

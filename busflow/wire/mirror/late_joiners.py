@@ -198,7 +198,7 @@ class Gate:
         if gid:
             self._first.setdefault(gid, sequence)
         if gid and sequence <= self._given.get(gid, 0):
-            self.target.had_already()
+            self.target.discount_duplicate()
         elif self.questions:
             self._waiting.append(item)
             if len(self._waiting) > _MOST:

@@ -74,7 +74,7 @@ class Tilted(SensorProcessor):
     """The lab's processor with a bug: it takes the wrong axis."""
 
     def on_imu(self, imu: Imu) -> None:
-        self.imu_heard_s = self.clock.seconds()
+        self.imu_received_s = self.clock.seconds()
         balance = min(1.0, abs(imu.linear_acceleration.x) / 2.0)
         self.balance.publish(Float64(data=balance))
         self.stability.publish(Float64(data=1.0 - balance))
@@ -110,7 +110,7 @@ def test_a_tolerance_forgives_what_is_small(lab_bag):
     def nudged(amount):
         class Nudged(SensorProcessor):
             def on_imu(self, imu: Imu) -> None:
-                self.imu_heard_s = self.clock.seconds()
+                self.imu_received_s = self.clock.seconds()
                 rotation = np.hypot(np.hypot(imu.angular_velocity.x, imu.angular_velocity.y), imu.angular_velocity.z)
                 balance = min(1.0, (abs(imu.linear_acceleration.y) + float(rotation)) / 2.0) + amount
                 self.balance.publish(Float64(data=balance))

@@ -1,0 +1,171 @@
+"""Tests of `client.py`: each call gets an answer or one error, within its timeout."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import anyio
+import pytest
+
+import busflow
+from busflow import (
+    Node,
+    ServiceTimeout,
+    ServiceUnavailable,
+    client,
+    timer,
+)
+from busflow.errors import IncompatibleType, NotRunning
+from busflow.msgs.std_srvs import SetBool, Trigger
+from busflow.testing import harness, virtual_time
+from tests.bus.conftest import Add, Adder, accounts, line, three_calls
+
+
+@virtual_time
+async def test_a_server_that_comes_later_is_waited_for():
+    class Later(Node):
+        async def run(self) -> None:
+            await self.clock.sleep(3)
+            self.create_service(Trigger, "later", lambda _: Trigger.Response(success=True))
+
+    class Patient(Node):
+        later = client(Trigger, "later")
+        success = False
+
+        async def run(self) -> None:
+            with pytest.raises(ServiceUnavailable, match="nobody answers /later"):
+                await self.later.ready(timeout=2)
+            await self.later.ready(timeout=None)
+            self.success = self.later.available and (await self.later.call()).success
+
+    async with harness(Later, Patient) as lab:
+        await lab.advance(2.5)
+        assert not lab.node(Patient).later.available
+        await lab.advance(0.5)
+        assert lab.node(Patient).success
+
+
+@virtual_time
+async def test_missing_service_suggests_the_nearest():
+    async with harness(Adder) as lab:
+        with pytest.raises(ServiceUnavailable, match=r"nobody answers /adder/ad; did you mean '/adder/add'\?"):
+            await lab.call(Add, "adder/ad")
+        assert lab.clock.seconds() == 0
+
+
+@virtual_time
+async def test_uncaught_service_error_fails_the_caller():
+    class Careless(Node):
+        wrong = client(Add, "adder/wrong")
+
+        @timer(1.0)
+        async def ask(self) -> None:
+            await self.wrong.call()
+
+    async with harness(Adder, Careless, expect_failure=Careless) as lab:
+        await lab.advance(1)
+
+
+@virtual_time
+async def test_call_times_out_in_virtual_time():
+    async with harness(Adder) as lab:
+        with pytest.raises(ServiceTimeout, match=r"/adder/never did not answer within 5 s \(its server is /adder\)"):
+            await lab.call(Add, "adder/never")
+        assert lab.clock.seconds() == 5
+        with pytest.raises(TimeoutError):
+            await lab.call(Add, "adder/never", timeout=0.25)
+        assert lab.clock.seconds() == 5.25
+        assert (line(lab, "/adder/never").withdrawn, line(lab, "/adder/never").waiting) == (1, 1)
+        assert accounts(lab)
+
+
+@virtual_time
+async def test_call_without_a_timeout_waits():
+    async with harness(Adder) as lab:
+        call = asyncio.create_task(lab.call(Add, "adder/never", timeout=None))
+        await lab.advance(10_000)
+        assert not call.done()
+        call.cancel()
+
+
+@pytest.mark.parametrize("limit_s", [0, -1, float("nan"), float("inf")])
+@virtual_time
+async def test_invalid_timeout_is_refused(limit_s):
+    async with harness(Adder) as lab:
+        with pytest.raises(ValueError, match="timeout is a number of seconds above 0, or None"):
+            await lab.call(Add, "adder/add", timeout=limit_s)
+
+
+@virtual_time
+async def test_cancelled_caller_withdraws_its_queued_request():
+    async with harness(Adder) as lab:
+        calls = await three_calls(lab)
+        calls[0].cancel()
+        calls[1].cancel()
+        assert (await calls[2]).sum == 3
+        assert lab.node(Adder).ended == [0, 2], "a request that had begun goes on"
+        assert all(each.cancelled() for each in calls[:2])
+        account = line(lab, "/adder/slow")
+        assert (account.served, account.withdrawn, accounts(lab)) == (2, 1, True)
+
+
+@virtual_time
+async def test_a_call_that_is_thrown_away_is_withdrawn():
+    async with harness(Adder) as lab:
+        calls = await three_calls(lab)
+        thrown = lab.graph.bus.services["/adder/slow"].call(Add.Request(), caller="/test")
+        await asyncio.gather(*calls[:1])
+        thrown.send(None)
+        thrown.close()
+        assert line(lab, "/adder/slow").withdrawn == 1
+        await asyncio.gather(*calls)
+        assert accounts(lab)
+
+
+@virtual_time
+async def test_answered_call_cancels_its_timeout():
+    async with harness(Adder) as lab:
+        await lab.call(Add, "adder/add", timeout=1000)
+        assert [each for *_, each in asyncio.get_running_loop()._timers if not each.cancelled()] == []
+
+
+@virtual_time
+async def test_anyio_cancel_scope_ends_a_call():
+    async with harness(Adder) as lab:
+        with anyio.move_on_after(0.5) as scope:
+            await lab.call(Add, "adder/never")
+        assert (scope.cancelled_caught, lab.clock.seconds(), accounts(lab)) == (True, 0.5, True)
+
+
+@virtual_time
+async def test_request_of_another_type_is_refused():
+    async with harness(Adder) as lab:
+        with pytest.raises(IncompatibleType, match="asks /adder/add with a test/srv/Add_Request, not std_srvs/srv/"):
+            await lab.call(Add, "adder/add", SetBool.Request())
+        with pytest.raises(IncompatibleType, match="/adder/add is a test/srv/Add, not a std_srvs/srv/Tri"):
+            await lab.call(Trigger, "adder/add")
+        with pytest.raises(IncompatibleType, match="uses the service /adder/slow as std_srvs/srv/Trigger, but it is"):
+            await lab.call(Trigger, "adder/slow")
+        assert line(lab, "/adder/add").received == 0
+
+
+def test_call_from_another_thread_is_refused():
+    caught = []
+
+    async def main():
+        async with busflow.launch(Adder) as graph:
+            found = graph.bus.services["/adder/add"]
+
+            def ask():
+                try:
+                    asyncio.run(found.call(Add.Request(), caller="/thread"))
+                except NotRunning as error:
+                    caught.append(str(error))
+
+            thread = threading.Thread(target=ask)
+            thread.start()
+            thread.join(60)
+
+    asyncio.run(main())
+    assert caught == ["a call of /adder/add must be awaited on the graph's own event loop"]

@@ -1,0 +1,52 @@
+"""Tests of `expiry.py`: expired items are found and removed, and silence is reported per period."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import pytest
+
+from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer, expire, fresh, next_expiry_ns
+from busflow.clock import SimClock
+from busflow.testing import virtual_time
+
+
+@virtual_time
+async def test_expire_removes_only_expired_items():
+    clock = SimClock()
+    now = clock.monotonic_ns()
+    items = deque(["plain", Perishable("old", now), Perishable("new", now + NS_PER_S)])
+    assert [fresh(item, clock) for item in items] == ["plain", None, "new"]
+    assert expire(items, clock) == 1
+    assert [fresh(item, clock) for item in items] == ["plain", "new"]
+
+
+def test_next_expiry_is_the_earliest():
+    assert next_expiry_ns(["plain", Perishable("b", 20), Perishable("a", 10)]) == 10
+    assert next_expiry_ns(["plain"]) is None
+
+
+@pytest.mark.parametrize(("repeat", "count"), [(True, 3), (False, 1)])
+@virtual_time
+async def test_silence_is_reported_per_period_or_once(repeat, count):
+    clock, silences = SimClock(), []
+    timer = SilenceTimer(1.0, clock, lambda: silences.append(clock.seconds()), repeat=repeat)
+    await clock.sleep(5)
+    assert silences == [], "the first touch starts the timer"
+    timer.touch()
+    await clock.sleep(3.5)
+    assert silences == [6.0, 7.0, 8.0][:count]
+    timer.close()
+    await clock.sleep(5)
+    assert len(silences) == count
+
+
+@virtual_time
+async def test_touch_restarts_the_period():
+    clock, silences = SimClock(), []
+    timer = SilenceTimer(1.0, clock, lambda: silences.append(clock.seconds()), repeat=True)
+    for _ in range(4):
+        timer.touch()
+        await clock.sleep(0.75)
+    assert silences == []
+    timer.close()

@@ -1,0 +1,74 @@
+"""Tests of `failure.py`: the text of a failure, and what counts as one."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from busflow.bus.failure import Failure, is_failure, refuse_coroutine
+from busflow.errors import InvalidDeclaration
+from busflow.msgs.std_msgs import Int64
+
+
+def fail():
+    raise ValueError("wrong\nvalue")
+
+
+def raised():
+    with pytest.raises(ValueError, match="wrong") as caught:
+        fail()
+    return caught.value
+
+
+def test_text_names_node_handler_line_and_message():
+    failure = Failure("/arm", "Arm.on_number (subscription /n)", raised(), Int64(data=3))
+    first, place, line, error, message = failure.render().splitlines()
+    assert first == "node /arm failed in Arm.on_number (subscription /n)"
+    assert place.startswith("  at ")
+    assert "test_failure.py:" in place
+    assert line == '    raise ValueError("wrong\\nvalue")'
+    assert error == "  ValueError: wrong\\nvalue"
+    assert message == "  on std_msgs/msg/Int64: Int64(data=3)"
+
+
+def test_cause_of_a_group_is_its_first_exception():
+    error = raised()
+    group = ExceptionGroup("tasks", [ExceptionGroup("inner", [error]), OSError()])
+    failure = Failure("/arm", "Arm.start", group)
+    assert failure.cause is error
+    assert failure.summary.startswith("failed in Arm.start: ValueError: wrong\\nvalue (")
+
+
+def test_cancellation_from_outside_is_no_failure():
+    async def main():
+        found = []
+
+        async def handler():
+            try:
+                await asyncio.sleep(60)
+            except asyncio.CancelledError as error:
+                found.append(is_failure(error))
+                raise
+
+        task = asyncio.create_task(handler())
+        await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.wait([task])
+        return [*found, is_failure(asyncio.CancelledError()), is_failure(ValueError())]
+
+    assert asyncio.run(main()) == [False, True, True]
+
+
+def test_coroutine_and_generator_results_are_refused():
+    async def coroutine():
+        raise AssertionError
+
+    def generator():
+        yield
+
+    with pytest.raises(InvalidDeclaration, match=r"^Arm\.on_n returned a coroutine"):
+        refuse_coroutine(coroutine(), "Arm.on_n")
+    with pytest.raises(InvalidDeclaration, match=r"^Arm\.on_n returned a generator"):
+        refuse_coroutine(generator(), "Arm.on_n")
+    refuse_coroutine(None, "Arm.on_n")

@@ -1,0 +1,45 @@
+"""Tests of `program.py`: `run` in this process returns the exit code, and `launch` returns a graph to enter."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+import busflow
+from busflow import LaunchError, Node, publisher
+from busflow.errors import ExitCode
+from busflow.msgs.std_msgs import Int64
+
+
+class Failing(Node):
+    async def start(self) -> None:
+        raise ValueError("no sensor")
+
+
+class Counting(Node):
+    numbers = publisher(Int64, "numbers")
+
+    async def start(self) -> None:
+        self.numbers.publish(Int64(data=1))
+
+
+def test_run_prints_a_failure_and_returns_its_code(capsys):
+    assert busflow.run(Failing, inspect=False) is ExitCode.FAILED
+    shown = capsys.readouterr().err
+    assert "error: node /failing failed in Failing.start" in shown
+    assert "ValueError: no sensor" in shown
+
+
+def test_run_refuses_a_graph_that_cannot_run():
+    with pytest.raises(LaunchError, match=r"counting"):
+        busflow.run(Counting, Counting, inspect=False)
+
+
+def test_launch_runs_nodes_in_the_running_loop(capsys):
+    async def main():
+        async with busflow.launch(Counting) as graph:
+            return [topic.published for topic in graph.bus.topics.values() if topic.name == "/numbers"]
+
+    assert asyncio.run(main()) == [1]
+    assert "in this process" not in capsys.readouterr().err
