@@ -78,10 +78,10 @@ class Assignment:
             ProcessFailed: there is none: somebody else than busflow started this process.
         """
         try:
-            told: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
-            told |= {"card": RunCard(**told["card"]), "memory": Memory(**told["memory"])}
-            told |= {key: tuple(told[key]) for key in ("nodes", "others", "path")}
-            return cls(**told)
+            values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
+            values |= {"card": RunCard(**values["card"]), "memory": Memory(**values["memory"])}
+            values |= {key: tuple(values[key]) for key in ("nodes", "others", "path")}
+            return cls(**values)
         except (ValueError, TypeError, LookupError):
             raise ProcessFailed("--process is how busflow run starts its own processes; leave it out") from None
 
@@ -95,17 +95,17 @@ class Memory:
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
     """By node, how many lives it had: those of the process, and its own restarts in each of them."""
 
-    def brought_back(self, plan: Plan, log: Log) -> list[PlannedNode]:
+    def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
         """The members of a plan, each as it was when it died."""
-        return [self._brought_back(member, log) for member in plan.members]
+        return [self._restored(member, log) for member in plan.members]
 
-    def _brought_back(self, member: PlannedNode, log: Log) -> PlannedNode:
+    def _restored(self, member: PlannedNode, log: Log) -> PlannedNode:
         name = member.runtime.full_name
-        told, life = self.parameters.get(name), self.lives.get(name, 0)
+        changes, life = self.parameters.get(name), self.lives.get(name, 0)
         former: Parameters = member.runtime.node.parameters
         try:
             parameters: Parameters = (
-                former if told is None else NodeFactory(type(member.node)).parameters(told["values"])
+                former if changes is None else NodeFactory(type(member.node)).parameters(changes["values"])
             )
             runtime = rebuild(member.runtime, parameters, life)
         except BaseException as error:  # the code of a node may have been edited since, and may raise anything
@@ -114,12 +114,12 @@ class Memory:
             why = str(error) if isinstance(error, InvalidParameter) else f"{type(error).__name__}: {printable(error)}"
             log.bind(name).warning("what was set at run time fits no more; it is as in the launch file", reason=why)
             return replace(member, node=rebuild(member.runtime, former, life).node)
-        if told is not None:
-            runtime.parameters.remember(told["set"], told["times"])
+        if changes is not None:
+            runtime.parameters.remember(changes["set"], changes["times"])
         return replace(member, node=runtime.node)
 
 
-def report_changes(bus: Bus, say: Callable[[Mapping[str, Any]], None]) -> None:
+def report_changes(bus: Bus, send: Callable[[Mapping[str, Any]], None]) -> None:
     """Say, as it happens, how the parameters of a node on this bus stand after a change."""
 
     def attached(end: Attached) -> None:
@@ -127,7 +127,7 @@ def report_changes(bus: Bus, say: Callable[[Mapping[str, Any]], None]) -> None:
             return
 
         def changed(_old: Parameters, _result: SetResult) -> None:
-            say({end.node: {"values": plain(end.current), "set": sorted(end.set_at_run_time), "times": end.times_set}})
+            send({end.node: {"values": plain(end.current), "set": sorted(end.set_at_run_time), "times": end.times_set}})
 
         end.on_change.append(changed)
 

@@ -102,8 +102,8 @@ class Machines:
 
     def about(self) -> Mapping[str, Any]:
         """What the run answers of them to who asks."""
-        told = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
-        return {"machine": self.own, "machines": told}
+        states = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
+        return {"machine": self.own, "machines": states}
 
     async def watch(self) -> None:
         """Tell of each that is missing why it is, once for each reason, until this is cancelled."""

@@ -1,7 +1,7 @@
 """Voice: how a process tells the main one what it logs, how its figures stand and how it ended.
 
 Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. What the pipe has room for is in
-it when `say` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
+it when `send` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
 that is stopped, or busy, never holds up a node here. What finds no room is lost and counted.
 """
 
@@ -38,12 +38,12 @@ class PipeWriter:
         """What is left of the line that is being written."""
         self._arrived = threading.Condition()
         self._closed = False
-        self._thread = threading.Thread(target=self._write, name="busflow.voice", daemon=True)
+        self._thread = threading.Thread(target=self._write, name="busflow.pipe", daemon=True)
         self._thread.start()
 
-    def say(self, **told: Any) -> None:
+    def send(self, **values: Any) -> None:
         """Tell something, from any thread, without waiting."""
-        line = json.dumps(told, default=str).encode() + b"\n"
+        line = json.dumps(values, default=str).encode() + b"\n"
         with self._arrived:
             if not self._rest:  # nothing waits
                 self._rest = self._written(line)
@@ -59,7 +59,7 @@ class PipeWriter:
     def log(self, record: LogRecord) -> None:
         """A sink of the log."""
         values = {name: _short(value) for name, value in record.values.items()}
-        self.say(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
+        self.send(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
 
     def close(self) -> None:
         """Say what is left to say, as long as somebody listens."""
@@ -93,13 +93,13 @@ class PipeWriter:
             return b""
 
 
-def record_of(told: Any, process: str) -> LogRecord:
+def record_of(line: Any, process: str) -> LogRecord:
     """A line of the log as a voice tells it.
 
     Raises:
         ValueError: it is none.
     """
-    match told:
+    match line:
         case [int(stamp_ns), str(level), str(node), str(event), {**values}]:
             kept: Mapping[str, Any] = {str(name): value for name, value in values.items()}
             return LogRecord(stamp_ns, level, node, event, kept, process)

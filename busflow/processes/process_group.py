@@ -128,7 +128,7 @@ class ProcessGroup(Extension):
             socket,
             arguments=arguments,
             environment=os.environ,
-            company=self,
+            owner=self,
             log=self._log,
         )
 
@@ -169,11 +169,11 @@ class ProcessGroup(Extension):
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
         """What the processes tell of their recordings, those of their earlier lives included."""
         main = self._graph.report().recording
-        told = [asdict(main)] if main is not None else []
+        recordings = [asdict(main)] if main is not None else []
         for member in self.members:
             reports = (*(life.report for life in member.lives), member.report)
-            told += [report["recording"] for report in reports if report is not None and "recording" in report]
-        return told
+            recordings += [report["recording"] for report in reports if report is not None and "recording" in report]
+        return recordings
 
     def begin(self) -> None:
         """Make the place where the processes meet.

@@ -98,7 +98,7 @@ class SignalGuard:
         self._before.clear()
         self._writer.close()  # the guard's thread reads the end and returns
 
-    def hear_first(self) -> None:
+    def precede_loop(self) -> None:
         """Be told of signals before the event loop that runs now, if that had them told to itself; it is told next.
 
         The system writes to one place alone, which has to be read while a node keeps the loop from reading.
@@ -148,7 +148,7 @@ class SignalGuard:
                         self._end(more_s)
                         return
                     continue
-                self._tell_loop(received)
+                self._forward_to_loop(received)
                 if not received:
                     return
                 if received[0] == _LIMITED:
@@ -165,7 +165,7 @@ class SignalGuard:
                     asked, self._code = True, CODES[signal.Signals(received[0])]
                     self._ask_to_stop(self._code)
 
-    def _tell_loop(self, received: bytes) -> None:
+    def _forward_to_loop(self, received: bytes) -> None:
         """Pass on what was received, the end of it all too."""
         if self._loop_fd >= 0:
             with suppress(OSError):  # it has ended, or has more to read than it takes

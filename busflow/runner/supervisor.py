@@ -234,10 +234,10 @@ class Unit:
         if condition not in self._come_about:
             self._come_about[condition] = asyncio.Event()
             if condition is Condition.FIRST_MESSAGE:
-                self._hear_of_the_first_message()
+                self._observe_first_message()
         return self._come_about[condition]
 
-    def _hear_of_the_first_message(self) -> None:
+    def _observe_first_message(self) -> None:
         self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
         for publisher in self.runtime.ends.publishers:  # of a node that runs already, if a newcomer waits for it
             if publisher.published:

@@ -86,13 +86,13 @@ class Watchdog:
                 return
             if turned.wait(self.bound_s) or self._ended.is_set():
                 continue
-            found = self._tell(thread)
+            found = self._report(thread)
             while not turned.wait(self.bound_s) and not self._ended.is_set():
                 self._last_s[found.node] = perf_counter()
             self._last_s[found.node] = perf_counter()
             found.longest_s = max(found.longest_s, perf_counter() - begun_s)
 
-    def _tell(self, thread: int) -> Blocks:
+    def _report(self, thread: int) -> Blocks:
         frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
         node, handler = next(_owners(frame), ("busflow", "the program around the graph"))
         found = self._found.setdefault((node, handler), Blocks(node, handler))

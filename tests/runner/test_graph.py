@@ -51,16 +51,16 @@ class Talker(Node):
 
 class Listener(Node):
     async def start(self) -> None:
-        self.heard: list[int] = []
+        self.received: list[int] = []
 
     @subscription("numbers")
-    def hear(self, number: Number) -> None:
-        self.heard.append(number.data)
+    def on_number(self, number: Number) -> None:
+        self.received.append(number.data)
 
 
 class Failing(Node):
     @subscription("numbers")
-    def hear(self, number: Number) -> None:
+    def on_number(self, number: Number) -> None:
         if number.data == 3:
             raise ValueError("three is too many")
 
@@ -76,7 +76,7 @@ async def test_nodes_talk_from_the_first_message_to_the_end_of_the_block():
     graph, _ = graph_of(Talker, Listener)
     async with graph:
         await asyncio.sleep(1.05)
-    assert graph.node(Listener).heard == list(range(1, 11))
+    assert graph.node(Listener).received == list(range(1, 11))
     assert graph.exit_code is ExitCode.OK
 
 
@@ -93,15 +93,15 @@ async def test_what_is_published_while_others_start_waits_in_their_queues():
         async def start(self) -> None:
             await super().start()
             await asyncio.sleep(5)
-            self.heard_at_the_end_of_start = list(self.heard)
+            self.received_in_start = list(self.received)
 
     graph, _ = graph_of(Early, Late)
     async with graph:
         await asyncio.sleep(0)
         late = graph.node(Late)
         await asyncio.sleep(0.01)
-    assert late.heard_at_the_end_of_start == []
-    assert late.heard == [0, 1, 2]
+    assert late.received_in_start == []
+    assert late.received == [0, 1, 2]
 
 
 @virtual_time
@@ -112,7 +112,7 @@ async def test_a_failing_node_ends_the_block_at_once_with_the_cause():
             await asyncio.sleep(1000)
     assert isinstance(caught.value.__cause__, ValueError)
     assert asyncio.get_running_loop().time() == pytest.approx(0.3)
-    assert "node /failing failed in Failing.hear (subscription /numbers)" in str(caught.value)
+    assert "node /failing failed in Failing.on_number (subscription /numbers)" in str(caught.value)
     assert "on test/msg/Number: Number(data=3)" in str(caught.value)
     assert [record.node for record in log if record.level == "error"] == ["/failing"]
     assert graph.exit_code is ExitCode.FAILED
@@ -150,15 +150,15 @@ async def test_the_block_s_own_error_is_not_replaced_by_a_node_s():
 @virtual_time
 async def test_a_failed_node_is_handed_nothing_more_while_others_stop():
     class Twice(Node):
-        heard = 0
+        received = 0
 
         @subscription("numbers")
         def fail(self, number: Number) -> None:
             raise ValueError(number.data)
 
         @subscription("numbers")
-        def hear(self, number: Number) -> None:
-            self.heard += number.data
+        def on_number(self, number: Number) -> None:
+            self.received += number.data
 
     class Slow(Node):
         numbers = publisher(Number, "numbers")
@@ -172,14 +172,14 @@ async def test_a_failed_node_is_handed_nothing_more_while_others_stop():
     graph.publish("numbers", Number(data=1))
     with pytest.raises(NodeFailed):
         await graph.wait()
-    assert graph.node(Twice).heard == 0
+    assert graph.node(Twice).received == 0
 
 
 @virtual_time
 async def test_no_handler_runs_once_stop_has_begun():
     class Closing(Listener):
         async def stop(self) -> None:
-            self.heard_before = list(self.heard)
+            self.received_before = list(self.received)
             await asyncio.sleep(0.1)
 
     graph, _ = graph_of(Closing)
@@ -190,7 +190,7 @@ async def test_no_handler_runs_once_stop_has_begun():
         await asyncio.sleep(0.01)
         graph.publish("numbers", Number(data=2))
     closing = graph.node(Closing)
-    assert closing.heard == closing.heard_before == [1]
+    assert closing.received == closing.received_before == [1]
 
 
 @virtual_time
@@ -326,7 +326,7 @@ async def test_a_task_that_a_node_spawned_fails_the_node():
 async def test_a_handler_that_exits_the_program_is_a_failure_like_any_other():
     class Exiting(Node):
         @subscription("numbers")
-        def hear(self, number: Number) -> None:
+        def on_number(self, number: Number) -> None:
             raise SystemExit(number.data)
 
     graph, _ = graph_of(Talker, Exiting)
@@ -346,7 +346,7 @@ async def test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers():
             self.numbers.publish(Number(data=0))
 
         @subscription("own")
-        async def hear(self, number: Number) -> None:
+        async def on_number(self, number: Number) -> None:
             await asyncio.sleep(0.0001)
             self.numbers.publish(number)
 
@@ -422,7 +422,7 @@ async def test_the_program_around_publishes_and_receives():
         outside = graph.subscribe(Number, "numbers")
         graph.publish("numbers", Number(data=7))
         assert (await anext(outside)).data == 7
-    assert graph.node("listener").heard == [7]
+    assert graph.node("listener").received == [7]
     assert [each async for each in outside] == []
 
 
@@ -443,7 +443,7 @@ async def test_two_graphs_in_one_process_never_meet():
     second, _ = graph_of(Listener)
     async with first, second:
         await asyncio.sleep(1)
-    assert second.node(Listener).heard == []
+    assert second.node(Listener).received == []
 
 
 @virtual_time
@@ -486,12 +486,12 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
 
     class Counter(Node):
         async def start(self) -> None:
-            self.heard: list[int] = []
+            self.received: list[int] = []
             self.complete = asyncio.Event()
 
         @subscription("numbers", qos=QoS(depth=2000))
-        def hear(self, number: Number) -> None:
-            self.heard.append(number.data)
+        def on_number(self, number: Number) -> None:
+            self.received.append(number.data)
             if number.data == 999:
                 self.complete.set()
 
@@ -500,7 +500,7 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
             counter = graph.node(Counter)
             async with asyncio.timeout(60):
                 await counter.complete.wait()
-            assert counter.heard == list(range(1000))
+            assert counter.received == list(range(1000))
         report = graph.report()
         assert (report.topics[0].published, report.dropped) == (1000, 0)
 
@@ -509,19 +509,19 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
 
 def test_a_graph_made_in_one_thread_runs_in_another():
     graph = launch(Talker(period_s=0.001), Listener)
-    heard: list[int] = []
+    received: list[int] = []
 
     async def main() -> None:
         async with graph, asyncio.timeout(60):
             async for number in graph.subscribe(Number, "numbers"):
-                heard.append(number.data)
-                if len(heard) == 3:
+                received.append(number.data)
+                if len(received) == 3:
                     break
 
     thread = threading.Thread(target=lambda: asyncio.run(main()))
     thread.start()
     thread.join(60)
-    assert heard == [1, 2, 3]
+    assert received == [1, 2, 3]
 
 
 # Within a program that has cancellations of its own.
@@ -720,7 +720,7 @@ async def test_a_plan_that_was_looked_at_is_the_one_that_starts():
     assert graph.plan().errors == []
     async with graph:
         await asyncio.sleep(0.15)
-    assert graph.node(Listener).heard == [1]
+    assert graph.node(Listener).received == [1]
 
 
 @virtual_time

@@ -83,7 +83,7 @@ class Lab:
         await self.lab.advance(4 * POLL_S)
         return [f"{line.node}: {line.event}" for line in self.lab.log[known:]]
 
-    def told(self) -> dict[str, str]:
+    def changes(self) -> dict[str, str]:
         """What the last edit has changed."""
         lines = [line.values for line in self.lab.log if line.event == "follows the edited launch file"]
         return dict(lines[-1])
@@ -115,7 +115,7 @@ async def test_a_changed_parameter_is_set_on_the_running_node(watched):
         node = lab.node("talker")
         assert (await file.edit(LAB.replace("${args.value}", "2.5")))[-1] == "busflow: follows the edited launch file"
         assert (file.last(), lab.node("talker") is node) == (2.5, True)
-        assert file.told() == {"set": "/talker value"}
+        assert file.changes() == {"set": "/talker value"}
         await file.edit(LAB.replace("default: 1.0", "default: 3.0"))
         assert file.last() == 3.0
         await file.edit(LAB.replace("    parameters:\n      value: ${args.value}\n", ""))
@@ -163,14 +163,14 @@ async def test_nodes_come_and_go_and_nothing_is_lost_from_the_account(watched):
         talker = lab.node("talker")
         await file.edit(LAB + "  second:\n    plugin: talker\n    namespace: x\n    remap: {numbers: /numbers}\n")
         assert file.states() == {"/talker": "running", "/listener": "running", "/x/second": "running"}
-        assert file.told() == {"started": "/x/second"}
+        assert file.changes() == {"started": "/x/second"}
         before = len(lab.received("numbers"))
         await lab.advance(1)
         assert len(lab.received("numbers")) == before + 20
         lines = await file.edit(LAB.replace("  listener:\n    plugin: listener\n", ""))
         assert "/x/second: stops" in lines
         assert (file.states(), lab.node("talker") is talker) == ({"/talker": "running"}, True)
-        assert file.told() == {"stopped": "/listener, /x/second"}
+        assert file.changes() == {"stopped": "/listener, /x/second"}
         await lab.advance(1)
         assert ledger_is_intact(lab)
     assert lab.graph.report().exit_code == 0
@@ -208,7 +208,7 @@ async def test_what_a_node_cannot_be_told_starts_it_anew(watched, edited):
         await lab.advance(1)
         nodes = {name: lab.node(name) for name in ("talker", "listener")}
         lines = await file.edit(edited)
-        anew = file.told()["restarted"].split(", ")
+        anew = file.changes()["restarted"].split(", ")
         assert {f"/{name}" for name, node in nodes.items() if lab.node(name) is not node} == set(anew)
         assert ("/talker: starts" in lines) == ("/talker" in anew)
         assert set(file.states().values()) == {"running"}
@@ -235,7 +235,7 @@ async def test_a_file_written_anew_as_it_was_and_a_comment_change_nothing(watche
         node = lab.node("talker")
         assert await file.edit(LAB) == []
         assert await file.edit("# a comment\n" + LAB) == ["busflow: follows the edited launch file"]
-        assert (file.told(), lab.node("talker") is node) == ({"changed": "nothing that runs"}, True)
+        assert (file.changes(), lab.node("talker") is node) == ({"changed": "nothing that runs"}, True)
 
 
 @virtual_time

@@ -103,10 +103,10 @@ async def seconds(what: object, *, of: float) -> list[str]:
 async def test_a_task_that_nobody_holds_fails_its_node_at_once():
     with pytest.raises(NodeFailed) as failed:
         await seconds(Forgetful, of=0.2)
-    told = str(failed.value)
-    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
-    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", told)
-    assert 'raise ValueError("the cable is loose")' in told
+    output = str(failed.value)
+    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", output)
+    assert 'raise ValueError("the cable is loose")' in output
 
 
 @virtual_time
@@ -231,9 +231,9 @@ def test_a_run_ends_with_the_failure(capsys, event_loop):
     if event_loop == "uvloop":
         pytest.importorskip("uvloop")
     assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
-    told = capsys.readouterr().err
-    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
-    assert "Traceback" not in told
+    output = capsys.readouterr().err
+    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert "Traceback" not in output
 
 
 class Stubborn(Node):
@@ -283,6 +283,6 @@ class Hasty(Node):
 def test_a_coroutine_that_is_never_awaited_is_told_with_its_node_and_line(capsys):
     gc.collect()
     busflow.run(Hasty, inspect=False)
-    told = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
-    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in told
-    assert "test_orphan_tasks.py:" in told
+    output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
+    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in output
+    assert "test_orphan_tasks.py:" in output

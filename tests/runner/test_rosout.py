@@ -22,11 +22,11 @@ class Listener(Node):
 
     def __init__(self):
         super().__init__()
-        self.heard: list[Log] = []
+        self.received: list[Log] = []
 
     @subscription(ROSOUT)
     def on_line(self, line: Log) -> None:
-        self.heard.append(line)
+        self.received.append(line)
         self.log.info("heard a line")
 
 
@@ -35,7 +35,7 @@ async def test_a_node_hears_what_the_others_log_and_not_itself():
     async with harness(Talker(), Listener()) as robot:
         robot.node(Talker).say("slow", load=0.9)
         await robot.settle()
-        (line,) = robot.node(Listener).heard
+        (line,) = robot.node(Listener).received
     assert (line.name, line.level, line.msg) == ("/talker", Log.WARN, "slow load=0.9")
     assert line.stamp.sec > 0
 
@@ -86,8 +86,8 @@ class Wrong(Node):
 async def test_a_topic_of_another_type_is_told_and_left_alone():
     async with harness(Wrong(), Talker()) as robot:
         robot.node(Talker).say("unheard")
-        told = [record.event for record in robot.log]
-    assert any("the log is not published on /rosout" in text for text in told)
+        events = [record.event for record in robot.log]
+    assert any("the log is not published on /rosout" in text for text in events)
 
 
 def test_what_would_steer_a_terminal_or_cannot_be_sent_is_escaped():

@@ -34,7 +34,7 @@ class A(Node):
 
 class B(Node):
     @subscription("numbers")
-    async def hear(self, number: Float64) -> None:
+    async def on_number(self, number: Float64) -> None:
         for _ in range(20):
             await asyncio.sleep(0)
         self.log.info(f"heard {number.data}")

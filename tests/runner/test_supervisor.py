@@ -83,7 +83,7 @@ class Failing(Node):
         await self.enter("timer")
 
     @subscription("numbers")
-    async def hear(self, _number: Number):
+    async def on_number(self, _number: Number):
         await self.enter("handler")
 
     async def stop(self):
@@ -175,7 +175,7 @@ async def test_a_node_goes_through_its_states_in_order():
 
 @virtual_time
 async def test_start_and_stop_may_use_what_the_node_declares():
-    heard = []
+    received = []
 
     class Talker(Node):
         numbers = publisher(Number, "numbers")
@@ -188,15 +188,15 @@ async def test_start_and_stop_may_use_what_the_node_declares():
 
     class Listener(Node):
         @subscription("numbers")
-        def hear(self, number: Number):
-            heard.append(number.data)
+        def on_number(self, number: Number):
+            received.append(number.data)
 
         async def stop(self):
             await asyncio.sleep(0.1)
 
     async with graph_of(Listener, Talker):
         await asyncio.sleep(1)
-    assert heard == [1, 2]
+    assert received == [1, 2]
 
 
 @virtual_time
@@ -288,7 +288,7 @@ DEEDS = st.tuples(
     MOMENTS, st.sampled_from(["return", "raise", "exit", "cancelled", "wait", "publish", "spawn", "swallow"])
 )
 LATER = DEEDS.filter(lambda deed: deed[0] > 0)  # a handler that publishes to itself at once would let no time pass
-LIVES = st.fixed_dictionaries({"start": DEEDS, "run": DEEDS, "tick": DEEDS, "hear": LATER, "stop": DEEDS})
+LIVES = st.fixed_dictionaries({"start": DEEDS, "run": DEEDS, "tick": DEEDS, "on_number": LATER, "stop": DEEDS})
 LEAVING = st.sampled_from(["body ends", "body raises", "asked", "cancelled", "timeout of asyncio", "timeout of anyio"])
 
 
@@ -333,8 +333,8 @@ class Scripted(Node):
         await self.do("tick")
 
     @subscription("numbers")
-    async def hear(self, _number: Number):
-        await self.do("hear")
+    async def on_number(self, _number: Number):
+        await self.do("on_number")
 
     async def stop(self):
         self.closed += 1

@@ -106,8 +106,8 @@ def test_what_holds_is_not_told(wrong, section):
 
 
 def test_an_average_rate(wrong):
-    told = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
-    assert wrong(RATE, source__stops_at_s=5) == [(12, told)]
+    text = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
+    assert wrong(RATE, source__stops_at_s=5) == [(12, text)]
     assert wrong(RATE.replace("10.1", ".inf"), source__stops_at_s=5)[0][1].startswith(
         "/imu was published at 5 Hz, not at least 9.9"
     )
@@ -117,10 +117,10 @@ def test_an_average_rate(wrong):
 
 
 def test_the_age_of_what_reaches_a_node(wrong):
-    told = "/imu was 0.15 s old when /sink got it at 0.45 s, not at most 0.1 s"
+    text = "/imu was 0.15 s old when /sink got it at 0.45 s, not at most 0.1 s"
     ((line, message),) = wrong(AGE, sink__takes_s=0.35)
     assert line == 12
-    assert message.startswith(told)
+    assert message.startswith(text)
     assert message.endswith(" times (seed 0, of 1)")
     assert wrong(AGE.replace("100ms", "151ms"), sink__takes_s=0.35) == []
 
@@ -134,17 +134,17 @@ def test_dropped_messages_in_all_and_of_one_topic(wrong):
 
 
 def test_errors_in_the_log(wrong):
-    told = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
-    assert wrong("no_errors: true", source__complains=True) == [(10, told)]
+    text = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
+    assert wrong("no_errors: true", source__complains=True) == [(10, text)]
     assert wrong("no_errors: false", source__complains=True) == []
 
 
 def test_values_of_fields_with_the_seeds_that_show_them(wrong):
-    ((line, told),) = wrong(VALUES, seeds=range(20))
+    ((line, text),) = wrong(VALUES, seeds=range(20))
     assert line == 13
-    assert told.startswith("data of /level was 0.99")
-    assert told.endswith(" others, of 20)")
-    seed = int(told.split("(seed ")[1].split(",")[0])
+    assert text.startswith("data of /level was 0.99")
+    assert text.endswith(" others, of 20)")
+    seed = int(text.split("(seed ")[1].split(",")[0])
     assert wrong(VALUES, seeds=range(seed)) == []
     assert len(wrong(VALUES, seeds=[seed])) == 1
 
@@ -161,10 +161,10 @@ def test_values_inside_messages_and_arrays(wrong):
 
 
 def test_a_node_that_fails_is_wrong_without_being_expected_not_to(wrong):
-    ((_, told),) = wrong("", source__fails_at=0.99, seeds=range(20))
-    assert "node /source failed in Source.tick" in told
-    assert "is too much" in told
-    assert told.endswith(", of 20)")
+    ((_, text),) = wrong("", source__fails_at=0.99, seeds=range(20))
+    assert "node /source failed in Source.tick" in text
+    assert "is too much" in text
+    assert text.endswith(", of 20)")
 
 
 # The command
@@ -186,9 +186,9 @@ def test_the_command_is_content_where_all_holds(expecting, capsys):
 
 def test_the_command_tells_json(expecting, capsys):
     assert main(["test", expecting(VALUES), "--seed", "3", "--for", "100s", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["ok"], told["seeds"], told["for_s"]) == (False, [3], 100)
-    assert told["problems"][0]["line"] == 13
+    text = json.loads(capsys.readouterr().out)
+    assert (text["ok"], text["seeds"], text["for_s"]) == (False, [3], 100)
+    assert text["problems"][0]["line"] == 13
 
 
 def test_a_file_that_expects_nothing_is_told_so(expecting, capsys, tmp_path):
@@ -219,10 +219,10 @@ def test_a_mistake_is_told_with_its_place_before_anything_runs(expecting, capsys
     line, message, fix = MISTAKES[section]
     assert main([*command, expecting(section)]) == (3 if command == ["check"] else 2)
     captured = capsys.readouterr()
-    told = captured.out + captured.err
-    assert f"expecting.yaml:{line}:" in told
-    assert message in told
-    assert fix in told
+    text = captured.out + captured.err
+    assert f"expecting.yaml:{line}:" in text
+    assert message in text
+    assert fix in text
 
 
 def test_an_included_file_expects_of_its_own_topics(expecting, capsys, tmp_path):

@@ -182,10 +182,10 @@ WHAT_MATTERS = {
 
 @pytest.mark.parametrize("race", RACES)
 def test_what_matters_is_told_in_few_words(race):
-    told = [
+    text = [
         re.sub(r"^what matters of it: |^  then |( at t = 0\.\d s)( \(5 times\))?$", "", note) for note in notes(race)
     ]
-    assert told == WHAT_MATTERS[race]
+    assert text == WHAT_MATTERS[race]
 
 
 def notes(race):

@@ -25,16 +25,16 @@ def test_unless_told_otherwise_it_is_busflow_s_own():
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "told"),
+    ("name", "options", "text"),
     [
         ("uvlop", {}, "error: there is no event loop uvlop\n  fix: did you mean 'uvloop'?"),
         ("uvloop", {"simulated": True}, "error: simulated time has an event loop of its own, and cannot have uvloop"),
     ],
 )
-def test_what_cannot_be_had_is_refused_with_what_to_do(name, options, told):
+def test_what_cannot_be_had_is_refused_with_what_to_do(name, options, text):
     with pytest.raises(LaunchError) as refused:
         chosen_loop(name, **options)
-    assert str(refused.value).startswith(told)
+    assert str(refused.value).startswith(text)
 
 
 def test_where_it_is_not_installed_it_is_said_how(monkeypatch):
@@ -56,8 +56,8 @@ def test_a_deadline_that_is_set_late_in_a_turn_counts_from_then(new_uvloop):
         return time.monotonic(), loop.time(), time.monotonic()
 
     with asyncio.Runner(loop_factory=new_uvloop) as runner:
-        before, told, after = runner.run(main())
-    assert before <= told <= after
+        before, now, after = runner.run(main())
+    assert before <= now <= after
 
 
 def test_calls_left_in_threads_do_not_keep_it_from_ending_and_those_in_line_never_begin(new_uvloop):

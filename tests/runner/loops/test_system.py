@@ -55,9 +55,9 @@ def test_another_thread_ends_a_wait_that_has_a_deadline():
         thread = threading.Thread(target=lambda: loop.call_soon_threadsafe(called.set_result, "heard"))
         loop.call_later(0.001, thread.start)
         async with asyncio.timeout(60):
-            heard = await called
+            received = await called
         thread.join(60)
-        return heard
+        return received
 
     assert run(main) == "heard"
 
@@ -68,8 +68,8 @@ def test_each_ring_ends_one_wait():
 
     with PreciseSelector() as selector:
         for _ in range(3):
-            selector.ring()
-            selector.ring()
+            selector.wake()
+            selector.wake()
             assert waits_s(selector, 5) < 5
             assert waits_s(selector, 0.01) >= 0.01
 
@@ -83,11 +83,11 @@ def waits_s(selector, timeout_s):
 def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
     async def main():
         loop = asyncio.get_running_loop()
-        heard: list[int] = []
+        received: list[int] = []
 
         def call(numbers, done):
             for number in numbers:
-                loop.call_soon_threadsafe(heard.append, number)
+                loop.call_soon_threadsafe(received.append, number)
             loop.call_soon_threadsafe(done.set_result, None)
 
         for numbers in (range(10_000), range(10_000, 10_001)):
@@ -97,7 +97,7 @@ def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
             thread.join(60)  # the loop does nothing meanwhile
             async with asyncio.timeout(60):
                 await done
-        return heard
+        return received
 
     assert run(main) == list(range(10_001))
 

@@ -43,6 +43,6 @@ def test_a_harness_in_a_plain_test_says_how_it_is_written():
 @virtual_time
 async def test_a_harness_that_is_entered_without_async_says_so():
     lab = harness(Nothing)
-    told = r"takes an async with: write @virtual_time, .*async with harness\(…\) as lab"
-    with pytest.raises(NotRunning, match=told), lab:  # type: ignore[attr-defined]  # that is the mistake
+    text = r"takes an async with: write @virtual_time, .*async with harness\(…\) as lab"
+    with pytest.raises(NotRunning, match=text), lab:  # type: ignore[attr-defined]  # that is the mistake
         pass
