@@ -108,7 +108,7 @@ def ledger_is_intact(lab) -> bool:
 
 
 @virtual_time
-async def test_a_changed_parameter_is_set_on_the_running_node(watched):
+async def test_changed_parameter_is_set_on_running_node(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -123,7 +123,7 @@ async def test_a_changed_parameter_is_set_on_the_running_node(watched):
 
 
 @virtual_time
-async def test_what_was_set_while_it_ran_stays_unless_the_edit_changes_it(watched):
+async def test_runtime_parameter_stays_unless_edited(watched):
     file = watched()
     async with file.lab as lab:
         lab.set_parameters("talker", rate_hz=50.0)
@@ -132,7 +132,7 @@ async def test_what_was_set_while_it_ran_stays_unless_the_edit_changes_it(watche
 
 
 @virtual_time
-async def test_an_invalid_edit_is_refused_with_its_problems_and_the_run_goes_on(watched):
+async def test_invalid_edit_is_refused_and_run_continues(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -156,7 +156,7 @@ async def test_an_invalid_edit_is_refused_with_its_problems_and_the_run_goes_on(
 
 
 @virtual_time
-async def test_nodes_come_and_go_and_nothing_is_lost_from_the_account(watched):
+async def test_added_and_removed_nodes_stay_in_the_ledger(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -202,7 +202,7 @@ async def test_a_newcomer_waits_for_what_runs_already(watched):
     ids=["qos", "read-only parameter", "remap", "restart"],
 )
 @virtual_time
-async def test_what_a_node_cannot_be_told_starts_it_anew(watched, edited):
+async def test_change_that_cannot_be_set_restarts_node(watched, edited):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -217,7 +217,7 @@ async def test_what_a_node_cannot_be_told_starts_it_anew(watched, edited):
 
 
 @virtual_time
-async def test_what_only_another_run_would_see_is_told(watched):
+async def test_change_for_the_next_run_is_logged(watched):
     file = watched()
     async with file.lab as lab:
         await file.edit(LAB + "seed: 5\nenv: {A: b}\n")
@@ -228,7 +228,7 @@ async def test_what_only_another_run_would_see_is_told(watched):
 
 
 @virtual_time
-async def test_a_file_written_anew_as_it_was_and_a_comment_change_nothing(watched):
+async def test_rewritten_file_or_comment_changes_nothing(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -239,7 +239,7 @@ async def test_a_file_written_anew_as_it_was_and_a_comment_change_nothing(watche
 
 
 @virtual_time
-async def test_a_file_that_is_gone_for_a_while_is_awaited_and_an_included_one_is_watched(watched):
+async def test_missing_file_is_awaited_and_includes_are_watched(watched):
     file = watched()
     async with file.lab as lab:
         file.file.unlink()

@@ -49,7 +49,7 @@ def report() -> Report:
     return run()
 
 
-def test_it_has_every_key_that_its_readers_were_promised(report):
+def test_report_has_every_promised_key(report):
     form = report.as_json()
     assert set(form) >= {"name", "seed", "clock", "duration_s", "exit_code", "nodes", "topics", "timers"}
     assert set(form["nodes"][0]) == {
@@ -86,7 +86,7 @@ def test_its_numbers_are_those_of_the_run(report):
     assert (form["timers"][0]["fired"], form["timers"][0]["missed"], form["timers"][0]["lateness_p99_s"]) == (10, 0, 0)
 
 
-def test_a_topic_tells_since_when_somebody_is_there_to_publish_it():
+def test_topic_report_states_its_first_publisher_s_time():
     @virtual_time
     async def run() -> Report:
         graph = Graph([Talker, Late], clock=SimClock())

@@ -79,7 +79,7 @@ HANDLERS = {
 
 
 @pytest.mark.parametrize("where", HANDLERS)
-def test_a_handler_that_blocks_is_named_with_its_stack(where):
+def test_blocking_handler_is_named_with_its_stack(where):
     async def main():
         log, logged = [], asyncio.Event()
         loop, handler = asyncio.get_running_loop(), HANDLERS[where]
@@ -106,7 +106,7 @@ def test_a_handler_that_blocks_is_named_with_its_stack(where):
     assert {"node", "handler", "count", "longest_s"} == set(report.as_json()["blocks"][0])
 
 
-def test_nobody_watches_unless_asked_and_nobody_after_the_end():
+def test_watchdog_runs_only_on_request_until_the_end():
     def watching():
         return {thread for thread in threading.enumerate() if thread.name == "busflow.watchdog"}
 

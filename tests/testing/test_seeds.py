@@ -12,7 +12,7 @@ BLOCK = 100
 
 
 @pytest.mark.parametrize("first", range(0, 1000, BLOCK))
-def test_what_the_lab_expects_holds_under_a_thousand_seeds(first):
+def test_lab_expectations_hold_under_a_thousand_seeds(first):
     trials = Trials(load(LAB), 2.0)
     trials.run(range(first, first + BLOCK))
     assert trials.problems() == []
