@@ -1,6 +1,6 @@
-"""Assignment: what a process of a run is told on its standard input, in one line, before it does anything.
+"""Assignment: one line of JSON on a worker process's standard input, which says what the process runs.
 
-The pipe stays open as long as the main process lives: its end is the end of whoever reads it.
+The pipe stays open as long as the main process lives; the worker process ends with it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MOST_CHARACTERS = 1 << 24
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """Who a process is, what it runs, and who else there is."""
+    """Name of a worker process, its nodes, and the other processes of the run."""
 
     process: str
     socket: str
@@ -42,7 +42,7 @@ class Assignment:
     nodes: tuple[str, ...]
     """The full names of its nodes."""
     others: tuple[str, ...]
-    """The processes that it has to hear, and they it, before its nodes start."""
+    """Processes with which it must be linked, in both directions, before its nodes start."""
     seed: int
     log_level: str
     restarts: int
@@ -60,7 +60,7 @@ class Assignment:
     args: Mapping[str, object]
     """The launch file's arguments, where no command line gives them."""
     memory: Memory
-    """What its nodes were told in a life before."""
+    """Parameters and restarts of its nodes in earlier lives of the process."""
     event_loop: str
     """The name of the one that it has, as all processes of the run."""
     record: Mapping[str, Any] | None = None
@@ -75,7 +75,7 @@ class Assignment:
         """The assignment on a standard input.
 
         Raises:
-            ProcessFailed: there is none: somebody else than busflow started this process.
+            ProcessFailed: there is none: this process was not started by busflow.
         """
         try:
             values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
@@ -88,7 +88,7 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What is known of the nodes of a process that had a life before."""
+    """Parameters and restarts of a process's nodes, kept for its next life."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     """By node, of those of which something was set at run time: `{values, set, times}`, as in `report_changes`."""
@@ -96,7 +96,7 @@ class Memory:
     """By node, how many lives it had: those of the process, and its own restarts in each of them."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
-        """The members of a plan, each as it was when it died."""
+        """Return the members of a plan with the parameters and lives they had when the process ended."""
         return [self._restored(member, log) for member in plan.members]
 
     def _restored(self, member: PlannedNode, log: Log) -> PlannedNode:
@@ -120,7 +120,7 @@ class Memory:
 
 
 def report_changes(bus: Bus, send: Callable[[Mapping[str, Any]], None]) -> None:
-    """Say, as it happens, how the parameters of a node on this bus stand after a change."""
+    """Send the parameters of each node on this bus after every change."""
 
     def attached(end: Attached) -> None:
         if not isinstance(end, ParameterStore):

@@ -1,4 +1,4 @@
-"""Child: one operating system's process from start to end, and what it says meanwhile.
+"""Child: one process of the operating system, from start to end, with its messages and prints.
 
 A thread reads its pipes, so that neither a busy event loop here holds up the child, nor the child the loop.
 """
@@ -27,14 +27,14 @@ _REPORT_BYTES = 1 << 24
 
 
 class ChildListener(Protocol):
-    """Who hears what a child says, in the thread that reads it."""
+    """Receives a child's messages and prints, in the thread that reads them."""
 
     def on_message(self, message: Mapping[str, Any]) -> None:
         """Handle a message of the child."""
         ...
 
     def on_print(self, line: str, *, error: bool) -> None:
-        """A line that a node printed."""
+        """Handle a line that a node printed."""
         ...
 
 
@@ -54,7 +54,7 @@ class Child:
             arguments: those of the `busflow` command.
             environment: all its variables.
             first_line: what it reads first, on its standard input.
-            listener: hears what it says.
+            listener: receives its messages and prints.
 
         Raises:
             OSError: the system does not let it start.
@@ -125,7 +125,7 @@ class Child:
         for stream in (process.stdout, process.stderr, process.stdin):
             with suppress(OSError):
                 stream.close()
-        with suppress(RuntimeError):  # the loop has ended: nobody waits
+        with suppress(RuntimeError):  # the loop has ended: nothing waits
             self._loop.call_soon_threadsafe(self._end, code)
 
     def _end(self, code: int) -> None:

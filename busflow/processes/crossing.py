@@ -72,7 +72,7 @@ def _uncodable(cls: type[Any]) -> str:
 def _unblockable(
     member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], where: dict[str, str]
 ) -> Iterator[Problem]:
-    """Who would have to wait for a full queue, and cannot, being in another process."""
+    """Report publishers in other processes, which cannot wait for a full queue here."""
     here = where[received.node]
     far = [
         published.node

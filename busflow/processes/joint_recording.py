@@ -49,9 +49,9 @@ class JointRecording(Extension):
 
         Args:
             spec: what is recorded, and to where.
-            placement: who runs where.
+            placement: the process of each node.
             plan: all nodes of the run.
-            log: where is told what a pattern did not mean.
+            log: receives warnings about patterns that match nothing.
             run: its name.
 
         Raises:
@@ -156,7 +156,7 @@ class JointRecording(Extension):
         write_metadata(self.directory, files, qos=lambda channel: channel.qos or "", custom=custom)
 
     def _log_unmatched(self, report: Report) -> None:
-        """Say which patterns meant nothing in any process."""
+        """Log the patterns that match no topic of any process."""
         selection = Selection(self._spec.topics, self._spec.exclude)
         names = [topic.name for topic in report.topics] + [service.name for service in report.services]
         for name in (*names, ROSOUT, PARAMETER_EVENTS):

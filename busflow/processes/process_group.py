@@ -1,4 +1,4 @@
-"""Crew: all processes of a run, started together, held back until they hear each other, and ended together."""
+"""ProcessGroup: all processes of a run, started together, held back until they are linked, and ended together."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ProcessGroup(Extension):
         record: RecordSpec | None = None,
         event_loop: str = "busflow",
     ) -> None:
-        """A crew that is started with the graph of the main process.
+        """Prepare the processes that start with the graph of the main process.
 
         Args:
             graph: what runs here, with the plan of the whole graph.

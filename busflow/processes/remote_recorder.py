@@ -81,7 +81,7 @@ class RemoteRecorder:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """What is listened to."""
+        """Names of the topics that it listens to."""
         return tuple(dict.fromkeys(topic for topic, *_ in self._listeners))
 
     @property
@@ -91,7 +91,7 @@ class RemoteRecorder:
 
     @property
     def unavailable(self) -> Mapping[str, str]:
-        """Topics that are wanted and could not be listened to so far, each with the reason."""
+        """Wanted topics that could not be listened to so far, each with the reason."""
         return {topic: why for (topic, *_), why in self._unavailable.items()}
 
     @property
@@ -191,7 +191,7 @@ class RemoteRecorder:
 
 
 class _TopicListener(Listener):
-    """Hears one topic."""
+    """Listens to one topic."""
 
     def __init__(self, owner: RemoteRecorder, topic: TopicView, type_: ForeignType) -> None:
         super().__init__(depth=1)

@@ -1,4 +1,4 @@
-"""Account: one report of a run, out of those of its processes and of their earlier lives."""
+"""Merged report: one report of a run from those of its processes and of their earlier lives."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
 
 
 class _LifeReport:
-    """What one process tells of one life."""
+    """Report of one life of one process."""
 
     def __init__(
         self,

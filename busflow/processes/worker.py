@@ -1,4 +1,4 @@
-"""Worker: what runs in a process that the main one has started: its nodes, and nothing else of the graph."""
+"""Worker: runs the nodes of a process that the main process has started."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
 
 _REPORT_S = 0.5
-"""How often the main process is told how things stand: what is known of one that is killed is no older."""
+"""Time between reports to the main process; the last report of a killed process is no older."""
 _PATIENCE_S = 60.0
 """How long to wait for the others; the main process decides about them long before."""
 

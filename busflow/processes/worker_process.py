@@ -1,4 +1,4 @@
-"""Member: one process of a run through all its lives: started, watched, started anew where that is asked for."""
+"""WorkerProcess: one process of a run through all its lives: started, watched and restarted."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class ProcessOutcome:
 
 
 class WorkerOwner(Protocol):
-    """What a member needs of all of them."""
+    """Interface that a worker process needs of its process group."""
 
     def first_line(self, member: WorkerProcess) -> bytes:
         """Its assignment, as things are now."""
@@ -249,7 +249,7 @@ class WorkerProcess:
     # What it says, in the thread that reads it.
 
     def on_message(self, message: Mapping[str, Any]) -> None:
-        """A line of its voice."""
+        """Handle a message of the child: a log line, a report or parameters."""
         self._last_message_s = self._owner.seconds()
         if "log" in message:
             with suppress(ValueError):

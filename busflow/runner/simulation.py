@@ -102,4 +102,4 @@ class Following(Extension):
 
 
 def _pass_over(_message: Clock) -> None:
-    """The message was heard before any queue had it."""
+    """Ignore the message: the tap has handled it before any queue had it."""

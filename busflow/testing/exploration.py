@@ -18,11 +18,11 @@ P = ParamSpec("P")
 Test = Callable[P, Coroutine[Any, Any, object]]
 
 SCHEDULES = 100
-"""How many orders a test runs under unless told."""
+"""Default number of orders that a test runs under."""
 _ATTEMPTS = 400
 """How many runs finding out what matters may take."""
 _MOST_SHOWN = 5
-"""How many of the choices that matter are told."""
+"""How many of the choices that matter are shown."""
 
 
 @overload

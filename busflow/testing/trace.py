@@ -10,8 +10,8 @@
     0.500000000 log /sensor_processor info "All sensors operational" {}
 
 The first column is the run's clock in seconds, the number of a publish its place on the topic, the last column of a
-publish and of a delivery a hash of the message's content; a reply that did not come shows the error instead. Who does
-not trace pays nothing.
+publish and of a delivery a hash of the message's content; a reply that did not come shows the error instead. A run
+without a trace pays nothing.
 """
 
 from __future__ import annotations
