@@ -3,10 +3,10 @@
 Runs no node in the main process that its graph does not have, and is imported only where a run has several processes.
 
 The main process plans the whole graph, then keeps only its own nodes (`ProcessGroup`). For each other process a
-`WorkerProcess` starts a `Child`: a new interpreter with `busflow run FILE --process NAME`, which reads
-on standard input what it is to run (`Assignment`). The end of that pipe is the end of the main process, and
-so of the child (`worker`). On another pipe the child reports its log, its figures, parameters that were set, and
-how it ended; a thread here reads it, so neither can hold up the other. Parameters set at run time are in the assignment of the next life.
+`WorkerProcess` starts a `Child`: a new interpreter with `busflow run FILE --process NAME`, which reads on standard
+input what it is to run (`Assignment`). The end of that pipe is the end of the main process, and so of the child
+(`worker`). On another pipe the child reports its log, its figures, parameters that were set, and how it ended; a thread
+here reads it, so neither can hold up the other. Parameters set at run time are in the assignment of the next life.
 
 Each process mirrors its bus as any run does. Before its nodes start, each passes the barrier: it shows a token that
 says how many tokens its endpoints have, and links to every other process of which it has seen all. A process that all
