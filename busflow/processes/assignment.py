@@ -1,6 +1,6 @@
-"""Assignment: what a process of a run is told on its standard input, in one line, before it does anything.
+"""Assignment: one line of JSON on a worker process's standard input, which says what the process runs.
 
-The pipe stays open as long as the main process lives: its end is the end of whoever reads it.
+The pipe stays open as long as the main process lives; the worker process ends with it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MOST_CHARACTERS = 1 << 24
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """Who a process is, what it runs, and who else there is."""
+    """Name of a worker process, its nodes, and the other processes of the run."""
 
     process: str
     socket: str
@@ -42,7 +42,7 @@ class Assignment:
     nodes: tuple[str, ...]
     """The full names of its nodes."""
     others: tuple[str, ...]
-    """The processes that it has to hear, and they it, before its nodes start."""
+    """Processes with which it must be linked, in both directions, before its nodes start."""
     seed: int
     log_level: str
     restarts: int
@@ -60,7 +60,7 @@ class Assignment:
     args: Mapping[str, object]
     """The launch file's arguments, where no command line gives them."""
     memory: Memory
-    """What its nodes were told in a life before."""
+    """Parameters and restarts of its nodes in earlier lives of the process."""
     event_loop: str
     """The name of the one that it has, as all processes of the run."""
     record: Mapping[str, Any] | None = None
@@ -75,37 +75,37 @@ class Assignment:
         """The assignment on a standard input.
 
         Raises:
-            ProcessFailed: there is none: somebody else than busflow started this process.
+            ProcessFailed: there is none: this process was not started by busflow.
         """
         try:
-            told: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
-            told |= {"card": RunCard(**told["card"]), "memory": Memory(**told["memory"])}
-            told |= {key: tuple(told[key]) for key in ("nodes", "others", "path")}
-            return cls(**told)
+            values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
+            values |= {"card": RunCard(**values["card"]), "memory": Memory(**values["memory"])}
+            values |= {key: tuple(values[key]) for key in ("nodes", "others", "path")}
+            return cls(**values)
         except (ValueError, TypeError, LookupError):
             raise ProcessFailed("--process is how busflow run starts its own processes; leave it out") from None
 
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What is known of the nodes of a process that had a life before."""
+    """Parameters and restarts of a process's nodes, kept for its next life."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     """By node, of those of which something was set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
     """By node, how many lives it had: those of the process, and its own restarts in each of them."""
 
-    def brought_back(self, plan: Plan, log: Log) -> list[PlannedNode]:
-        """The members of a plan, each as it was when it died."""
-        return [self._brought_back(member, log) for member in plan.members]
+    def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
+        """Return the members of a plan with the parameters and lives they had when the process ended."""
+        return [self._restored(member, log) for member in plan.members]
 
-    def _brought_back(self, member: PlannedNode, log: Log) -> PlannedNode:
+    def _restored(self, member: PlannedNode, log: Log) -> PlannedNode:
         name = member.runtime.full_name
-        told, life = self.parameters.get(name), self.lives.get(name, 0)
+        changes, life = self.parameters.get(name), self.lives.get(name, 0)
         former: Parameters = member.runtime.node.parameters
         try:
             parameters: Parameters = (
-                former if told is None else NodeFactory(type(member.node)).parameters(told["values"])
+                former if changes is None else NodeFactory(type(member.node)).parameters(changes["values"])
             )
             runtime = rebuild(member.runtime, parameters, life)
         except BaseException as error:  # the code of a node may have been edited since, and may raise anything
@@ -114,20 +114,20 @@ class Memory:
             why = str(error) if isinstance(error, InvalidParameter) else f"{type(error).__name__}: {printable(error)}"
             log.bind(name).warning("what was set at run time fits no more; it is as in the launch file", reason=why)
             return replace(member, node=rebuild(member.runtime, former, life).node)
-        if told is not None:
-            runtime.parameters.remember(told["set"], told["times"])
+        if changes is not None:
+            runtime.parameters.remember(changes["set"], changes["times"])
         return replace(member, node=runtime.node)
 
 
-def report_changes(bus: Bus, say: Callable[[Mapping[str, Any]], None]) -> None:
-    """Say, as it happens, how the parameters of a node on this bus stand after a change."""
+def report_changes(bus: Bus, send: Callable[[Mapping[str, Any]], None]) -> None:
+    """Send the parameters of each node on this bus after every change."""
 
     def attached(end: Attached) -> None:
         if not isinstance(end, ParameterStore):
             return
 
         def changed(_old: Parameters, _result: SetResult) -> None:
-            say({end.node: {"values": plain(end.current), "set": sorted(end.set_at_run_time), "times": end.times_set}})
+            send({end.node: {"values": plain(end.current), "set": sorted(end.set_at_run_time), "times": end.times_set}})
 
         end.on_change.append(changed)
 

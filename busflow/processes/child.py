@@ -1,4 +1,4 @@
-"""Child: one operating system's process from start to end, and what it says meanwhile.
+"""Child: one process of the operating system, from start to end, with its messages and prints.
 
 A thread reads its pipes, so that neither a busy event loop here holds up the child, nor the child the loop.
 """
@@ -23,18 +23,18 @@ import busflow
 _PIECE = 1 << 16
 _LINE_BYTES = 4096
 """The longest line of a print that is passed on in one piece."""
-_TOLD_BYTES = 1 << 24
+_REPORT_BYTES = 1 << 24
 
 
 class ChildListener(Protocol):
-    """Who hears what a child says, in the thread that reads it."""
+    """Receives a child's messages and prints, in the thread that reads them."""
 
-    def on_told(self, told: Mapping[str, Any]) -> None:
-        """Something a voice says."""
+    def on_message(self, message: Mapping[str, Any]) -> None:
+        """Handle a message of the child."""
         ...
 
     def on_print(self, line: str, *, error: bool) -> None:
-        """A line that a node printed."""
+        """Handle a line that a node printed."""
         ...
 
 
@@ -46,7 +46,7 @@ class Child:
         arguments: Sequence[str],
         environment: Mapping[str, str],
         first_line: Callable[[], bytes],
-        ear: ChildListener,
+        listener: ChildListener,
     ) -> None:
         """Start it: a new interpreter, never a fork of this one.
 
@@ -54,13 +54,13 @@ class Child:
             arguments: those of the `busflow` command.
             environment: all its variables.
             first_line: what it reads first, on its standard input.
-            ear: hears what it says.
+            listener: receives its messages and prints.
 
         Raises:
             OSError: the system does not let it start.
         """
-        listening, speaking = os.pipe()
-        command = [sys.executable, "-P", "-m", "busflow", *arguments, "--voice", str(speaking)]  # -P: see `_importing`
+        reading, writing = os.pipe()
+        command = [sys.executable, "-P", "-m", "busflow", *arguments, "--voice", str(writing)]  # -P: see `_importing`
         try:
             self._process = subprocess.Popen(  # noqa: S603  # our own interpreter and our own arguments
                 command,
@@ -68,21 +68,21 @@ class Child:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 env=_importing(environment),
-                pass_fds=(speaking,),
+                pass_fds=(writing,),
                 process_group=0,  # the terminal's Ctrl-C is for the main process, which knows in what order to stop
             )
         except OSError:
-            os.close(listening)
+            os.close(reading)
             raise
         finally:
-            os.close(speaking)
+            os.close(writing)
         self.pid = self._process.pid
-        self._ear, self._first_line = ear, first_line
+        self._listener, self._first_line = listener, first_line
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[int] = self._loop.create_future()
-        self._rest = {"told": b"", "out": b"", "err": b""}
+        self._rest = {"report": b"", "out": b"", "err": b""}
         self._thread = threading.Thread(
-            target=self._listen, args=(listening,), name=f"busflow.child.{self.pid}", daemon=True
+            target=self._listen, args=(reading,), name=f"busflow.child.{self.pid}", daemon=True
         )
         self._thread.start()
 
@@ -98,7 +98,7 @@ class Child:
         """End it now."""
         self._process.kill()
 
-    def _listen(self, voice: int) -> None:
+    def _listen(self, reports: int) -> None:
         process = self._process
         assert process.stdin is not None  # noqa: S101  # all three are pipes
         assert process.stdout is not None  # noqa: S101  # see above
@@ -107,23 +107,25 @@ class Child:
             process.stdin.write(self._first_line())
             process.stdin.flush()
         with selectors.DefaultSelector() as pipes:
-            names = {voice: "told", process.stdout.fileno(): "out", process.stderr.fileno(): "err"}
+            names = {reports: "report", process.stdout.fileno(): "out", process.stderr.fileno(): "err"}
             for pipe in names:
                 os.set_blocking(pipe, False)
                 pipes.register(pipe, selectors.EVENT_READ)
-            while voice in pipes.get_map():
+            while reports in pipes.get_map():
                 for key, _ in pipes.select():
                     self._read(key.fd, names[key.fd], pipes)
-            code = process.wait()  # no process it may have started has its voice: it is ending, or has
+            code = (
+                process.wait()
+            )  # no process it may have started holds the writing end of this pipe: it is ending, or has
             for key in tuple(pipes.get_map().values()):
                 self._read(key.fd, names[key.fd], pipes)
         for name, rest in self._rest.items():
             self._pass_on(name, rest)
-        os.close(voice)
+        os.close(reports)
         for stream in (process.stdout, process.stderr, process.stdin):
             with suppress(OSError):
                 stream.close()
-        with suppress(RuntimeError):  # the loop has ended: nobody waits
+        with suppress(RuntimeError):  # the loop has ended: nothing waits
             self._loop.call_soon_threadsafe(self._end, code)
 
     def _end(self, code: int) -> None:
@@ -143,7 +145,7 @@ class Child:
             *lines, rest = (self._rest[name] + piece).split(b"\n")
             for line in lines:
                 self._pass_on(name, line)
-            longest = _TOLD_BYTES if name == "told" else _LINE_BYTES
+            longest = _REPORT_BYTES if name == "report" else _LINE_BYTES
             if len(rest) > longest:
                 self._pass_on(name, rest)
                 rest = b""
@@ -154,11 +156,11 @@ class Child:
     def _pass_on(self, name: str, line: bytes) -> None:
         if not line:
             return
-        if name != "told":
-            self._ear.on_print(line.decode(errors="backslashreplace"), error=name == "err")
+        if name != "report":
+            self._listener.on_print(line.decode(errors="backslashreplace"), error=name == "err")
             return
         with suppress(ValueError):  # half a line, of a process that was killed
-            self._ear.on_told(json.loads(line))
+            self._listener.on_message(json.loads(line))
 
 
 def _importing(environment: Mapping[str, str]) -> dict[str, str]:

@@ -22,10 +22,10 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
     if not (placement.others or placement.elsewhere):
         return
     where = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
-    told: set[type[Any]] = set()
+    reported: set[type[Any]] = set()
     for member, end, other in _pairs(plan.members, where):
-        if end.type not in told and (why := _uncodable(end.type)):
-            told.add(end.type)
+        if end.type not in reported and (why := _uncodable(end.type)):
+            reported.add(end.type)
             text = f"{type_name(end.type)} cannot go from the process {where[other.node]} to {where[end.node]}: {why}"
             yield _problem(member, "cannot-cross", text, f"put {other.node} and {end.node} into one process")
     for member in plan.members:
@@ -64,7 +64,7 @@ def _uncodable(cls: type[Any]) -> str:
         _ = support.type_hash, [TypeSupport(part).encode for part in parts]
     except BusflowError as error:
         return str(error)
-    except Exception as error:  # noqa: BLE001  # a type of the user's own may fail in any way: it is told
+    except Exception as error:  # noqa: BLE001  # a type of the user's own may fail in any way: it is reported
         return f"{type(error).__name__}: {error}"
     return ""
 
@@ -72,7 +72,7 @@ def _uncodable(cls: type[Any]) -> str:
 def _unblockable(
     member: PlannedNode, received: Endpoint, members: Sequence[PlannedNode], where: dict[str, str]
 ) -> Iterator[Problem]:
-    """Who would have to wait for a full queue, and cannot, being in another process."""
+    """Report publishers in other processes, which cannot wait for a full queue here."""
     here = where[received.node]
     far = [
         published.node

@@ -49,9 +49,9 @@ class JointRecording(Extension):
 
         Args:
             spec: what is recorded, and to where.
-            placement: who runs where.
+            placement: the process of each node.
             plan: all nodes of the run.
-            log: where is told what a pattern did not mean.
+            log: receives warnings about patterns that match nothing.
             run: its name.
 
         Raises:
@@ -106,28 +106,28 @@ class JointRecording(Extension):
         """Whether the run is to end when something is missing."""
         return self._spec.on_drop is OnDrop.FAIL
 
-    def so_far(self, told: Sequence[Mapping[str, Any]]) -> RecordingReport:
+    def so_far(self, recordings: Sequence[Mapping[str, Any]]) -> RecordingReport:
         """What there is of it, by what its processes and their earlier lives tell."""
         if self.outcome is not None:
             return self.outcome
-        recorded, missed = (sum(int(each[count]) for each in told) for count in ("recorded", "missed"))
+        recorded, missed = (sum(int(each[count]) for each in recordings) for count in ("recorded", "missed"))
         return RecordingReport(str(self.path), recorded, missed, complete=False)
 
-    def finish(self, report: Report, told: Sequence[Mapping[str, Any]] = ()) -> None:
+    def finish(self, report: Report, recordings: Sequence[Mapping[str, Any]] = ()) -> None:
         """Look at what all have left behind, and write the metadata.
 
         Args:
             report: that of the whole run.
-            told: what its processes and their earlier lives tell of their files: one may look whole, and not have come
-                to the disk in time.
+            recordings: the recording reports of its processes and of their earlier lives: a file may look whole, and
+                not have come to the disk in time.
         """
         if not self._begun or self.outcome is not None:
             return
-        self._tell_unmatched(report)
+        self._log_unmatched(report)
         recorded = missed = 0
         lacking: list[str] = []
         why: list[str] = []
-        said = {Path(each["path"]).name: str(each["why"]) for each in told if each["why"]}
+        said = {Path(each["path"]).name: str(each["why"]) for each in recordings if each["why"]}
         try:
             with Bag(self.directory) as bag:
                 counted = [_counted(each) for each in bag.series]
@@ -155,8 +155,8 @@ class JointRecording(Extension):
         custom |= {LACKING: lacking} if lacking else {}
         write_metadata(self.directory, files, qos=lambda channel: channel.qos or "", custom=custom)
 
-    def _tell_unmatched(self, report: Report) -> None:
-        """Say which patterns meant nothing in any process."""
+    def _log_unmatched(self, report: Report) -> None:
+        """Log the patterns that match no topic of any process."""
         selection = Selection(self._spec.topics, self._spec.exclude)
         names = [topic.name for topic in report.topics] + [service.name for service in report.services]
         for name in (*names, ROSOUT, PARAMETER_EVENTS):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _FIRST_S = 0.5
 """Who was linked for so long when another run of its machine came, was there before: a newcomer sees all at once."""
 _LATE_S = 2.0
-"""How long a machine may take before it is told that it is missing."""
+"""How long a machine may take before the log says that it is missing."""
 _NAMESAKE_S = 3.0
 """How long another run of this machine's name may be seen: what is left of one that was killed goes sooner."""
 _LOOK_S = 5.0
@@ -47,7 +47,7 @@ class Machines:
         Args:
             spec: all machines.
             own: which of them this is.
-            log: hears who comes and goes.
+            log: receives each machine that links or is lost.
             seconds: the run's time.
         """
         self._spec, self.own, self._log, self._seconds = spec, own, log, seconds
@@ -101,9 +101,9 @@ class Machines:
         self.on_doubled()
 
     def about(self) -> Mapping[str, Any]:
-        """What the run answers of them to who asks."""
-        told = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
-        return {"machine": self.own, "machines": told}
+        """Return the states of the machines, as the run answers queries."""
+        states = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
+        return {"machine": self.own, "machines": states}
 
     async def watch(self) -> None:
         """Tell of each that is missing why it is, once for each reason, until this is cancelled."""

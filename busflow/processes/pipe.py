@@ -1,7 +1,7 @@
-"""Voice: how a process tells the main one what it logs, how its figures stand and how it ended.
+"""PipeWriter: sends a worker process's log, its reports and its end to the main process.
 
 Lines of JSON on a pipe of their own, so that nothing a node prints can pass for them. What the pipe has room for is in
-it when `say` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
+it when `send` returns, and so known whatever becomes of this process. The rest is written by a thread: a main process
 that is stopped, or busy, never holds up a node here. What finds no room is lost and counted.
 """
 
@@ -20,7 +20,7 @@ from busflow.log import LogRecord
 _DEPTH = 10_000
 """Lines that may wait; the oldest of them gives way."""
 _LAST_WORDS_S = 0.3
-"""How long the end of a process may be held up by who listens."""
+"""How long a slow main process may hold up the end of a worker process."""
 _VALUE_CHARACTERS = 4096
 
 
@@ -38,12 +38,12 @@ class PipeWriter:
         """What is left of the line that is being written."""
         self._arrived = threading.Condition()
         self._closed = False
-        self._thread = threading.Thread(target=self._write, name="busflow.voice", daemon=True)
+        self._thread = threading.Thread(target=self._write, name="busflow.pipe", daemon=True)
         self._thread.start()
 
-    def say(self, **told: Any) -> None:
-        """Tell something, from any thread, without waiting."""
-        line = json.dumps(told, default=str).encode() + b"\n"
+    def send(self, **values: Any) -> None:
+        """Send values as one line, from any thread, without waiting."""
+        line = json.dumps(values, default=str).encode() + b"\n"
         with self._arrived:
             if not self._rest:  # nothing waits
                 self._rest = self._written(line)
@@ -59,10 +59,10 @@ class PipeWriter:
     def log(self, record: LogRecord) -> None:
         """A sink of the log."""
         values = {name: _short(value) for name, value in record.values.items()}
-        self.say(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
+        self.send(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
 
     def close(self) -> None:
-        """Say what is left to say, as long as somebody listens."""
+        """Write the lines that are left, as far as the main process reads them in time."""
         with self._arrived:
             self._closed = True
             self._arrived.notify()
@@ -75,7 +75,7 @@ class PipeWriter:
             with self._arrived:
                 while not self._rest:
                     if self._closed:
-                        return  # the pipe's end tells the main process that this one ends, so that it stays open
+                        return  # the pipe's end means that this process ends, so it stays open
                     self._arrived.wait()
             room.poll()
             with self._arrived:
@@ -89,17 +89,17 @@ class PipeWriter:
             return line[os.write(self._pipe, line) :]
         except BlockingIOError:
             return line
-        except OSError:  # nobody listens any more: the main process has ended, and so will this one
+        except OSError:  # the main process has ended, and so will this one
             return b""
 
 
-def record_of(told: Any, process: str) -> LogRecord:
-    """A line of the log as a voice tells it.
+def record_of(line: Any, process: str) -> LogRecord:
+    """Return the log record of a line that `PipeWriter.log` sent.
 
     Raises:
         ValueError: it is none.
     """
-    match told:
+    match line:
         case [int(stamp_ns), str(level), str(node), str(event), {**values}]:
             kept: Mapping[str, Any] = {str(name): value for name, value in values.items()}
             return LogRecord(stamp_ns, level, node, event, kept, process)
@@ -108,7 +108,7 @@ def record_of(told: Any, process: str) -> LogRecord:
 
 
 def _short(value: Any) -> Any:
-    """A value as JSON can have it, and no longer than anybody would read."""
+    """Return a value that JSON can hold, cut to a readable length."""
     if value is None or isinstance(value, bool | int):
         return value
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""Crew: all processes of a run, started together, held back until they hear each other, and ended together."""
+"""ProcessGroup: all processes of a run, started together, held back until they are linked, and ended together."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ProcessGroup(Extension):
         record: RecordSpec | None = None,
         event_loop: str = "busflow",
     ) -> None:
-        """A crew that is started with the graph of the main process.
+        """Prepare the processes that start with the graph of the main process.
 
         Args:
             graph: what runs here, with the plan of the whole graph.
@@ -128,7 +128,7 @@ class ProcessGroup(Extension):
             socket,
             arguments=arguments,
             environment=os.environ,
-            company=self,
+            owner=self,
             log=self._log,
         )
 
@@ -169,11 +169,11 @@ class ProcessGroup(Extension):
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
         """What the processes tell of their recordings, those of their earlier lives included."""
         main = self._graph.report().recording
-        told = [asdict(main)] if main is not None else []
+        recordings = [asdict(main)] if main is not None else []
         for member in self.members:
             reports = (*(life.report for life in member.lives), member.report)
-            told += [report["recording"] for report in reports if report is not None and "recording" in report]
-        return told
+            recordings += [report["recording"] for report in reports if report is not None and "recording" in report]
+        return recordings
 
     def begin(self) -> None:
         """Make the place where the processes meet.

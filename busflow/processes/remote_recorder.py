@@ -58,8 +58,8 @@ class RemoteRecorder:
         self._clock = SystemClock()
         self._lock = threading.Lock()
         self._listening = ExitStack()
-        self._ears: dict[tuple[str, str, str | None], _Ear] = {}
-        self._unheard: dict[tuple[str, str, str | None], str] = {}
+        self._listeners: dict[tuple[str, str, str | None], _TopicListener] = {}
+        self._unavailable: dict[tuple[str, str, str | None], str] = {}
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
@@ -81,8 +81,8 @@ class RemoteRecorder:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """What is listened to."""
-        return tuple(dict.fromkeys(topic for topic, *_ in self._ears))
+        """Names of the topics that it listens to."""
+        return tuple(dict.fromkeys(topic for topic, *_ in self._listeners))
 
     @property
     def unmatched(self) -> tuple[str, ...]:
@@ -90,9 +90,9 @@ class RemoteRecorder:
         return self._selection.unmatched
 
     @property
-    def unheard(self) -> Mapping[str, str]:
-        """Topics that are wanted and could not be listened to so far, each with the reason."""
-        return {topic: why for (topic, *_), why in self._unheard.items()}
+    def unavailable(self) -> Mapping[str, str]:
+        """Wanted topics that could not be listened to so far, each with the reason."""
+        return {topic: why for (topic, *_), why in self._unavailable.items()}
 
     @property
     def recorded(self) -> int:
@@ -100,7 +100,7 @@ class RemoteRecorder:
         return self._sequence - self._missed
 
     @property
-    def heard(self) -> int:
+    def published(self) -> int:
         """Those of them that were published: all but the parameters of the beginning."""
         return self.recorded - self.nodes
 
@@ -145,7 +145,7 @@ class RemoteRecorder:
         """Begin to listen to those topics that are wanted and new."""
         for topic in view(self._peer.tokens(), []).topics.values():
             for kind in topic.kinds:
-                if topic.publishers and (topic.name, *kind) not in self._ears:
+                if topic.publishers and (topic.name, *kind) not in self._listeners:
                     self._listen(topic, *kind)
 
     def _listen(self, topic: TopicView, type_name: str, type_hash: str | None) -> None:
@@ -154,44 +154,44 @@ class RemoteRecorder:
         key = topic.name, type_name, type_hash
         try:
             type_ = known_type(self._peer, type_name, type_hash)
-            ear = _Ear(self, topic, type_)
-            self._listening.enter_context(self._peer.listen(topic, type_, listener=ear))
+            listener = _TopicListener(self, topic, type_)
+            self._listening.enter_context(self._peer.listen(topic, type_, listener=listener))
         except BusflowError as error:  # a process that is busy, or has just gone, is asked again the next time
-            self._unheard[key] = str(error)
+            self._unavailable[key] = str(error)
         else:
-            self._ears[key] = ear
-            self._unheard.pop(key, None)
+            self._listeners[key] = listener
+            self._unavailable.pop(key, None)
 
-    def write(self, ear: _Ear, received: Received, lost: int) -> None:
+    def write(self, listener: _TopicListener, received: Received, lost: int) -> None:
         """Write a message, before which so many of the same publisher were lost; in whichever thread it came."""
         time_ns = received.stamp_ns or self._clock.now_ns()
         with self._lock:
             self._sequence += lost + 1
             self._missed += lost
-            announced = ear.number or self._announce(ear)
-            if not announced or not self._spool.put(ear.number, self._sequence, time_ns, received.payload):
+            announced = listener.number or self._announce(listener)
+            if not announced or not self._spool.put(listener.number, self._sequence, time_ns, received.payload):
                 self._missed += 1
 
-    def _announce(self, ear: _Ear) -> bool:
-        ear.number = self._announcer.announce(self._spool, ear.topic, ear.type, ear.offered)
-        return ear.number > 0
+    def _announce(self, listener: _TopicListener) -> bool:
+        listener.number = self._announcer.announce(self._spool, listener.topic, listener.type, listener.offered)
+        return listener.number > 0
 
     def close(self) -> None:
         """Listen no more, and end the file."""
         report: Mapping[str, Any] = self._asked("report") if self._peer.alive else {}
         self._listening.close()
         with self._lock:
-            for ear in self._ears.values():
-                if not ear.number:
-                    self._announce(ear)
+            for listener in self._listeners.values():
+                if not listener.number:
+                    self._announce(listener)
             name, words = ledger(report, self.recorded, self.missed)
             whole = self._spool.do(lambda file: file.add_metadata(name, words))
             whole = self._spool.do(lambda file: file.finish()) and whole
             self._complete = self._spool.close() and whole
 
 
-class _Ear(Listener):
-    """Hears one topic."""
+class _TopicListener(Listener):
+    """Listens to one topic."""
 
     def __init__(self, owner: RemoteRecorder, topic: TopicView, type_: ForeignType) -> None:
         super().__init__(depth=1)

@@ -1,4 +1,4 @@
-"""Account: one report of a run, out of those of its processes and of their earlier lives."""
+"""Merged report: one report of a run from those of its processes and of their earlier lives."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
         order: that of the nodes.
         name: of the main process.
     """
-    told = [_Told(main.nodes, main.topics, main.services, main.timers)]
+    reports = [_LifeReport(main.nodes, main.topics, main.services, main.timers)]
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
     blocks = list(main.blocks)
     processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
     for member in members:
-        told += [*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)]
+        reports += [*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)]
         for report in (*(life.report for life in member.lives), member.report):
             if report is not None:
                 inbox.update(report["inbox"], lines=report["log_lines_lost"])
@@ -41,16 +41,16 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
         processes.append(
             ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, fates)
         )
-    nodes = {node.name: node for each in told for node in each.nodes}
+    nodes = {node.name: node for each in reports for node in each.nodes}
     nodes = {
         name: nodes.get(name) or NodeReport(name, "", "failed") for member in members for name in member.nodes
     } | nodes
     return replace(
         main,
         nodes=tuple(nodes[name] for name in [*order, *(name for name in nodes if name not in order)] if name in nodes),
-        topics=tuple(_topics(told)),
-        services=tuple(_services(told)),
-        timers=tuple(_timers(told, order)),
+        topics=tuple(_topics(reports)),
+        services=tuple(_services(reports)),
+        timers=tuple(_timers(reports, order)),
         inbox_dropped=inbox["dropped"],
         inbox_refused=inbox["refused"],
         blocks=tuple(blocks),
@@ -59,8 +59,8 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
     )
 
 
-class _Told:
-    """What one process tells of one life."""
+class _LifeReport:
+    """Report of one life of one process."""
 
     def __init__(
         self,
@@ -72,11 +72,11 @@ class _Told:
         self.nodes, self.topics, self.services, self.timers = nodes, topics, services, timers
 
 
-def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _Told:
+def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _LifeReport:
     """A report as it travels. What still waited in a process that is no more is lost with it."""
     if report is None:
-        return _Told()
-    return _Told(
+        return _LifeReport()
+    return _LifeReport(
         [_of(NodeReport, each) for each in report["nodes"]],
         [_topic(each, dead=dead) for each in report["topics"]],
         [
@@ -94,33 +94,33 @@ def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _Told:
     )
 
 
-def _topic(told: Mapping[str, Any], *, dead: bool) -> TopicReport:
+def _topic(report: Mapping[str, Any], *, dead: bool) -> TopicReport:
     lines: list[SubscriptionStatistics] = []
-    for each in told["subscriptions"]:
-        line = _of(SubscriptionStatistics, {**each, "topic": told["name"], "overflow": Overflow(each["overflow"])})
+    for each in report["subscriptions"]:
+        line = _of(SubscriptionStatistics, {**each, "topic": report["name"], "overflow": Overflow(each["overflow"])})
         if dead and line.queued:
             drops = {**line.drops, "process ended": line.drops.get("process ended", 0) + line.queued}
             line = replace(line, dropped=line.dropped + line.queued, queued=0, drops=drops)
         lines.append(line)
-    return _of(TopicReport, {**told, "subscriptions": tuple(lines)})
+    return _of(TopicReport, {**report, "subscriptions": tuple(lines)})
 
 
-def _of(cls: type[T], told: Mapping[str, Any]) -> T:
+def _of(cls: type[T], values: Mapping[str, Any]) -> T:
     known = {field.name for field in fields(cls)}  # pyright: ignore[reportArgumentType]  # all of them are dataclasses
-    return cls(**{name: value for name, value in told.items() if name in known})
+    return cls(**{name: value for name, value in values.items() if name in known})
 
 
-def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
+def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
     """A message is counted as published where its publisher is, and as received where a subscription is.
 
     What a process published just before it was killed, what another machine did, and somebody outside, is known from
     who heard it: there are as many as the process that heard most has seen, if not more.
     """
     found: dict[str, TopicReport] = {}
-    heard = Counter[str]()
-    for each in told:
+    received = Counter[str]()
+    for each in reports:
         for topic in each.topics:
-            heard[topic.name] = max(heard[topic.name], topic.published)
+            received[topic.name] = max(received[topic.name], topic.published)
             own = replace(topic, published=topic.published - topic.arrived, arrived=0)
             known = found.get(topic.name)
             if known is not None:
@@ -132,7 +132,7 @@ def _topics(told: Iterable[_Told]) -> Iterable[TopicReport]:
                     losses=dict(Counter(known.losses) + Counter(own.losses)),
                 )
             found[topic.name] = own
-    return [replace(found[name], published=max(found[name].published, heard[name])) for name in sorted(found)]
+    return [replace(found[name], published=max(found[name].published, received[name])) for name in sorted(found)]
 
 
 def _lines(
@@ -150,9 +150,9 @@ def _lines(
     return (*lines, *left)
 
 
-def _services(told: Iterable[_Told]) -> Iterable[ServiceReport]:
+def _services(reports: Iterable[_LifeReport]) -> Iterable[ServiceReport]:
     found: dict[str, ServiceReport] = {}
-    for each in told:
+    for each in reports:
         for service in each.services:
             known = found.get(service.name, ServiceReport(service.name, service.type, (), ()))
             found[service.name] = replace(
@@ -185,10 +185,10 @@ def _sum(first: Any, second: Any) -> Any:
     return replace(first, **added)
 
 
-def _timers(told: Iterable[_Told], order: Sequence[str]) -> Iterable[TimerStatistics]:
+def _timers(reports: Iterable[_LifeReport], order: Sequence[str]) -> Iterable[TimerStatistics]:
     """By node; of several lives the last one, with the ticks of all."""
     found: dict[tuple[str, str], TimerStatistics] = {}
-    for each in told:
+    for each in reports:
         for timer in each.timers:
             known = found.get((timer.node, timer.name))
             if known is not None:

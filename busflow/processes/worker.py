@@ -1,4 +1,4 @@
-"""Worker: what runs in a process that the main one has started: its nodes, and nothing else of the graph."""
+"""Worker: runs the nodes of a process that the main process has started."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import LaunchDescription
 
 _REPORT_S = 0.5
-"""How often the main process is told how things stand: what is known of one that is killed is no older."""
+"""Time between reports to the main process; the last report of a killed process is no older."""
 _PATIENCE_S = 60.0
 """How long to wait for the others; the main process decides about them long before."""
 
@@ -46,7 +46,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # what a node starts must not hold on to the pipe, nor read from it
     threading.Thread(target=_end_with_main, args=(leash,), name="busflow.main", daemon=True).start()
     _make_room(assignment)
-    voice = PipeWriter(pipe or 0)
+    writer = PipeWriter(pipe or 0)
     failures: list[str] = []
     graph: Graph | None = None
     code = ExitCode.FAILED
@@ -55,7 +55,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         description = describe(assignment.args)
         _set(assignment.env)
         gc.freeze()  # what is imported by now is there to stay: to look through it all once more at the end takes long
-        graph = _graph(description, assignment, voice)
+        graph = _graph(description, assignment, writer)
         _give_way(graph, assignment.nice)
         code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
     except NodeFailed:
@@ -63,10 +63,10 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     except BusflowError as error:
         code, failures = error.exit_code, [f"the process {assignment.process}: {error}"]
     finally:
-        report = None if graph is None else _figures(graph, voice)
+        report = None if graph is None else _figures(graph, writer)
         finished = graph is not None and bool(graph.units) and graph.has_finished
-        voice.say(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
-        voice.close()
+        writer.send(report=report, end={"exit_code": int(code), "failures": failures, "finished": finished})
+        writer.close()
     return code
 
 
@@ -94,7 +94,7 @@ def _make_room(assignment: Assignment) -> None:
         stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
 
 
-def _graph(description: LaunchDescription, assignment: Assignment, voice: PipeWriter) -> Graph:
+def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter) -> Graph:
     """This process's part of the graph, whose other nodes are neither imported nor built.
 
     Raises:
@@ -106,11 +106,11 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: PipeWr
         [part],
         seed=assignment.seed,
         log_level=assignment.log_level,
-        sinks=(voice.log,),
+        sinks=(writer.log,),
         prints_failures=assignment.prints_failures,
         watchdog_s=assignment.watchdog_s,
     )
-    graph.attach(_Part(graph, assignment, voice))
+    graph.attach(_Part(graph, assignment, writer))
     if assignment.record is not None:
         from busflow.recording.recorder.recorder import record_share
         from busflow.recording.recorder.share import Share
@@ -120,8 +120,8 @@ def _graph(description: LaunchDescription, assignment: Assignment, voice: PipeWr
     if len(plan.members) != len(assignment.nodes):
         raise LaunchError(plan.errors)
     if assignment.restarts:
-        plan.members = assignment.memory.brought_back(plan, graph.log)
-    report_changes(graph.bus, lambda told: voice.say(parameters=told))
+        plan.members = assignment.memory.restored(plan, graph.log)
+    report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
     plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
     return graph
 
@@ -138,8 +138,8 @@ def _give_way(graph: Graph, nice: int) -> None:
 class _Part(Extension):
     """This process as a part of the run: its nodes wait for the others, and it reports to the main process."""
 
-    def __init__(self, graph: Graph, assignment: Assignment, voice: PipeWriter) -> None:
-        self._graph, self._voice, self._others = graph, voice, assignment.others
+    def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter) -> None:
+        self._graph, self._writer, self._others = graph, writer, assignment.others
         self._membership = Membership(
             graph,
             Path(assignment.directory),
@@ -158,11 +158,11 @@ class _Part(Extension):
         """Wait for the others before the nodes start, and report until they have ended."""
         barrier = self._membership.barrier
         barrier.begin()
-        telling = asyncio.create_task(self._report(), name="busflow.voice")
+        reporting = asyncio.create_task(self._report(), name="busflow.report")
         with self._graph.clock.wall_timeout(_PATIENCE_S):
             await barrier.passed(self._others, unless=self._graph.ending)
         yield
-        telling.cancel()
+        reporting.cancel()
 
     def end(self) -> None:
         """Leave the run."""
@@ -171,10 +171,10 @@ class _Part(Extension):
     async def _report(self) -> None:
         while True:
             await self._graph.clock.sleep(_REPORT_S)
-            self._voice.say(report=_figures(self._graph, self._voice))
+            self._writer.send(report=_figures(self._graph, self._writer))
 
 
-def _figures(graph: Graph, voice: PipeWriter) -> Mapping[str, Any]:
-    """The report so far; what the voice could not say is missing in the log."""
+def _figures(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
+    """The report so far; what the writer lost is missing in the log."""
     report = graph.report().as_json()
-    return report | {"log_lines_lost": report["log_lines_lost"] + voice.lost}
+    return report | {"log_lines_lost": report["log_lines_lost"] + writer.lost}

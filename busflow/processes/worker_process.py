@@ -1,4 +1,4 @@
-"""Member: one process of a run through all its lives: started, watched, started anew where that is asked for."""
+"""WorkerProcess: one process of a run through all its lives: started, watched and restarted."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class ProcessOutcome:
 
 
 class WorkerOwner(Protocol):
-    """What a member needs of all of them."""
+    """Interface that a worker process needs of its process group."""
 
     def first_line(self, member: WorkerProcess) -> bytes:
         """Its assignment, as things are now."""
@@ -91,7 +91,7 @@ class WorkerProcess:
         *,
         arguments: Sequence[str],
         environment: Mapping[str, str],
-        company: WorkerOwner,
+        owner: WorkerOwner,
         log: FilteringBoundLogger,
     ) -> None:
         self.name, self.nodes, self.socket = spec.name, tuple(nodes), socket
@@ -104,12 +104,12 @@ class WorkerProcess:
         """The last one of this life."""
         self.child: Child | None = None
         self.spec = spec
-        self._arguments, self._company, self._log = [*arguments, "--process", spec.name], company, log
+        self._arguments, self._owner, self._log = [*arguments, "--process", spec.name], owner, log
         self._environment = {**environment, **spec.env}
         self._end: dict[str, Any] = {}
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
-        self._heard_s = 0.0
+        self._last_message_s = 0.0
         self._is_out_of_sight = False
         self._killed_for = ""
         self._parameters: dict[str, Any] = {}
@@ -147,7 +147,7 @@ class WorkerProcess:
                 pause_s = self._pause_s(code)
                 if pause_s is None:
                     self.failures += self._end.get("failures") or ([self.lives[-1].fate] if self.lives else [])
-                    self._company.on_final(code, finished=bool(self._end.get("finished")))
+                    self._owner.on_final(code, finished=bool(self._end.get("finished")))
                     return
                 self.state = MemberState.RESTARTING
                 self._log.warning(f"the process {self.name} starts anew in {pause_s:g} s", restart=self.restarts)
@@ -162,7 +162,7 @@ class WorkerProcess:
         self.state, self.report, self._killed_for = MemberState.STARTING, None, ""
         self._end = {}
         try:
-            self.child = Child(self._arguments, self._environment, lambda: self._company.first_line(self), self)
+            self.child = Child(self._arguments, self._environment, lambda: self._owner.first_line(self), self)
         except OSError as error:
             self._end = {"failures": [f"the process {self.name} cannot be started: {error}"]}
             self._log.error(f"the process {self.name} cannot be started: {error}")
@@ -177,7 +177,7 @@ class WorkerProcess:
             self._log.error(fate)
         if not self._stopping.is_set():
             self.state = MemberState.FAILED if fate else MemberState.ENDED
-            self._company.on_life(self, self.lives[-1])
+            self._owner.on_life(self, self.lives[-1])
         else:  # also where a node failed on the way out
             self.state = MemberState.FAILED if failures else MemberState.ENDED
             self.failures += failures
@@ -199,7 +199,7 @@ class WorkerProcess:
 
     def _pause_s(self, code: int) -> float | None:
         """How long until the next life; None when there is none."""
-        when, now_s = self.policy.when, self._company.seconds()
+        when, now_s = self.policy.when, self._owner.seconds()
         if when is Restart.NEVER or (when is Restart.ON_FAILURE and code in _ENDED_WELL) or code in _LASTING:
             return None
         since_s, self._running_since_s = self._running_since_s, None
@@ -229,7 +229,7 @@ class WorkerProcess:
                 self._log.warning(f"the process {self.name} is heard of again")
             self.state = MemberState.RUNNING
             if self._running_since_s is None:  # else it was out of sight for a moment, and this is the same life
-                self._running_since_s = self._company.seconds()
+                self._running_since_s = self._owner.seconds()
                 self._log.debug(f"the process {self.name} runs")
         elif self.state is MemberState.RUNNING and self.child is not None:
             asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
@@ -237,7 +237,8 @@ class WorkerProcess:
     def _look_whether_it_hangs(self, child: Child) -> None:
         if self.child is not child or not self._is_out_of_sight or self._stopping.is_set():
             return
-        if self._company.seconds() - self._heard_s < _SILENT_S:  # it lives: this process stood still, or the link broke
+        # With a recent message the process lives: the main process stood still, or the link broke.
+        if self._owner.seconds() - self._last_message_s < _SILENT_S:
             asyncio.get_running_loop().call_later(_SILENT_S, self._look_whether_it_hangs, child)
             return
         self.state = MemberState.HANGS
@@ -247,21 +248,21 @@ class WorkerProcess:
 
     # What it says, in the thread that reads it.
 
-    def on_told(self, told: Mapping[str, Any]) -> None:
-        """A line of its voice."""
-        self._heard_s = self._company.seconds()
-        if "log" in told:
+    def on_message(self, message: Mapping[str, Any]) -> None:
+        """Handle a message of the child: a log line, a report or parameters."""
+        self._last_message_s = self._owner.seconds()
+        if "log" in message:
             with suppress(ValueError):
-                self._company.show_record(record_of(told["log"], self.name))
-        elif "report" in told:
-            self.report = told["report"]
-            self._end = dict(told.get("end") or self._end)
-        elif "parameters" in told:
-            self._parameters |= told["parameters"]
+                self._owner.show_record(record_of(message["log"], self.name))
+        elif "report" in message:
+            self.report = message["report"]
+            self._end = dict(message.get("end") or self._end)
+        elif "parameters" in message:
+            self._parameters |= message["parameters"]
 
     def on_print(self, line: str, *, error: bool) -> None:
         """A line that one of its nodes printed."""
-        self._company.show_print(self.name, line, error=error)
+        self._owner.show_print(self.name, line, error=error)
 
 
 _DYING_S = 0.2

@@ -1,4 +1,4 @@
-"""Extension: what takes part in a run beside its nodes, from before they start until they have ended."""
+"""Extension: a part of a run that is no node; it lives from before the nodes start until they have ended."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Extension:
     """
 
     end_s = 0.0
-    """How much wall time its end may take, beyond the grace of the nodes."""
+    """Wall time that `end` may take, beyond the grace of the nodes."""
 
     def begin(self) -> None:
         """Begin, once the nodes are built and before any is connected.
@@ -31,13 +31,13 @@ class Extension:
         return nullcontext()
 
     def nodes_started(self) -> None:
-        """Every node has started, and none has had time since to block the event loop."""
+        """React to the start of every node; no node has had time since to block the event loop."""
 
     def node_rebuilt(self, unit: Unit) -> None:
-        """A node is about to be started anew: its instance is another one, whose ends are not connected yet."""
+        """React to a node that is about to restart: its instance is new, and its endpoints are not connected yet."""
 
     def is_finished(self) -> bool:
-        """Whether the run may end once all its nodes have."""
+        """Return whether the run may end once all its nodes have ended."""
         return True
 
     def end(self) -> None:
@@ -47,5 +47,5 @@ class Extension:
         """
 
     def report(self, report: Report) -> Report:
-        """The run's report, with what this extension adds to it."""
+        """Return the run's report with what this extension adds to it."""
         return report

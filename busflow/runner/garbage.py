@@ -1,4 +1,4 @@
-"""Garbage: how Python's cyclic collector is kept from holding up a graph that has started.
+"""Garbage collection in small steps, so that it does not hold up a graph that has started.
 
 A full collection looks at every object there is: 35 ms for the 70,000 of a small graph, 120 ms for 600,000, in which
 no handler runs. What is there when a graph has started is there to stay, so it is left out from then on (frozen), and
@@ -13,11 +13,11 @@ import gc
 THRESHOLDS = (1_000, 5, 200)
 """Steps of 1,000 objects hold a run up by 1 ms at most where steps of 5,000 took 3 to 5, and in all no longer."""
 _PYTHONS_OWN = {(700, 10, 10), (2000, 10, 10), (2000, 10, 0)}
-"""What the thresholds are until somebody sets them, in one version of Python or another."""
+"""The default thresholds of the supported versions of Python."""
 
 
 def is_frozen() -> bool:
-    """Whether somebody has frozen the thousands of objects there were; Python 3.12 itself begins with 400 frozen."""
+    """Return whether a program has called `gc.freeze()`; Python 3.12 itself begins with 400 frozen objects."""
     return gc.get_freeze_count() > 1000
 
 
@@ -32,7 +32,7 @@ class StepwiseCollection:
         """The thresholds to put back, or None while nothing of the collector is changed."""
 
     def begin(self) -> None:
-        """Leave out what is there now, and collect what comes later in steps."""
+        """Freeze the objects that exist now, and collect later ones in steps."""
         thresholds = gc.get_threshold()
         if self._thresholds is None and gc.isenabled() and thresholds in _PYTHONS_OWN and not is_frozen():
             self._thresholds = thresholds
@@ -40,7 +40,7 @@ class StepwiseCollection:
             gc.set_threshold(*THRESHOLDS)
 
     def leave_nothing_out(self) -> None:
-        """Look also at what was there at the beginning, which may be garbage now."""
+        """Unfreeze the objects that `begin` froze: some of them may be garbage now."""
         if self._thresholds is not None:
             gc.unfreeze()
 

@@ -1,4 +1,4 @@
-"""Outside: the program around a graph, as one that publishes, receives and asks on its bus."""
+"""Outside: the program around a graph as a node that publishes, subscribes and calls services on its bus."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ M = TypeVar("M", bound=Message)
 
 
 class _Outside(Node):
-    """In whose name the program's ends of topics and services are."""
+    """The node that owns the program's endpoints."""
 
 
 class Outside:
@@ -46,11 +46,11 @@ class Outside:
         return self._publishers[topic]
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
-        """A publisher of the program's own."""
+        """Create a publisher of the program."""
         return self._own().create_publisher(message_type, topic, qos, origin="Graph.advertise")
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
-        """A subscription of the program's own, to pull from."""
+        """Create a subscription of the program, to pull from."""
         return self._own().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
 
     def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
@@ -69,7 +69,7 @@ class Outside:
             self._runtime.disconnect()
 
     def _own(self) -> NodeRuntime:
-        """What the ends are made with, from the first of them on: most programs have none."""
+        """Return the program's runtime, created on first use: most programs need none."""
         if self._runtime is None:
             self._runtime = runtime_of(_Outside(name="_outside"))
             self._runtime.declare(self._surroundings)

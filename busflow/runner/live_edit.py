@@ -91,7 +91,7 @@ class FileWatch(Extension):
         self._description, self._stated = new, _stated(plan)
         log_problems(plan.problems, self._log, embedded=False)
         await apply(found, self._graph)
-        self._log.info("follows the edited launch file", **(found.told() or {"changed": "nothing that runs"}))
+        self._log.info("follows the edited launch file", **(found.summary() or {"changed": "nothing that runs"}))
         if found.later:
             self._log.warning("this change needs a restart of the run", keys=", ".join(found.later))
         return new.files
@@ -153,7 +153,7 @@ class Revision:
     later: tuple[str, ...]
     """The keys whose change only another run will see."""
 
-    def told(self) -> dict[str, str]:
+    def summary(self) -> dict[str, str]:
         """What is different, for the log."""
         parts = {
             "set": [f"{node} {name}" for node, changes in self.parameters.items() for name in changes],

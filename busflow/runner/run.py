@@ -32,7 +32,7 @@ def run_graph(
     """
 
     async def main() -> None:
-        guard.hear_first()
+        guard.precede_loop()
         await graph.start()
         if for_s is not None:
             with anyio.move_on_after(for_s):

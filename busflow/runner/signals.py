@@ -30,7 +30,7 @@ _ENDED = 0
 _LIMITED = 255
 """Nor this one: from now on the run has so long, and then its grace."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
-"""The exit codes of what a signal ends."""
+"""Exit codes of a run that a signal ends."""
 if sys.platform != "win32":
     CODES[signal.SIGHUP] = ExitCode.HUNG_UP  # the terminal is gone: its window was closed, or its ssh broke
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
@@ -38,7 +38,7 @@ _LIBRARIES = tuple(sysconfig.get_path(name) + os.sep for name in ("stdlib", "pur
 
 
 def heeded() -> tuple[signal.Signals, ...]:
-    """The signals by which somebody ends a command; not the end of the terminal where `nohup` says so."""
+    """Return the signals that end a command, without SIGHUP where it is ignored (`nohup`)."""
     return tuple(
         n for n, code in CODES.items() if code is not ExitCode.HUNG_UP or signal.getsignal(n) is not signal.SIG_IGN
     )
@@ -56,7 +56,7 @@ class SignalGuard:
             around_s: what it has beyond that for what is around them, if it `goes_on`.
         """
         self.goes_on: Callable[[], bool] = bool
-        """Whether the run gets any further, asked on the guard's thread."""
+        """Returns whether the run still makes progress; called on the guard's thread."""
         self._ask_to_stop = ask_to_stop
         self._grace_s, self._around_s = grace_s, around_s
         self._before: dict[signal.Signals, Any] = {}
@@ -98,10 +98,10 @@ class SignalGuard:
         self._before.clear()
         self._writer.close()  # the guard's thread reads the end and returns
 
-    def hear_first(self) -> None:
-        """Be told of signals before the event loop that runs now, if that had them told to itself; it is told next.
+    def precede_loop(self) -> None:
+        """Receive signals before the running event loop, and forward them to it if it had a wake-up descriptor.
 
-        The system writes to one place alone, which has to be read while a node keeps the loop from reading.
+        The system writes to one descriptor alone, which must be read while a node keeps the loop from reading.
         """
         if self._before:
             loop_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
@@ -148,7 +148,7 @@ class SignalGuard:
                         self._end(more_s)
                         return
                     continue
-                self._tell_loop(received)
+                self._forward_to_loop(received)
                 if not received:
                     return
                 if received[0] == _LIMITED:
@@ -165,8 +165,8 @@ class SignalGuard:
                     asked, self._code = True, CODES[signal.Signals(received[0])]
                     self._ask_to_stop(self._code)
 
-    def _tell_loop(self, received: bytes) -> None:
-        """Pass on what was received, the end of it all too."""
+    def _forward_to_loop(self, received: bytes) -> None:
+        """Forward received bytes to the event loop; no bytes close its descriptor."""
         if self._loop_fd >= 0:
             with suppress(OSError):  # it has ended, or has more to read than it takes
                 os.write(self._loop_fd, received) if received else os.close(self._loop_fd)

@@ -65,7 +65,7 @@ class Following(Extension):
     def __init__(self, graph: Graph, clock: SimClock, loop: VirtualLoop) -> None:
         """Listen from the first publisher of the topic on; the graph has yet to be started."""
         self._clock, self._loop, self._bus = clock, loop, graph.bus
-        self._heard = self._began = False
+        self._tapped = self._began = False
         clock.start_at(Time(0))
         graph.bus.on_attach.append(self._on_attach)
 
@@ -77,14 +77,14 @@ class Following(Extension):
         subscription.open()
 
     def _on_attach(self, attached: object) -> None:
-        if not isinstance(attached, Publisher) or self._heard:
+        if not isinstance(attached, Publisher) or self._tapped:
             return
         publisher = cast("Publisher[Any]", attached)
         if publisher.topic == TOPIC:
             if publisher.type is not Clock:
                 actual, wanted = type_name(publisher.type), type_name(Clock)
                 raise IncompatibleType(f"{TOPIC} carries {actual}; a run whose time follows it needs {wanted}")
-            self._heard = True
+            self._tapped = True
             self._bus.tap(self._bus.topics[TOPIC], self._follow)
 
     def _follow(self, message: Clock) -> None:
@@ -97,9 +97,9 @@ class Following(Extension):
             self._loop.move_to(self._loop.time_ns() + by.nanoseconds)
         else:
             self._clock.jump(by)
-            for hear in tuple(self._clock.on_jump):
-                hear(by)
+            for listener in tuple(self._clock.on_jump):
+                listener(by)
 
 
 def _pass_over(_message: Clock) -> None:
-    """The message was heard before any queue had it."""
+    """Ignore the message: the tap has handled it before any queue had it."""

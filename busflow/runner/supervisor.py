@@ -41,7 +41,7 @@ class NodeState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Overseer:
-    """Who hears of what becomes of a node: the graph."""
+    """Callbacks of a graph, notified of the states of its nodes."""
 
     on_failure: Callable[[Failure], None]
     """A node has failed, and nothing mends it."""
@@ -59,7 +59,7 @@ class Unit:
     """A node and the task that carries it through its lives."""
 
     def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
-        """A unit that `live` will carry."""
+        """Prepare the node; `live` runs it."""
         self.node: Node = node
         self.plugin = plugin
         self.supervision = supervision or Supervision()
@@ -69,9 +69,9 @@ class Unit:
         """The last one."""
         self.failure_count = 0
         self.needs: list[tuple[Unit, Condition]] = []
-        """What it waits for before its first start; the graph knows the others."""
+        """Units and conditions that it waits for before its first start; the graph finds the units."""
         self.met: set[Condition] = set()
-        """What others may wait for, as far as it has come about."""
+        """Conditions that other units may wait for and that are met."""
         self.started = asyncio.Event()
         self.ended = asyncio.Event()
         self._come_about = {Condition.READY: self.started}
@@ -234,10 +234,10 @@ class Unit:
         if condition not in self._come_about:
             self._come_about[condition] = asyncio.Event()
             if condition is Condition.FIRST_MESSAGE:
-                self._hear_of_the_first_message()
+                self._observe_first_message()
         return self._come_about[condition]
 
-    def _hear_of_the_first_message(self) -> None:
+    def _observe_first_message(self) -> None:
         self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
         for publisher in self.runtime.ends.publishers:  # of a node that runs already, if a newcomer waits for it
             if publisher.published:

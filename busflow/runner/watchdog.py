@@ -34,16 +34,16 @@ if TYPE_CHECKING:
     from busflow.log import Log
 
 BOUND_S = 0.1
-"""How long the loop may stand still before that is told, unless told otherwise."""
+"""Default time that the loop may be blocked before the log warns."""
 
 _JUST_NOW_S = 1.0
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _STEPS = 6
-"""How much of a stack is told, from the line that runs outwards."""
+"""Stack lines in a warning, from the running line outwards."""
 _IDLE = {
     kind.select.__code__ for kind in (selectors.DefaultSelector, selectors.SelectSelector, event_loop.PreciseSelector)
 }
-"""Where a loop is that waits for something to do."""
+"""Code objects in which an idle loop waits."""
 
 
 class Watchdog:
@@ -86,13 +86,13 @@ class Watchdog:
                 return
             if turned.wait(self.bound_s) or self._ended.is_set():
                 continue
-            found = self._tell(thread)
+            found = self._report(thread)
             while not turned.wait(self.bound_s) and not self._ended.is_set():
                 self._last_s[found.node] = perf_counter()
             self._last_s[found.node] = perf_counter()
             found.longest_s = max(found.longest_s, perf_counter() - begun_s)
 
-    def _tell(self, thread: int) -> Blocks:
+    def _report(self, thread: int) -> Blocks:
         frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
         node, handler = next(_owners(frame), ("busflow", "the program around the graph"))
         found = self._found.setdefault((node, handler), Blocks(node, handler))
@@ -110,7 +110,7 @@ def _is_idle(thread: int) -> bool:
 
 
 def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
-    """By node and handler, whose code runs: the innermost first, since a handler may be called within a timer."""
+    """Yield node and handler of the running code, innermost first: a timer may call a handler."""
     while frame is not None:
         if frame.f_code.co_filename.startswith(_BUSFLOW):
             local = frame.f_locals
@@ -129,7 +129,7 @@ def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
 
 
 def _stack(frame: FrameType | None) -> str:
-    """The lines that run, the innermost first, up to where busflow called."""
+    """Return the running lines, innermost first, up to the call from busflow."""
     steps: list[str] = []
     for entry in reversed(traceback.extract_stack(frame) if frame else []):
         if entry.filename.startswith(_BUSFLOW) or len(steps) == _STEPS:

@@ -139,7 +139,7 @@ class Expectations:
     _errors: _Seen = field(default_factory=_Seen)
     _ages: dict[str, _Seen] = field(default_factory=dict[str, _Seen])
     _values: dict[tuple[str, str], _Seen] = field(default_factory=dict[tuple[str, str], _Seen])
-    _heard: set[str] = field(default_factory=set[str])
+    _tapped: set[str] = field(default_factory=set[str])
 
     def __post_init__(self) -> None:
         self.graph.bus.on_attach.append(self._on_attach)
@@ -187,8 +187,8 @@ class Expectations:
     def _watch(self, end: Publisher[Any] | Subscription[Any], expected: TopicExpectationKeys) -> None:
         if isinstance(end, Subscription) and expected.max_age is not None:
             end.observe(partial(self._check_age, end.topic, end.endpoint.node, expected.max_age))
-        if expected.values and end.topic not in self._heard:
-            self._heard.add(end.topic)
+        if expected.values and end.topic not in self._tapped:
+            self._tapped.add(end.topic)
             self.graph.bus.tap(self.graph.bus.topics[end.topic], partial(self._check_values, end.topic, expected))
 
     def _check_age(self, topic: str, node: str, max_age_s: float, message: Any) -> None:

@@ -18,11 +18,11 @@ P = ParamSpec("P")
 Test = Callable[P, Coroutine[Any, Any, object]]
 
 SCHEDULES = 100
-"""How many orders a test runs under unless told."""
+"""Default number of orders that a test runs under."""
 _ATTEMPTS = 400
 """How many runs finding out what matters may take."""
-_TOLD = 5
-"""How many of the choices that matter are told."""
+_MOST_SHOWN = 5
+"""How many of the choices that matter are shown."""
 
 
 @overload
@@ -102,12 +102,12 @@ def _what_matters(once: Callable[[Schedule], None], seed: int, error: BaseExcept
         return schedule if again is not None and _kind(again) == _kind(error) else None
 
     recorded = failing(Schedule(seed, record=True))
-    if recorded is None or failing(Schedule(told=recorded.choices)) is None:
+    if recorded is None or failing(Schedule(given=recorded.choices)) is None:
         return ["it does not fail every time under this order: something besides the order of events varies"]
-    fewest = minimised(recorded, lambda fewer: failing(Schedule(told=fewer, record=True)))
+    fewest = minimised(recorded, lambda fewer: failing(Schedule(given=fewer, record=True)))
     lines = [f"{line} ({times} times)" if times > 1 else line for line, times in Counter(fewest.explanations).items()]
-    if len(lines) > _TOLD:
-        lines[_TOLD:] = [f"and {len(lines) - _TOLD} choices more"]
+    if len(lines) > _MOST_SHOWN:
+        lines[_MOST_SHOWN:] = [f"and {len(lines) - _MOST_SHOWN} choices more"]
     return [f"what matters of it: {lines[0]}", *(f"  then {line}" for line in lines[1:])]
 
 

@@ -309,12 +309,12 @@ class Harness:
     def _listen(self, topic: Topic[Any]) -> None:
         received, arrived = self._received[topic.name], self._arrived[topic.name]
 
-        def hear(message: Message) -> None:
+        def on_message(message: Message) -> None:
             received.append(message)
             self._unseen[topic.name] += 1
             arrived.set()
 
-        self.graph.bus.tap(topic, hear)
+        self.graph.bus.tap(topic, on_message)
 
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
         """The topic's full name, if there is one, of that type."""

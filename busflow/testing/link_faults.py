@@ -1,4 +1,4 @@
-"""Faults: messages that a test delays or loses on their way, every one of them accounted for."""
+"""Link faults: delays and losses that a test injects into topics; the ledger counts each message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from busflow.clock import NS_PER_S, Clock
 
 @dataclass(slots=True)
 class LinkFault:
-    """What is wrong with a topic now."""
+    """Current delay and loss of a topic."""
 
     delay_ns: int = 0
     lose_every: int = 0
@@ -36,7 +36,7 @@ class Faults:
         self._fault(topic).delay_ns = round(seconds * NS_PER_S)
 
     def drop(self, topic: str, every: int) -> None:
-        """Lose every so manieth message that is published from now on."""
+        """Lose every n-th message that is published from now on."""
         if every < 1:
             raise ValueError(f"every is 1 for all messages, 2 for every second, not {every!r}")
         fault = self._fault(topic)

@@ -36,7 +36,7 @@ def harness_factory() -> Callable[..., Harness]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Tell the markers, and come after all installed plugins, which is to be asked before them."""
+    """Register the markers, and the hooks after all installed plugins, so that they are called first."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     config.pluginmanager.register(_Caller(), "busflow-caller")
@@ -71,11 +71,11 @@ class _Caller:
 
 
 class _Explainer:
-    """Adds to what pytest says of an async test that nobody runs."""
+    """Adds a hint to pytest's failure of an async test that no plugin runs."""
 
     @pytest.hookimpl(hookwrapper=True, tryfirst=True)
     def pytest_pyfunc_call(self) -> Generator[None, Any]:
-        """Say how busflow would."""
+        """Add how busflow runs an async test."""
         outcome = yield
         error = outcome.excinfo[1] if outcome.excinfo else None
         if isinstance(error, pytest.fail.Exception) and str(error.msg).startswith("async def functions are not"):

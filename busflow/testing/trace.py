@@ -10,8 +10,8 @@
     0.500000000 log /sensor_processor info "All sensors operational" {}
 
 The first column is the run's clock in seconds, the number of a publish its place on the topic, the last column of a
-publish and of a delivery a hash of the message's content; a reply that did not come shows the error instead. Who does
-not trace pays nothing.
+publish and of a delivery a hash of the message's content; a reply that did not come shows the error instead. A run
+without a trace pays nothing.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ class Trace(Extension):
 
     def node_rebuilt(self, unit: Unit) -> None:
         """Write that a node is about to be started anew."""
-        self._tell("restart", unit.name, f"#{unit.restarts}")
+        self._add("restart", unit.name, f"#{unit.restarts}")
 
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):
-            attached.observe(lambda: self._tell("timer", attached.node, attached.name))
+            attached.observe(lambda: self._add("timer", attached.node, attached.name))
         if isinstance(attached, ParameterStore):
             attached.on_change.append(lambda _old, result: self._on_parameters(attached.node, result))
         if isinstance(attached, Publisher | Subscription):
@@ -82,7 +82,7 @@ class Trace(Extension):
         else:
             kind = "reply"
             shown = self._hash(outcome) if isinstance(outcome, Message) else type(outcome).__name__
-        self._tell(kind, call.service, call.caller, f"#{call.number}", shown)
+        self._add(kind, call.service, call.caller, f"#{call.number}", shown)
 
     def _on_end(self, end: Publisher[Any] | Subscription[Any]) -> None:
         """Listen to an end of a topic, and to the topic from its first end on."""
@@ -92,22 +92,22 @@ class Trace(Extension):
             self._bus.tap(self._bus.topics[topic], lambda message: self._on_publish(topic, message))
         if isinstance(end, Subscription):
             node = end.endpoint.node
-            end.observe(lambda message: self._tell("deliver", topic, node, self._hash(message)))
-            end.observe_drops(lambda reason: self._tell("drop", topic, node, reason))
+            end.observe(lambda message: self._add("deliver", topic, node, self._hash(message)))
+            end.observe_drops(lambda reason: self._add("drop", topic, node, reason))
 
     def _on_publish(self, topic: str, message: Message) -> None:
         self._published[topic] += 1
-        self._tell("publish", topic, f"#{self._published[topic]}", self._hash(message))
+        self._add("publish", topic, f"#{self._published[topic]}", self._hash(message))
 
     def _on_parameters(self, node: str, result: SetResult) -> None:
         for change in result.changed:
-            self._tell("parameter", node, change.name, json.dumps(change.new))
+            self._add("parameter", node, change.name, json.dumps(change.new))
 
     def _on_log(self, record: LogRecord) -> None:
         values = json.dumps(dict(record.values), default=_plain, sort_keys=True)
-        self._tell("log", record.node, record.level, json.dumps(record.event), values)
+        self._add("log", record.node, record.level, json.dumps(record.event), values)
 
-    def _tell(self, *columns: str) -> None:
+    def _add(self, *columns: str) -> None:
         seconds, ns = divmod(self._clock.elapsed_ns(), NS_PER_S)
         self._write(f"{seconds}.{ns:09} {' '.join(columns)}\n")
 

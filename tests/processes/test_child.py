@@ -7,35 +7,35 @@ import signal
 from busflow.processes.child import Child
 
 
-class Ear:
+class ListRecorder:
     def __init__(self):
-        self.told, self.printed = [], []
+        self.messages, self.printed = [], []
 
-    def on_told(self, told):
-        self.told.append(told)
+    def on_message(self, message):
+        self.messages.append(message)
 
     def on_print(self, line, *, error):
         self.printed.append((line, error))
 
 
 def lived(*arguments, first_line=b"", act=None):
-    """The code with which a process ended, and what was heard of it."""
-    ear = Ear()
+    """The code with which a process ended, and what it reported."""
+    listener = ListRecorder()
 
     async def main():
         async with asyncio.timeout(60):
-            child = Child(arguments, os.environ, lambda: first_line, ear)
+            child = Child(arguments, os.environ, lambda: first_line, listener)
             if act is not None:
                 act(child)
             return await child.ended()
 
-    return asyncio.run(main()), ear
+    return asyncio.run(main()), listener
 
 
 def test_output_and_ending_are_reported():
-    code, ear = lived("--no-such-option")
+    code, listener = lived("--no-such-option")
     assert code == 2
-    assert any("--no-such-option" in line and error for line, error in ear.printed)
+    assert any("--no-such-option" in line and error for line, error in listener.printed)
 
 
 def test_killed_process_reports_its_signal():
@@ -43,7 +43,7 @@ def test_killed_process_reports_its_signal():
 
 
 def test_malformed_first_line_is_reported():
-    code, ear = lived("run", "no.yaml", "--process", "left", first_line=b"nonsense\n")
+    code, listener = lived("run", "no.yaml", "--process", "left", first_line=b"nonsense\n")
     assert code != 0
-    assert any("--process is how busflow run starts its own processes" in line for line, _ in ear.printed)
-    assert ear.told == []
+    assert any("--process is how busflow run starts its own processes" in line for line, _ in listener.printed)
+    assert listener.messages == []

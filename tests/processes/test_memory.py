@@ -52,7 +52,7 @@ def next_life(memory, node=Sensor):
     """A node that was built from a plan, and its store, with what is remembered."""
     logged = []
     graph = Graph([node], sinks=(logged.append,))
-    (member,) = memory.brought_back(graph.plan(), graph.log)
+    (member,) = memory.restored(graph.plan(), graph.log)
     return (
         member.node,
         {each.name: (each.value, str(each.source)) for each in runtime_of(member.node).parameters.describe()},

@@ -19,7 +19,7 @@ def pipe():
     with suppress(OSError):
         os.close(listening)
     for thread in threading.enumerate():  # one that still writes would write into whatever has this number next
-        if thread.name == "busflow.voice":
+        if thread.name == "busflow.pipe":
             thread.join(10)
     os.close(speaking)
 
@@ -31,7 +31,7 @@ def read(listening):
 def test_what_is_said_arrives_in_order(pipe):
     said = PipeWriter(pipe[1])
     for number in range(100):
-        said.say(report=number)
+        said.send(report=number)
     said.close()
     assert [each["report"] for each in read(pipe[0])] == list(range(100))
 
@@ -40,32 +40,32 @@ def test_log_line_arrives_unchanged_within_the_limit(pipe):
     said = PipeWriter(pipe[1])
     said.log(LogRecord(7, "info", "/a", "says\x1b", {"x": 1, "far": float("inf"), "long": "y" * 10_000, "object": {1}}))
     said.close()
-    ((told,),) = [each.values() for each in read(pipe[0])]
-    record = record_of(told, "left")
+    ((line,),) = [each.values() for each in read(pipe[0])]
+    record = record_of(line, "left")
     assert (record.stamp_ns, record.level, record.node, record.event) == (7, "info", "/a", "says\x1b")
     assert (record.values["x"], record.values["far"], record.values["object"]) == (1, "inf", "{1}")
     assert len(record.values["long"]) == 4096
     assert record.process == "left"
 
 
-@pytest.mark.parametrize("told", [None, [], [1, "info", "/a", "text"], ["1", "info", "/a", "text", {}]])
-def test_malformed_log_line_is_refused(told):
+@pytest.mark.parametrize("line", [None, [], [1, "info", "/a", "text"], ["1", "info", "/a", "text", {}]])
+def test_malformed_log_line_is_refused(line):
     with pytest.raises(ValueError, match="no line of a log"):
-        record_of(told, "left")
+        record_of(line, "left")
 
 
 def test_blocked_reader_costs_only_the_oldest_lines(pipe, monkeypatch):
     monkeypatch.setattr(voice, "_DEPTH", 10)
     said = PipeWriter(pipe[1])
     for number in range(5000):  # far more than a pipe holds
-        said.say(report=[number, "x" * 1000])
+        said.send(report=[number, "x" * 1000])
     assert said.lost > 4000
     said.close()
 
 
 def test_line_is_in_the_pipe_at_once(pipe):
     said = PipeWriter(pipe[1])
-    said.say(report=1)
+    said.send(report=1)
     os.set_blocking(pipe[0], False)
     assert read(pipe[0]) == [{"report": 1}]
     said.close()
@@ -74,19 +74,19 @@ def test_line_is_in_the_pipe_at_once(pipe):
 def test_long_lines_arrive_whole(pipe):
     said = PipeWriter(pipe[1])
     for number in range(5):
-        said.say(report=[number, "x" * 300_000])
-    heard = b""
-    while heard.count(b"\n") < 5:
-        heard += os.read(pipe[0], 1 << 16)
+        said.send(report=[number, "x" * 300_000])
+    received = b""
+    while received.count(b"\n") < 5:
+        received += os.read(pipe[0], 1 << 16)
     said.close()
-    assert [json.loads(line)["report"][0] for line in heard.splitlines()] == [*range(5)]
+    assert [json.loads(line)["report"][0] for line in received.splitlines()] == [*range(5)]
     assert said.lost == 0
 
 
 def test_a_listener_that_is_gone_is_no_fault(pipe):
     os.close(pipe[0])
     said = PipeWriter(pipe[1])
-    said.say(report=1)
+    said.send(report=1)
     said.close()
 
 

@@ -14,7 +14,7 @@ from busflow.testing import virtual_time
 from busflow.wire.zenoh.session import LEASE_MS
 
 
-class Company:
+class Owner:
     """The run around a member, by the time of the loop."""
 
     def seconds(self):
@@ -41,7 +41,7 @@ def running():
         lines = []
         spec = ProcessSpec("left", Origin(StatedBy.CALLER), restart=RestartPolicy(when))
         log = Log(SystemClock(), sinks=(lines.append,)).bind("busflow")
-        member = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, company=Company(), log=log)
+        member = WorkerProcess(spec, ["/a", "/b"], "1.sock", arguments=[], environment={}, owner=Owner(), log=log)
         member.child = Child()
         member.on_presence(there=True)
         return member, lines
@@ -63,7 +63,7 @@ async def test_silent_process_without_token_hangs_and_is_killed(running):
 async def test_stopped_process_is_logged_within_two_seconds(running):
     member, lines = running()
     await asyncio.sleep(5)
-    member.on_told({"report": {"nodes": []}})  # and now it is stopped
+    member.on_message({"report": {"nodes": []}})  # and now it is stopped
     await asyncio.sleep(LEASE_MS / 1000)  # when Zenoh gives it up, at the latest
     member.on_presence(there=False)
     await asyncio.sleep(1.9 - LEASE_MS / 1000)  # the rest is for a machine that is busy
@@ -77,7 +77,7 @@ async def test_process_that_still_writes_does_not_hang(running):
     await asyncio.sleep(5)
     member.on_presence(there=False)  # this process was stopped, and its links have been given up
     for _ in range(20):
-        member.on_told({"report": {"nodes": []}})
+        member.on_message({"report": {"nodes": []}})
         await asyncio.sleep(0.5)
     assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
     await asyncio.sleep(2.5)
@@ -109,8 +109,8 @@ async def test_hung_process_without_restart_is_only_logged(running):
 def test_parameters_and_restart_counts_survive_a_restart(running):
     async def tell():
         member, _ = running()
-        member.on_told({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
-        member.on_told({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
+        member.on_message({"parameters": {"/a": {"values": {"x": 1}, "set": ["x"], "times": 1}}})
+        member.on_message({"parameters": {"/a": {"values": {"x": 2}, "set": ["x"], "times": 2}}})
         restarted = {"nodes": [{"name": "/a", "restarts": 2}, {"name": "/b", "restarts": 0}]}
         member.lives += [ProcessOutcome(7, restarted, "killed"), ProcessOutcome(8, None, "killed")]
         return member.memory

@@ -92,7 +92,7 @@ def sensor(notes):
 
 
 @virtual_time
-async def test_extensions_begin_in_order_before_the_nodes_and_end_in_the_reverse_order_after_them():
+async def test_extensions_end_in_reverse_order_of_their_begin():
     notes: list[str] = []
     async with graph_of(sensor(notes), notes=notes):
         pass
@@ -108,7 +108,7 @@ async def test_extensions_begin_in_order_before_the_nodes_and_end_in_the_reverse
 
 
 @virtual_time
-async def test_what_fails_in_begin_ends_those_that_have_begun_and_no_node_is_connected():
+async def test_failing_begin_ends_the_extensions_already_begun():
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes, two="begin")
     with pytest.raises(OSError, match="two cannot begin"):
@@ -118,7 +118,7 @@ async def test_what_fails_in_begin_ends_those_that_have_begun_and_no_node_is_con
 
 
 @virtual_time
-async def test_all_are_ended_where_a_node_cannot_be_connected():
+async def test_extensions_end_if_a_node_cannot_connect():
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes)
 
@@ -133,7 +133,7 @@ async def test_all_are_ended_where_a_node_cannot_be_connected():
 
 @pytest.mark.parametrize("where", ["wait", "stop"])
 @virtual_time
-async def test_what_fails_in_end_keeps_no_other_from_its_end_and_is_raised(where):
+async def test_failing_end_is_raised_after_all_ends(where):
     notes: list[str] = []
     graph = graph_of(Brief, notes=notes, two="end")
     await graph.start()
@@ -143,7 +143,7 @@ async def test_what_fails_in_end_keeps_no_other_from_its_end_and_is_raised(where
 
 
 @virtual_time
-async def test_what_fails_around_the_nodes_keeps_them_from_starting():
+async def test_failing_surround_keeps_nodes_from_starting():
     notes: list[str] = []
     graph = graph_of(sensor(notes), notes=notes, two="enter")
     with pytest.raises(OSError, match="two cannot enter"):
@@ -152,7 +152,7 @@ async def test_what_fails_around_the_nodes_keeps_them_from_starting():
 
 
 @virtual_time
-async def test_every_extension_hears_of_a_node_that_is_built_anew():
+async def test_every_extension_is_notified_of_a_rebuilt_node():
     notes: list[str] = []
     graph = graph_of(supervised(Failing, restart=RestartPolicy(Restart.ON_FAILURE, most=1)), notes=notes)
     with pytest.raises(NodeFailed):
@@ -173,7 +173,7 @@ class Waiting(Extension):
 
 
 @virtual_time
-async def test_a_run_whose_nodes_have_ended_goes_on_until_every_extension_is_finished():
+async def test_run_goes_on_until_every_extension_is_finished():
     graph, waiting = Graph([Brief], clock=SimClock()), Waiting()
     graph.attach(waiting)
     await graph.start()
@@ -192,14 +192,14 @@ async def test_each_extension_adds_to_the_report():
 
 
 @virtual_time
-async def test_the_time_that_extensions_need_for_their_end_adds_up():
+async def test_end_times_of_extensions_add_up():
     graph = graph_of(Brief)
     graph.extensions[0].end_s, graph.extensions[2].end_s = 1.5, 0.5
     assert graph.end_s == 2.0
 
 
 @virtual_time
-async def test_nothing_is_attached_to_a_graph_that_has_started():
+async def test_attach_after_start_is_refused():
     async with Graph([sensor([])], clock=SimClock()) as graph:
         with pytest.raises(NotRunning, match="was started before"):
             graph.attach(Extension())

@@ -47,14 +47,14 @@ async def tell(lab, seconds):
     await lab.settle()
 
 
-def test_every_case_is_run_or_skipped_with_a_reason():
+def test_every_case_runs_or_has_a_reason():
     here = [case["id"] for case in CASES if case["id"].startswith(("jump/", "source/"))]
     run = {"source/sim_follows_clock", "source/backward_jump"}
     assert set(here) == run | SKIPPED.keys()
 
 
 @follows
-async def test_before_the_first_message_it_is_zero_and_no_timer_ticks():
+async def test_time_is_zero_before_the_first_message():
     async with harness(Ticker) as lab:
         await lab.settle()
         assert lab.clock.now() == Time(0)
@@ -62,7 +62,7 @@ async def test_before_the_first_message_it_is_zero_and_no_timer_ticks():
 
 
 @follows
-async def test_the_first_message_begins_the_stamps_and_no_time_has_passed():
+async def test_first_message_sets_stamps_without_passing_time():
     async with harness(Ticker) as lab:
         await tell(lab, 1000)
         assert lab.clock.now() == Time(seconds=1000)
@@ -82,7 +82,7 @@ async def test_source_sim_follows_clock():
 
 
 @follows
-async def test_what_was_due_meanwhile_comes_once_and_the_grid_stays():
+async def test_forward_jump_fires_due_timers_once():
     async with harness(Ticker) as lab:
         await tell(lab, 0)
         await tell(lab, 3.5)
@@ -109,7 +109,7 @@ async def test_source_backward_jump():
 
 
 @follows
-async def test_a_jump_back_beyond_the_last_tick_starts_the_grid_anew():
+async def test_long_jump_back_restarts_the_timer():
     async with harness(Ticker) as lab:
         for second in (10, 11, 11.5, 5.25):
             await tell(lab, second)
@@ -121,7 +121,7 @@ async def test_a_jump_back_beyond_the_last_tick_starts_the_grid_anew():
 
 
 @follows
-async def test_a_jump_back_short_of_the_last_tick_lets_the_next_one_keep_its_stamp():
+async def test_short_jump_back_keeps_the_next_stamp():
     async with harness(Ticker) as lab:
         for second in (10, 11, 11.75, 11.5, 11.25, 11.9):
             await tell(lab, second)
@@ -141,7 +141,7 @@ async def test_steps_back_add_up():
 
 
 @follows
-async def test_a_stopped_timer_hears_of_no_jump():
+async def test_stopped_timer_ignores_jumps():
     async with harness(Ticker) as lab:
         await tell(lab, 10)
         lab.node(Ticker).tick.cancel()
@@ -152,7 +152,7 @@ async def test_a_stopped_timer_hears_of_no_jump():
 
 
 @follows
-async def test_a_sleep_lasts_as_long_as_it_was_to_and_sleeping_until_a_stamp_waits_for_it():
+async def test_sleep_keeps_its_length_over_jumps():
     async with harness(Ticker) as lab:
         await tell(lab, 10)
         woken = []
@@ -205,7 +205,7 @@ def wait_for_nobody():
         main()
 
 
-def test_a_wait_that_no_simulator_ends_is_a_deadlock():
+def test_wait_without_a_simulator_is_a_deadlock():
     # In a process of its own: any thread that another test's fixture has started could be a simulator.
     script = "from test_following import wait_for_nobody; wait_for_nobody()"
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60, cwd=Path(__file__).parent)
@@ -249,7 +249,7 @@ class Follower(Node):
 '''
 
 
-def test_a_launch_file_follows_the_simulator_among_its_nodes(tmp_path):
+def test_launch_file_follows_its_own_simulator_node(tmp_path):
     (tmp_path / "simulator.py").write_text(SIMULATOR)
     (tmp_path / "follow.yaml").write_text(
         "plugins: [.]\nclock:\n  mode: follow\n"
@@ -261,7 +261,7 @@ def test_a_launch_file_follows_the_simulator_among_its_nodes(tmp_path):
     assert "of sim time" in done.stdout
 
 
-def test_a_test_of_such_a_file_says_that_its_time_follows(tmp_path):
+def test_harness_of_following_file_needs_follows_option(tmp_path):
     (tmp_path / "simulator.py").write_text(SIMULATOR)
     path = tmp_path / "follow.yaml"
     path.write_text("plugins: [.]\nclock:\n  mode: follow\nnodes:\n  follower:\n    plugin: simulator:Follower\n")

@@ -31,6 +31,6 @@ print(os.waitstatus_to_exitcode(status), kept.lit, reference())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows forks nothing")
-def test_what_is_there_is_told_in_a_forked_process_alone_and_what_is_gone_is_not_held():
+def test_methods_of_live_objects_run_only_in_forks():
     ended = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60)
     assert (ended.stdout.splitlines(), ended.stderr) == (["put out: kept", "0 True None"], "")

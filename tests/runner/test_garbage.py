@@ -31,7 +31,7 @@ def thresholds(*values):
         gc.set_threshold(*before)
 
 
-def test_a_run_that_is_the_whole_program_is_collected_in_steps_and_only_while_it_runs():
+def test_whole_program_run_is_collected_in_steps():
     class Waiting(Looking):
         @timer(0.01)
         def tick(self) -> None:
@@ -49,7 +49,7 @@ def test_a_run_that_is_the_whole_program_is_collected_in_steps_and_only_while_it
     assert node.seen[-1] == (THRESHOLDS, True)
 
 
-def test_a_graph_within_a_program_leaves_the_collector_alone():
+def test_embedded_graph_leaves_the_collector_alone():
     async def main():
         node = Looking()
         async with busflow.launch(node) as graph:
@@ -61,7 +61,7 @@ def test_a_graph_within_a_program_leaves_the_collector_alone():
 
 
 @pytest.mark.parametrize("own", ["thresholds", "off", "frozen"])
-def test_who_has_a_policy_keeps_it(own):
+def test_existing_collector_policy_stays(own):
     values = (123, 4, 5) if own == "thresholds" else (700, 10, 10)
     with thresholds(*values):
         if own == "off":
@@ -80,7 +80,7 @@ def test_who_has_a_policy_keeps_it(own):
             gc.unfreeze()
 
 
-def test_what_was_there_from_the_start_can_be_garbage_after_a_restart():
+def test_replaced_node_can_be_collected_after_a_restart():
     class Ring:
         def __init__(self) -> None:
             self.me = self

@@ -51,16 +51,16 @@ class Talker(Node):
 
 class Listener(Node):
     async def start(self) -> None:
-        self.heard: list[int] = []
+        self.received: list[int] = []
 
     @subscription("numbers")
-    def hear(self, number: Number) -> None:
-        self.heard.append(number.data)
+    def on_number(self, number: Number) -> None:
+        self.received.append(number.data)
 
 
 class Failing(Node):
     @subscription("numbers")
-    def hear(self, number: Number) -> None:
+    def on_number(self, number: Number) -> None:
         if number.data == 3:
             raise ValueError("three is too many")
 
@@ -72,16 +72,16 @@ def graph_of(*what, **options) -> tuple[Graph, list[LogRecord]]:
 
 
 @virtual_time
-async def test_nodes_talk_from_the_first_message_to_the_end_of_the_block():
+async def test_nodes_receive_every_message_within_the_block():
     graph, _ = graph_of(Talker, Listener)
     async with graph:
         await asyncio.sleep(1.05)
-    assert graph.node(Listener).heard == list(range(1, 11))
+    assert graph.node(Listener).received == list(range(1, 11))
     assert graph.exit_code is ExitCode.OK
 
 
 @virtual_time
-async def test_what_is_published_while_others_start_waits_in_their_queues():
+async def test_messages_published_during_start_wait_in_queues():
     class Early(Node):
         numbers = publisher(Number, "numbers")
 
@@ -93,26 +93,26 @@ async def test_what_is_published_while_others_start_waits_in_their_queues():
         async def start(self) -> None:
             await super().start()
             await asyncio.sleep(5)
-            self.heard_at_the_end_of_start = list(self.heard)
+            self.received_in_start = list(self.received)
 
     graph, _ = graph_of(Early, Late)
     async with graph:
         await asyncio.sleep(0)
         late = graph.node(Late)
         await asyncio.sleep(0.01)
-    assert late.heard_at_the_end_of_start == []
-    assert late.heard == [0, 1, 2]
+    assert late.received_in_start == []
+    assert late.received == [0, 1, 2]
 
 
 @virtual_time
-async def test_a_failing_node_ends_the_block_at_once_with_the_cause():
+async def test_failing_node_ends_block_with_its_cause():
     graph, log = graph_of(Talker, Listener, Failing)
     with pytest.raises(NodeFailed) as caught:
         async with graph:
             await asyncio.sleep(1000)
     assert isinstance(caught.value.__cause__, ValueError)
     assert asyncio.get_running_loop().time() == pytest.approx(0.3)
-    assert "node /failing failed in Failing.hear (subscription /numbers)" in str(caught.value)
+    assert "node /failing failed in Failing.on_number (subscription /numbers)" in str(caught.value)
     assert "on test/msg/Number: Number(data=3)" in str(caught.value)
     assert [record.node for record in log if record.level == "error"] == ["/failing"]
     assert graph.exit_code is ExitCode.FAILED
@@ -124,7 +124,7 @@ async def test_a_failing_node_ends_the_block_at_once_with_the_cause():
 
 
 @virtual_time
-async def test_the_block_s_own_error_is_not_hidden_by_the_end():
+async def test_ending_does_not_hide_the_block_s_error():
     graph, _ = graph_of(Talker)
     with pytest.raises(KeyError):
         async with graph:
@@ -133,7 +133,7 @@ async def test_the_block_s_own_error_is_not_hidden_by_the_end():
 
 
 @virtual_time
-async def test_the_block_s_own_error_is_not_replaced_by_a_node_s():
+async def test_node_failure_does_not_replace_block_s_error():
     graph, _ = graph_of(Talker, Failing)
 
     async def block() -> None:
@@ -148,17 +148,17 @@ async def test_the_block_s_own_error_is_not_replaced_by_a_node_s():
 
 
 @virtual_time
-async def test_a_failed_node_is_handed_nothing_more_while_others_stop():
+async def test_failed_node_receives_no_more_messages():
     class Twice(Node):
-        heard = 0
+        received = 0
 
         @subscription("numbers")
         def fail(self, number: Number) -> None:
             raise ValueError(number.data)
 
         @subscription("numbers")
-        def hear(self, number: Number) -> None:
-            self.heard += number.data
+        def on_number(self, number: Number) -> None:
+            self.received += number.data
 
     class Slow(Node):
         numbers = publisher(Number, "numbers")
@@ -172,14 +172,14 @@ async def test_a_failed_node_is_handed_nothing_more_while_others_stop():
     graph.publish("numbers", Number(data=1))
     with pytest.raises(NodeFailed):
         await graph.wait()
-    assert graph.node(Twice).heard == 0
+    assert graph.node(Twice).received == 0
 
 
 @virtual_time
 async def test_no_handler_runs_once_stop_has_begun():
     class Closing(Listener):
         async def stop(self) -> None:
-            self.heard_before = list(self.heard)
+            self.received_before = list(self.received)
             await asyncio.sleep(0.1)
 
     graph, _ = graph_of(Closing)
@@ -190,11 +190,11 @@ async def test_no_handler_runs_once_stop_has_begun():
         await asyncio.sleep(0.01)
         graph.publish("numbers", Number(data=2))
     closing = graph.node(Closing)
-    assert closing.heard == closing.heard_before == [1]
+    assert closing.received == closing.received_before == [1]
 
 
 @virtual_time
-async def test_a_node_whose_task_fails_during_start_never_ticks():
+async def test_node_failing_during_start_never_ticks():
     class Doomed(Talker):
         async def start(self) -> None:
             self.spawn(self.fail())
@@ -210,7 +210,7 @@ async def test_a_node_whose_task_fails_during_start_never_ticks():
 
 
 @virtual_time
-async def test_a_publisher_of_a_graph_that_ended_says_so():
+async def test_publish_after_the_end_raises():
     graph, _ = graph_of(Talker)
     async with graph:
         talker = graph.node(Talker)
@@ -219,7 +219,7 @@ async def test_a_publisher_of_a_graph_that_ended_says_so():
 
 
 @virtual_time
-async def test_the_message_that_crashed_a_handler_counts_as_delivered_and_the_rest_as_queued():
+async def test_message_that_crashed_handler_counts_as_delivered():
     graph, _ = graph_of(Failing)
     await graph.start()
     for data in range(5):
@@ -232,7 +232,7 @@ async def test_the_message_that_crashed_a_handler_counts_as_delivered_and_the_re
 
 @pytest.mark.parametrize("hook", ["start", "run", "stop"])
 @virtual_time
-async def test_a_hook_that_raises_is_a_failure_that_names_it(hook):
+async def test_raising_hook_is_named_in_the_failure(hook):
     class Raising(Node):
         async def start(self) -> None:
             self.raise_in("start")
@@ -254,7 +254,7 @@ async def test_a_hook_that_raises_is_a_failure_that_names_it(hook):
 
 
 @virtual_time
-async def test_stop_is_called_also_when_start_failed_half_way():
+async def test_stop_is_called_after_a_failed_start():
     closed: list[str] = []
 
     class Half(Node):
@@ -272,7 +272,7 @@ async def test_stop_is_called_also_when_start_failed_half_way():
 
 
 @virtual_time
-async def test_nodes_stop_in_the_reverse_order_of_the_launch():
+async def test_nodes_stop_in_reverse_launch_order():
     order: list[str] = []
 
     class Ordered(Node):
@@ -287,7 +287,7 @@ async def test_nodes_stop_in_the_reverse_order_of_the_launch():
 
 
 @virtual_time
-async def test_run_may_return_and_is_cancelled_at_the_end_otherwise():
+async def test_run_is_cancelled_unless_it_has_returned():
     class Returning(Node):
         async def run(self) -> None:
             self.ran = True
@@ -307,7 +307,7 @@ async def test_run_may_return_and_is_cancelled_at_the_end_otherwise():
 
 
 @virtual_time
-async def test_a_task_that_a_node_spawned_fails_the_node():
+async def test_failing_spawned_task_fails_its_node():
     class Spawning(Node):
         async def start(self) -> None:
             self.spawn(self.work())
@@ -323,10 +323,10 @@ async def test_a_task_that_a_node_spawned_fails_the_node():
 
 
 @virtual_time
-async def test_a_handler_that_exits_the_program_is_a_failure_like_any_other():
+async def test_handler_that_exits_is_a_failure():
     class Exiting(Node):
         @subscription("numbers")
-        def hear(self, number: Number) -> None:
+        def on_number(self, number: Number) -> None:
             raise SystemExit(number.data)
 
     graph, _ = graph_of(Talker, Exiting)
@@ -337,7 +337,7 @@ async def test_a_handler_that_exits_the_program_is_a_failure_like_any_other():
 
 
 @virtual_time
-async def test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers():
+async def test_self_feeding_node_does_not_delay_timers():
     class Greedy(Node):
         numbers = publisher(Number, "own")
         ticks = 0
@@ -346,7 +346,7 @@ async def test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers():
             self.numbers.publish(Number(data=0))
 
         @subscription("own")
-        async def hear(self, number: Number) -> None:
+        async def on_number(self, number: Number) -> None:
             await asyncio.sleep(0.0001)
             self.numbers.publish(number)
 
@@ -360,7 +360,7 @@ async def test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers():
     assert graph.node(Greedy).ticks == 10
 
 
-def test_a_start_that_never_returns_is_given_up_in_wall_time(monkeypatch):
+def test_endless_start_is_given_up_in_wall_time(monkeypatch):
     class Stuck(Node):
         async def start(self) -> None:
             await asyncio.Event().wait()
@@ -376,7 +376,7 @@ def test_a_start_that_never_returns_is_given_up_in_wall_time(monkeypatch):
 
 
 @virtual_time
-async def test_everything_wrong_is_told_before_anything_starts():
+async def test_every_problem_is_reported_before_the_start():
     class Wordy(Node):
         words = publisher(Number, "numbers", qos=QoS(reliability="best_effort"))
         started = False
@@ -422,12 +422,12 @@ async def test_the_program_around_publishes_and_receives():
         outside = graph.subscribe(Number, "numbers")
         graph.publish("numbers", Number(data=7))
         assert (await anext(outside)).data == 7
-    assert graph.node("listener").heard == [7]
+    assert graph.node("listener").received == [7]
     assert [each async for each in outside] == []
 
 
 @virtual_time
-async def test_a_node_is_found_by_class_or_name_and_a_wrong_name_gets_the_nearest():
+async def test_node_is_found_by_class_or_name():
     graph, _ = graph_of(Talker(name="left"), Talker(name="right"))
     async with graph:
         assert graph.node("/left").name == "left"
@@ -443,7 +443,7 @@ async def test_two_graphs_in_one_process_never_meet():
     second, _ = graph_of(Listener)
     async with first, second:
         await asyncio.sleep(1)
-    assert second.node(Listener).heard == []
+    assert second.node(Listener).received == []
 
 
 @virtual_time
@@ -468,12 +468,12 @@ async def test_a_launch_file_and_classes_make_one_graph():
     assert graph.report().timers[0].period_s == 0.02
 
 
-def test_what_is_no_node_is_refused_with_what_it_is():
+def test_non_node_is_refused_by_its_repr():
     with pytest.raises(InvalidDeclaration, match="42"):
         launch(42)  # type: ignore[arg-type]  # that is the test
 
 
-def test_threads_publish_in_order_and_every_message_is_accounted_for():
+def test_messages_from_threads_are_ordered_and_counted():
     class Driver(Node):
         numbers = publisher(Number, "numbers", qos=QoS(depth=2000))
 
@@ -486,12 +486,12 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
 
     class Counter(Node):
         async def start(self) -> None:
-            self.heard: list[int] = []
+            self.received: list[int] = []
             self.complete = asyncio.Event()
 
         @subscription("numbers", qos=QoS(depth=2000))
-        def hear(self, number: Number) -> None:
-            self.heard.append(number.data)
+        def on_number(self, number: Number) -> None:
+            self.received.append(number.data)
             if number.data == 999:
                 self.complete.set()
 
@@ -500,28 +500,28 @@ def test_threads_publish_in_order_and_every_message_is_accounted_for():
             counter = graph.node(Counter)
             async with asyncio.timeout(60):
                 await counter.complete.wait()
-            assert counter.heard == list(range(1000))
+            assert counter.received == list(range(1000))
         report = graph.report()
         assert (report.topics[0].published, report.dropped) == (1000, 0)
 
     asyncio.run(main())
 
 
-def test_a_graph_made_in_one_thread_runs_in_another():
+def test_graph_runs_in_another_thread():
     graph = launch(Talker(period_s=0.001), Listener)
-    heard: list[int] = []
+    received: list[int] = []
 
     async def main() -> None:
         async with graph, asyncio.timeout(60):
             async for number in graph.subscribe(Number, "numbers"):
-                heard.append(number.data)
-                if len(heard) == 3:
+                received.append(number.data)
+                if len(received) == 3:
                     break
 
     thread = threading.Thread(target=lambda: asyncio.run(main()))
     thread.start()
     thread.join(60)
-    assert heard == [1, 2, 3]
+    assert received == [1, 2, 3]
 
 
 # Within a program that has cancellations of its own.
@@ -542,7 +542,7 @@ class Slow(Node):
 
 
 @virtual_time
-async def test_two_nodes_that_fail_at_once_end_the_block_with_the_first_failure():
+async def test_first_of_two_failures_ends_the_block():
     graph, _ = graph_of(Talker, Failing(name="one"), Failing(name="two"))
     with pytest.raises(NodeFailed, match="node /one failed"):
         async with graph:
@@ -571,7 +571,7 @@ async def test_a_failure_leaves_no_cancellation_behind():
 
 
 @virtual_time
-async def test_a_block_that_is_cancelled_stops_the_nodes_and_stays_cancelled():
+async def test_cancelled_block_stops_nodes_and_stays_cancelled():
     slow = Slow()
 
     async def block() -> None:
@@ -588,7 +588,7 @@ async def test_a_block_that_is_cancelled_stops_the_nodes_and_stays_cancelled():
 
 
 @virtual_time
-async def test_a_block_that_is_cancelled_while_a_node_fails_stays_cancelled():
+async def test_block_cancelled_during_a_failure_stays_cancelled():
     async def block() -> None:
         async with graph:
             await asyncio.sleep(1000)
@@ -602,7 +602,7 @@ async def test_a_block_that_is_cancelled_while_a_node_fails_stays_cancelled():
 
 
 @virtual_time
-async def test_a_scope_of_anyio_around_the_block_ends_it_after_the_nodes_have_stopped():
+async def test_anyio_scope_ends_block_after_the_nodes():
     slow = Slow()
     graph, _ = graph_of(slow)
     with anyio.move_on_after(2):
@@ -613,7 +613,7 @@ async def test_a_scope_of_anyio_around_the_block_ends_it_after_the_nodes_have_st
 
 
 @virtual_time
-async def test_whoever_does_not_wait_for_the_start_leaves_no_nodes_running():
+async def test_cancelled_start_leaves_no_nodes_running():
     async def with_asyncio(graph: Graph) -> None:
         async with asyncio.timeout(0.5), graph:
             raise AssertionError("it has not started")
@@ -633,7 +633,7 @@ async def test_whoever_does_not_wait_for_the_start_leaves_no_nodes_running():
 
 
 @virtual_time
-async def test_a_failure_while_stopping_is_told_at_the_end_of_the_block():
+async def test_failure_in_stop_is_raised_after_the_block():
     class Leaking(Node):
         async def stop(self) -> None:
             raise OSError("cannot close")
@@ -646,7 +646,7 @@ async def test_a_failure_while_stopping_is_told_at_the_end_of_the_block():
 
 
 @virtual_time
-async def test_nobody_publishes_or_receives_around_a_graph_that_has_ended():
+async def test_ended_graph_refuses_publish_and_subscribe():
     graph, _ = graph_of(Talker)
     async with graph:
         graph.publish("numbers", Number(data=1))
@@ -677,14 +677,14 @@ def test_launch_logs_to_standard_error(monkeypatch):
 
 @pytest.mark.parametrize(("embedded", "level"), [(False, "warning"), (True, "debug")])
 @virtual_time
-async def test_a_topic_that_no_node_publishes_is_worth_a_warning_where_nobody_else_can(embedded, level):
+async def test_topic_without_any_publisher_is_warned_about(embedded, level):
     log: list[LogRecord] = []
     async with Graph([Listener], clock=SimClock(), log_level="debug", sinks=(log.append,), embedded=embedded):
         pass
     assert [record.level for record in log if "which nobody publishes" in record.event] == [level]
 
 
-def test_a_program_that_launches_a_graph_may_be_the_one_that_publishes(monkeypatch):
+def test_embedding_program_may_be_the_publisher(monkeypatch):
     stream = io.StringIO()
     monkeypatch.setattr("sys.stderr", stream)
 
@@ -715,16 +715,16 @@ def test_another_thread_may_be_the_first_to_publish():
 
 
 @virtual_time
-async def test_a_plan_that_was_looked_at_is_the_one_that_starts():
+async def test_graph_starts_the_plan_it_returned():
     graph, _ = graph_of(Talker, Listener)
     assert graph.plan().errors == []
     async with graph:
         await asyncio.sleep(0.15)
-    assert graph.node(Listener).heard == [1]
+    assert graph.node(Listener).received == [1]
 
 
 @virtual_time
-async def test_a_sink_that_fails_keeps_no_failure_from_ending_the_run():
+async def test_failing_sink_does_not_hide_a_failure():
     def broken(_record: LogRecord) -> None:
         raise KeyError("sink")
 

@@ -83,7 +83,7 @@ class Lab:
         await self.lab.advance(4 * POLL_S)
         return [f"{line.node}: {line.event}" for line in self.lab.log[known:]]
 
-    def told(self) -> dict[str, str]:
+    def changes(self) -> dict[str, str]:
         """What the last edit has changed."""
         lines = [line.values for line in self.lab.log if line.event == "follows the edited launch file"]
         return dict(lines[-1])
@@ -108,14 +108,14 @@ def ledger_is_intact(lab) -> bool:
 
 
 @virtual_time
-async def test_a_changed_parameter_is_set_on_the_running_node(watched):
+async def test_changed_parameter_is_set_on_running_node(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
         node = lab.node("talker")
         assert (await file.edit(LAB.replace("${args.value}", "2.5")))[-1] == "busflow: follows the edited launch file"
         assert (file.last(), lab.node("talker") is node) == (2.5, True)
-        assert file.told() == {"set": "/talker value"}
+        assert file.changes() == {"set": "/talker value"}
         await file.edit(LAB.replace("default: 1.0", "default: 3.0"))
         assert file.last() == 3.0
         await file.edit(LAB.replace("    parameters:\n      value: ${args.value}\n", ""))
@@ -123,7 +123,7 @@ async def test_a_changed_parameter_is_set_on_the_running_node(watched):
 
 
 @virtual_time
-async def test_what_was_set_while_it_ran_stays_unless_the_edit_changes_it(watched):
+async def test_runtime_parameter_stays_unless_edited(watched):
     file = watched()
     async with file.lab as lab:
         lab.set_parameters("talker", rate_hz=50.0)
@@ -132,7 +132,7 @@ async def test_what_was_set_while_it_ran_stays_unless_the_edit_changes_it(watche
 
 
 @virtual_time
-async def test_an_invalid_edit_is_refused_with_its_problems_and_the_run_goes_on(watched):
+async def test_invalid_edit_is_refused_and_run_continues(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
@@ -156,21 +156,21 @@ async def test_an_invalid_edit_is_refused_with_its_problems_and_the_run_goes_on(
 
 
 @virtual_time
-async def test_nodes_come_and_go_and_nothing_is_lost_from_the_account(watched):
+async def test_added_and_removed_nodes_stay_in_the_ledger(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
         talker = lab.node("talker")
         await file.edit(LAB + "  second:\n    plugin: talker\n    namespace: x\n    remap: {numbers: /numbers}\n")
         assert file.states() == {"/talker": "running", "/listener": "running", "/x/second": "running"}
-        assert file.told() == {"started": "/x/second"}
+        assert file.changes() == {"started": "/x/second"}
         before = len(lab.received("numbers"))
         await lab.advance(1)
         assert len(lab.received("numbers")) == before + 20
         lines = await file.edit(LAB.replace("  listener:\n    plugin: listener\n", ""))
         assert "/x/second: stops" in lines
         assert (file.states(), lab.node("talker") is talker) == ({"/talker": "running"}, True)
-        assert file.told() == {"stopped": "/listener, /x/second"}
+        assert file.changes() == {"stopped": "/listener, /x/second"}
         await lab.advance(1)
         assert ledger_is_intact(lab)
     assert lab.graph.report().exit_code == 0
@@ -202,13 +202,13 @@ async def test_a_newcomer_waits_for_what_runs_already(watched):
     ids=["qos", "read-only parameter", "remap", "restart"],
 )
 @virtual_time
-async def test_what_a_node_cannot_be_told_starts_it_anew(watched, edited):
+async def test_change_that_cannot_be_set_restarts_node(watched, edited):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
         nodes = {name: lab.node(name) for name in ("talker", "listener")}
         lines = await file.edit(edited)
-        anew = file.told()["restarted"].split(", ")
+        anew = file.changes()["restarted"].split(", ")
         assert {f"/{name}" for name, node in nodes.items() if lab.node(name) is not node} == set(anew)
         assert ("/talker: starts" in lines) == ("/talker" in anew)
         assert set(file.states().values()) == {"running"}
@@ -217,7 +217,7 @@ async def test_what_a_node_cannot_be_told_starts_it_anew(watched, edited):
 
 
 @virtual_time
-async def test_what_only_another_run_would_see_is_told(watched):
+async def test_change_for_the_next_run_is_logged(watched):
     file = watched()
     async with file.lab as lab:
         await file.edit(LAB + "seed: 5\nenv: {A: b}\n")
@@ -228,18 +228,18 @@ async def test_what_only_another_run_would_see_is_told(watched):
 
 
 @virtual_time
-async def test_a_file_written_anew_as_it_was_and_a_comment_change_nothing(watched):
+async def test_rewritten_file_or_comment_changes_nothing(watched):
     file = watched()
     async with file.lab as lab:
         await lab.advance(1)
         node = lab.node("talker")
         assert await file.edit(LAB) == []
         assert await file.edit("# a comment\n" + LAB) == ["busflow: follows the edited launch file"]
-        assert (file.told(), lab.node("talker") is node) == ({"changed": "nothing that runs"}, True)
+        assert (file.changes(), lab.node("talker") is node) == ({"changed": "nothing that runs"}, True)
 
 
 @virtual_time
-async def test_a_file_that_is_gone_for_a_while_is_awaited_and_an_included_one_is_watched(watched):
+async def test_missing_file_is_awaited_and_includes_are_watched(watched):
     file = watched()
     async with file.lab as lab:
         file.file.unlink()

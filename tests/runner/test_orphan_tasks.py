@@ -100,17 +100,17 @@ async def seconds(what: object, *, of: float) -> list[str]:
 
 
 @virtual_time
-async def test_a_task_that_nobody_holds_fails_its_node_at_once():
+async def test_unreferenced_failed_task_fails_its_node_at_once():
     with pytest.raises(NodeFailed) as failed:
         await seconds(Forgetful, of=0.2)
-    told = str(failed.value)
-    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
-    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", told)
-    assert 'raise ValueError("the cable is loose")' in told
+    output = str(failed.value)
+    assert "node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert f"at {Path(__file__).name}" in re.sub(r"at [\w/]+/", "at ", output)
+    assert 'raise ValueError("the cable is loose")' in output
 
 
 @virtual_time
-async def test_a_task_that_is_held_is_told_of_while_the_node_lives_and_fails_it_at_its_end():
+async def test_referenced_failed_task_warns_then_fails_node():
     async with harness(Holding, expect_failure=Holding) as lab:
         await lab.advance(0.4)
         assert [(line.level, line.values["task"]) for line in lab.log] == [("warning", "work")]
@@ -120,25 +120,25 @@ async def test_a_task_that_is_held_is_told_of_while_the_node_lives_and_fails_it_
 
 
 @virtual_time
-async def test_a_task_that_failed_just_before_the_end_is_found_too():
+async def test_task_failing_just_before_end_is_found():
     with pytest.raises(NodeFailed, match="the cable is loose"):
         await seconds(Holding, of=0.2)
 
 
 @pytest.mark.parametrize("node", [Prompt, Closing])
 @virtual_time
-async def test_a_node_that_looks_at_its_task_does_not_fail(node):
+async def test_awaited_task_does_not_fail_its_node(node):
     assert await seconds(node, of=0.25) == []
 
 
 @virtual_time
-async def test_a_node_that_looks_at_its_task_late_does_not_fail_either():
+async def test_task_awaited_late_does_not_fail_node():
     warned, mended = await seconds(Awaiting, of=2)
     assert (warned.split(":")[0], mended) == ("warning", "info: mended")
 
 
 @virtual_time
-async def test_the_task_of_a_task_is_the_node_s_though_no_method_of_the_node_makes_it():
+async def test_task_made_by_a_task_keeps_its_node():
     with pytest.raises(NodeFailed, match=r"node /nested failed in Nested \(task elsewhere"):
         await seconds(Nested, of=1)
 
@@ -171,7 +171,7 @@ class Listener(Node):
         self.create_subscription(Int64, "numbers", begin)
 
 
-def test_whoever_sent_the_message_has_no_part_in_what_its_handler_began():
+def test_sender_does_not_own_a_handler_s_task():
     @virtual_time
     async def test() -> None:
         async with harness(Talker, Listener) as lab:
@@ -184,7 +184,7 @@ def test_whoever_sent_the_message_has_no_part_in_what_its_handler_began():
 
 
 @virtual_time
-async def test_a_callback_that_raises_fails_the_node_whose_method_it_is():
+async def test_raising_callback_fails_the_node_of_its_method():
     with pytest.raises(NodeFailed) as failed:
         await seconds(Calling, of=1)
     assert "node /calling failed in Calling (a callback of the event loop)" in str(failed.value)
@@ -203,7 +203,7 @@ async def a_test_with_a_task(*, then: str) -> None:
             await task
 
 
-def test_a_task_of_no_node_fails_the_run_with_an_error_of_its_own():
+def test_failed_task_of_no_node_fails_run():
     for then in ("forget it", "hold it"):
         with pytest.raises(Stray, match="no node is known for what failed in task elsewhere") as lost:
             a_test_with_a_task(then=then)
@@ -212,14 +212,14 @@ def test_a_task_of_no_node_fails_the_run_with_an_error_of_its_own():
 
 
 @virtual_time
-async def test_a_node_that_is_started_anew_is_so_for_a_task_of_its_own_too():
+async def test_failed_orphan_task_restarts_its_node():
     async with harness(supervised(Forgetful, restart="on-failure")) as lab:
         await lab.advance(0.3)
         assert [line.event for line in lab.log if line.level == "warning"] == ["restarts"]
 
 
 @virtual_time
-async def test_two_graphs_on_one_loop_blame_their_own_nodes():
+async def test_graphs_on_one_loop_fail_their_own_nodes():
     async with harness(Prompt) as healthy:
         with pytest.raises(NodeFailed):
             await seconds(Forgetful, of=1)
@@ -231,9 +231,9 @@ def test_a_run_ends_with_the_failure(capsys, event_loop):
     if event_loop == "uvloop":
         pytest.importorskip("uvloop")
     assert busflow.run(Forgetful, inspect=False, event_loop=event_loop) is ExitCode.FAILED
-    told = capsys.readouterr().err
-    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in told
-    assert "Traceback" not in told
+    output = capsys.readouterr().err
+    assert "error: node /forgetful failed in Forgetful (task work that nobody awaited: use self.spawn(…))" in output
+    assert "Traceback" not in output
 
 
 class Stubborn(Node):
@@ -252,12 +252,12 @@ class Stubborn(Node):
             raise ValueError("the cable is loose")
 
 
-def test_what_raises_only_when_the_loop_closes_is_told_as_well(capsys):
+def test_error_at_loop_close_is_reported(capsys):
     assert busflow.run(supervised(Stubborn, on_exit="shutdown"), inspect=False) is ExitCode.FAILED
     assert "the cable is loose" in capsys.readouterr().err
 
 
-def test_a_loop_that_is_not_busflow_s_stays_as_it_is():
+def test_foreign_loop_stays_unchanged():
     async def main() -> tuple[object, object]:
         loop = asyncio.get_running_loop()
         async with busflow.launch(Prompt):
@@ -280,9 +280,9 @@ class Hasty(Node):
 
 
 @pytest.mark.filterwarnings("default::RuntimeWarning")
-def test_a_coroutine_that_is_never_awaited_is_told_with_its_node_and_line(capsys):
+def test_unawaited_coroutine_is_logged_with_node_and_line(capsys):
     gc.collect()
     busflow.run(Hasty, inspect=False)
-    told = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
-    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in told
-    assert "test_orphan_tasks.py:" in told
+    output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
+    assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in output
+    assert "test_orphan_tasks.py:" in output

@@ -22,26 +22,26 @@ class Listener(Node):
 
     def __init__(self):
         super().__init__()
-        self.heard: list[Log] = []
+        self.received: list[Log] = []
 
     @subscription(ROSOUT)
     def on_line(self, line: Log) -> None:
-        self.heard.append(line)
+        self.received.append(line)
         self.log.info("heard a line")
 
 
 @virtual_time
-async def test_a_node_hears_what_the_others_log_and_not_itself():
+async def test_node_receives_only_lines_of_other_nodes():
     async with harness(Talker(), Listener()) as robot:
         robot.node(Talker).say("slow", load=0.9)
         await robot.settle()
-        (line,) = robot.node(Listener).heard
+        (line,) = robot.node(Listener).received
     assert (line.name, line.level, line.msg) == ("/talker", Log.WARN, "slow load=0.9")
     assert line.stamp.sec > 0
 
 
 @virtual_time
-async def test_where_nobody_listens_there_is_no_topic():
+async def test_rosout_does_not_exist_without_a_subscription():
     async with harness(Talker()) as robot:
         robot.node(Talker).say("alone")
         assert ROSOUT not in robot.graph.bus.topics
@@ -52,7 +52,7 @@ async def test_where_nobody_listens_there_is_no_topic():
 
 
 @virtual_time
-async def test_who_comes_later_hears_from_then_on_and_a_latched_one_what_was_published():
+async def test_only_latched_late_subscription_receives_earlier_lines():
     async with harness(Talker()) as robot:
         robot.node(Talker).say("before")
         first = robot.graph.subscribe(Log, ROSOUT, qos=QoS(durability="transient_local"))
@@ -63,7 +63,7 @@ async def test_who_comes_later_hears_from_then_on_and_a_latched_one_what_was_pub
 
 
 @virtual_time
-async def test_a_full_queue_that_blocks_does_not_make_logging_fail():
+async def test_full_blocking_queue_does_not_fail_logging():
     async with harness(Talker()) as robot:
         waiting = robot.graph.subscribe(Log, ROSOUT, qos=QoS(depth=1, overflow="block"))
         for _ in range(3):
@@ -83,13 +83,13 @@ class Wrong(Node):
 
 
 @virtual_time
-async def test_a_topic_of_another_type_is_told_and_left_alone():
+async def test_rosout_of_another_type_is_warned_about():
     async with harness(Wrong(), Talker()) as robot:
         robot.node(Talker).say("unheard")
-        told = [record.event for record in robot.log]
-    assert any("the log is not published on /rosout" in text for text in told)
+        events = [record.event for record in robot.log]
+    assert any("the log is not published on /rosout" in text for text in events)
 
 
-def test_what_would_steer_a_terminal_or_cannot_be_sent_is_escaped():
+def test_control_characters_in_lines_are_escaped():
     record = LogRecord(0, "error", "/n", "a\x1b[31m\nb", {"\x1b": "\ud800"})
     assert log_message(record).msg == "a\\x1b[31m\nb \\x1b=\\ud800"

@@ -34,7 +34,7 @@ class A(Node):
 
 class B(Node):
     @subscription("numbers")
-    async def hear(self, number: Float64) -> None:
+    async def on_number(self, number: Float64) -> None:
         for _ in range(20):
             await asyncio.sleep(0)
         self.log.info(f"heard {number.data}")
@@ -81,7 +81,7 @@ def test_ten_minutes_are_run_at_once_and_exactly(ran):
     assert trace.splitlines()[-1].startswith("600.000000000 ")
 
 
-def test_a_seed_is_the_same_run_and_another_one_is_not(ran):
+def test_each_seed_is_one_run(ran):
     seven = [ran(LAB, "--sim", "--for", "3s", "--seed", "7")[2] for _ in range(2)]
     assert seven[0] == seven[1]
     assert ran(LAB, "--sim", "--for", "3s", "--seed", "8")[2] != seven[0]
@@ -109,7 +109,7 @@ def test_a_launch_file_asks_for_simulated_time(ran, simulated):
     assert log[0]["stamp_ns"] == 1_000_000_000_500_000_000
 
 
-def test_a_harness_starts_its_clock_where_the_file_says(simulated):
+def test_harness_clock_starts_where_the_file_says(simulated):
     @virtual_time
     async def test():
         async with harness(simulated("{mode: sim, start: 5}")) as lab:
@@ -125,7 +125,7 @@ def test_simulated_time_may_keep_a_rate(ran, simulated):
     assert published(report)["/imu/data"] == 400
 
 
-def test_a_run_handles_what_is_due_exactly_at_its_end(tmp_path, ran):
+def test_run_handles_what_is_due_at_its_end(tmp_path, ran):
     (tmp_path / "nodes.py").write_text(NODES)
     (tmp_path / "chain.yaml").write_text("plugins: [.]\nnodes: {a: {plugin: 'nodes:A'}, b: {plugin: 'nodes:B'}}\n")
     report, log, _ = ran(str(tmp_path / "chain.yaml"), "--sim", "--for", "0.3")
@@ -133,13 +133,13 @@ def test_a_run_handles_what_is_due_exactly_at_its_end(tmp_path, ran):
     assert [line["event"] for line in log] == ["heard 1.0", "heard 2.0", "heard 3.0"]
 
 
-def test_a_trace_of_real_time_tells_the_same_things(ran):
+def test_trace_on_real_time_has_the_same_lines(ran):
     report, _, trace = ran(LAB, "--for", "0.35s")
     assert report["clock"] == "system"
     assert trace.count(" publish /imu/data ") == published(report)["/imu/data"] > 0
 
 
-def test_real_time_is_refused_to_a_file_that_asks_for_simulated_time(simulated):
+def test_simulated_time_file_is_refused_on_real_time(simulated):
     import asyncio
 
     async def launch():
@@ -164,7 +164,7 @@ def test_a_program_runs_such_a_file_too(capsys, simulated, tmp_path):
     assert "error: node /ender failed in Ender.run" in capsys.readouterr().err
 
 
-def test_a_run_in_which_nothing_can_happen_any_more_ends_with_names(tmp_path, capsys):
+def test_stalled_run_ends_and_names_waiting_tasks(tmp_path, capsys):
     (tmp_path / "idle.py").write_text("from busflow import Node\n\n\nclass Idle(Node):\n    pass\n")
     (tmp_path / "idle.yaml").write_text("plugins: [.]\nnodes:\n  idle:\n    plugin: idle\n")
     assert main(["run", str(tmp_path / "idle.yaml"), "--sim"]) == 1
@@ -173,6 +173,6 @@ def test_a_run_in_which_nothing_can_happen_any_more_ends_with_names(tmp_path, ca
 
 
 @pytest.mark.parametrize("option", ["--report", "--trace"])
-def test_a_file_that_cannot_be_written_is_told_before_the_run(option, capsys):
+def test_unwritable_file_is_reported_before_the_run(option, capsys):
     assert main(["run", LAB, "--sim", "--for", "1s", option, "/proc/none"]) == 2
     assert "cannot write /proc/none" in capsys.readouterr().err

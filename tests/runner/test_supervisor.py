@@ -83,7 +83,7 @@ class Failing(Node):
         await self.enter("timer")
 
     @subscription("numbers")
-    async def hear(self, _number: Number):
+    async def on_number(self, _number: Number):
         await self.enter("handler")
 
     async def stop(self):
@@ -93,7 +93,7 @@ class Failing(Node):
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("method", ["start", "run", "stop", "task", "timer", "handler"])
 @virtual_time
-async def test_whatever_a_node_raises_wherever_is_its_failure_and_it_is_stopped(method, way):
+async def test_any_exception_of_a_node_is_its_failure(method, way):
     failing, bystander = Failing().fail_in(method, way), Failing(name="bystander").fail_in(None, way)
     graph = graph_of(failing, bystander)
     with pytest.raises(NodeFailed) as caught:
@@ -126,7 +126,7 @@ async def test_a_failure_ends_also_nodes_that_still_start():
 
 
 @virtual_time
-async def test_stop_ends_a_start_that_waits_and_is_no_failure():
+async def test_stop_ends_a_waiting_start_without_failure():
     class Patient(Node):
         opened = closed = ran = False
 
@@ -174,8 +174,8 @@ async def test_a_node_goes_through_its_states_in_order():
 
 
 @virtual_time
-async def test_start_and_stop_may_use_what_the_node_declares():
-    heard = []
+async def test_start_and_stop_may_use_declared_endpoints():
+    received = []
 
     class Talker(Node):
         numbers = publisher(Number, "numbers")
@@ -188,19 +188,19 @@ async def test_start_and_stop_may_use_what_the_node_declares():
 
     class Listener(Node):
         @subscription("numbers")
-        def hear(self, number: Number):
-            heard.append(number.data)
+        def on_number(self, number: Number):
+            received.append(number.data)
 
         async def stop(self):
             await asyncio.sleep(0.1)
 
     async with graph_of(Listener, Talker):
         await asyncio.sleep(1)
-    assert heard == [1, 2]
+    assert received == [1, 2]
 
 
 @virtual_time
-async def test_what_a_node_still_does_is_cancelled_before_its_stop():
+async def test_running_work_is_cancelled_before_stop():
     order = []
 
     class Busy(Node):
@@ -228,7 +228,7 @@ async def test_what_a_node_still_does_is_cancelled_before_its_stop():
 
 
 @virtual_time
-async def test_a_node_can_spawn_nothing_from_its_stop_on():
+async def test_spawn_from_stop_on_is_refused():
     refused = []
 
     class Late(Node):
@@ -259,7 +259,7 @@ async def test_a_node_that_has_ended_creates_nothing():
 
 
 @virtual_time
-async def test_a_stop_that_takes_longer_than_the_grace_is_given_up_and_told():
+async def test_stop_beyond_the_grace_is_reported_as_failure():
     log, order = [], []
 
     class Stuck(Node):
@@ -288,7 +288,7 @@ DEEDS = st.tuples(
     MOMENTS, st.sampled_from(["return", "raise", "exit", "cancelled", "wait", "publish", "spawn", "swallow"])
 )
 LATER = DEEDS.filter(lambda deed: deed[0] > 0)  # a handler that publishes to itself at once would let no time pass
-LIVES = st.fixed_dictionaries({"start": DEEDS, "run": DEEDS, "tick": DEEDS, "hear": LATER, "stop": DEEDS})
+LIVES = st.fixed_dictionaries({"start": DEEDS, "run": DEEDS, "tick": DEEDS, "on_number": LATER, "stop": DEEDS})
 LEAVING = st.sampled_from(["body ends", "body raises", "asked", "cancelled", "timeout of asyncio", "timeout of anyio"])
 
 
@@ -333,8 +333,8 @@ class Scripted(Node):
         await self.do("tick")
 
     @subscription("numbers")
-    async def hear(self, _number: Number):
-        await self.do("hear")
+    async def on_number(self, _number: Number):
+        await self.do("on_number")
 
     async def stop(self):
         self.closed += 1
@@ -356,9 +356,7 @@ async def enter_and_leave(graph, leaving):
 
 @settings(deadline=None, max_examples=60)
 @given(scripts=st.lists(LIVES, min_size=1, max_size=3), leaving=LEAVING, seed=st.one_of(st.none(), st.integers(0, 9)))
-def test_whatever_nodes_do_and_however_the_block_is_left_each_is_stopped_once_and_nothing_goes_on(
-    scripts, leaving, seed
-):
+def test_each_node_stops_once_whatever_happens(scripts, leaving, seed):
     @virtual_time(seed=seed)
     async def main():
         nodes = [Scripted(name=f"n{index}").scripted(script) for index, script in enumerate(scripts)]

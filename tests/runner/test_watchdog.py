@@ -17,10 +17,10 @@ class Number(Message, package="test"):
     data: int = 0
 
 
-def block(told):
-    """Keep the thread busy in Python, as a handler that computes does, until that is told."""
+def block(logged):
+    """Keep the thread busy in Python, as a handler that computes does, until that event is set."""
     end = perf_counter() + 60
-    while not told.is_set() and perf_counter() < end:
+    while not logged.is_set() and perf_counter() < end:
         pass
 
 
@@ -30,13 +30,13 @@ class Blocking(Node):
     numbers = publisher(Number, "numbers")
 
     def in_(self, where):
-        self.where, self.told = where, threading.Event()
+        self.where, self.logged = where, threading.Event()
         return self
 
     def work(self, here):
         if self.where == here:
             self.where = "nowhere"
-            block(self.told)
+            block(self.logged)
 
     async def run(self):
         await asyncio.sleep(0.01)
@@ -56,11 +56,11 @@ class Blocking(Node):
         self.work("async timer")
 
     @subscription("numbers")
-    def hear(self, _number: Number):
+    def on_number(self, _number: Number):
         self.work("handler")
 
     @subscription("numbers")
-    async def hear_slowly(self, _number: Number):
+    async def on_number_slowly(self, _number: Number):
         self.work("async handler")
 
     @on_event("numbers")
@@ -73,27 +73,27 @@ HANDLERS = {
     "task": "task more",
     "timer": "timer tick",
     "async timer": "timer slowly",
-    "handler": "Blocking.hear",
-    "async handler": "Blocking.hear_slowly",
+    "handler": "Blocking.on_number",
+    "async handler": "Blocking.on_number_slowly",
 }
 
 
 @pytest.mark.parametrize("where", HANDLERS)
-def test_a_handler_that_blocks_is_named_with_its_stack(where):
+def test_blocking_handler_is_named_with_its_stack(where):
     async def main():
-        log, told = [], asyncio.Event()
+        log, logged = [], asyncio.Event()
         loop, handler = asyncio.get_running_loop(), HANDLERS[where]
 
         def sink(record):  # on the watchdog's thread
             if record.values.get("handler") == handler:
                 log.append(record)
-                blocking.told.set()
-                loop.call_soon_threadsafe(told.set)
+                blocking.logged.set()
+                loop.call_soon_threadsafe(logged.set)
 
         blocking = Blocking().in_(where)
         graph = Graph([blocking], watchdog_s=BOUND_S, sinks=(sink,))
         async with graph, asyncio.timeout(60):
-            await told.wait()
+            await logged.wait()
         return log, graph.report()
 
     [line], report = asyncio.run(main())
@@ -106,7 +106,7 @@ def test_a_handler_that_blocks_is_named_with_its_stack(where):
     assert {"node", "handler", "count", "longest_s"} == set(report.as_json()["blocks"][0])
 
 
-def test_nobody_watches_unless_asked_and_nobody_after_the_end():
+def test_watchdog_runs_only_on_request_until_the_end():
     def watching():
         return {thread for thread in threading.enumerate() if thread.name == "busflow.watchdog"}
 

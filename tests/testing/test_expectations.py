@@ -101,13 +101,13 @@ VALUES = "topics:\n  /level:\n    values:\n      data: [0, 0.99]"
 @pytest.mark.parametrize(
     "section", ["{}", "no_errors: true", "max_dropped: 0", RATE, AGE, DROPS, VALUES.replace("0.99", "1")]
 )
-def test_what_holds_is_not_told(wrong, section):
+def test_met_expectation_is_not_reported(wrong, section):
     assert wrong("" if section == "{}" else section) == []
 
 
 def test_an_average_rate(wrong):
-    told = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
-    assert wrong(RATE, source__stops_at_s=5) == [(12, told)]
+    text = "/imu was published at 5 Hz, not between 9.9 and 10.1 (seed 0, of 1)"
+    assert wrong(RATE, source__stops_at_s=5) == [(12, text)]
     assert wrong(RATE.replace("10.1", ".inf"), source__stops_at_s=5)[0][1].startswith(
         "/imu was published at 5 Hz, not at least 9.9"
     )
@@ -117,10 +117,10 @@ def test_an_average_rate(wrong):
 
 
 def test_the_age_of_what_reaches_a_node(wrong):
-    told = "/imu was 0.15 s old when /sink got it at 0.45 s, not at most 0.1 s"
+    text = "/imu was 0.15 s old when /sink got it at 0.45 s, not at most 0.1 s"
     ((line, message),) = wrong(AGE, sink__takes_s=0.35)
     assert line == 12
-    assert message.startswith(told)
+    assert message.startswith(text)
     assert message.endswith(" times (seed 0, of 1)")
     assert wrong(AGE.replace("100ms", "151ms"), sink__takes_s=0.35) == []
 
@@ -134,17 +134,17 @@ def test_dropped_messages_in_all_and_of_one_topic(wrong):
 
 
 def test_errors_in_the_log(wrong):
-    told = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
-    assert wrong("no_errors: true", source__complains=True) == [(10, told)]
+    text = "the log has 100 errors: /source: nobody cares, the first of 100 times (seed 0, of 1)"
+    assert wrong("no_errors: true", source__complains=True) == [(10, text)]
     assert wrong("no_errors: false", source__complains=True) == []
 
 
-def test_values_of_fields_with_the_seeds_that_show_them(wrong):
-    ((line, told),) = wrong(VALUES, seeds=range(20))
+def test_field_values_are_reported_with_their_seeds(wrong):
+    ((line, text),) = wrong(VALUES, seeds=range(20))
     assert line == 13
-    assert told.startswith("data of /level was 0.99")
-    assert told.endswith(" others, of 20)")
-    seed = int(told.split("(seed ")[1].split(",")[0])
+    assert text.startswith("data of /level was 0.99")
+    assert text.endswith(" others, of 20)")
+    seed = int(text.split("(seed ")[1].split(",")[0])
     assert wrong(VALUES, seeds=range(seed)) == []
     assert len(wrong(VALUES, seeds=[seed])) == 1
 
@@ -160,17 +160,17 @@ def test_values_inside_messages_and_arrays(wrong):
     assert second[1].startswith("header.stamp.sec of /imu was 1767225600 at 0.1 s, not between 0 and 1")
 
 
-def test_a_node_that_fails_is_wrong_without_being_expected_not_to(wrong):
-    ((_, told),) = wrong("", source__fails_at=0.99, seeds=range(20))
-    assert "node /source failed in Source.tick" in told
-    assert "is too much" in told
-    assert told.endswith(", of 20)")
+def test_failing_node_breaks_expectations_without_an_entry(wrong):
+    ((_, text),) = wrong("", source__fails_at=0.99, seeds=range(20))
+    assert "node /source failed in Source.tick" in text
+    assert "is too much" in text
+    assert text.endswith(", of 20)")
 
 
 # The command
 
 
-def test_the_command_tells_the_place_and_the_seed(expecting, capsys):
+def test_command_prints_the_place_and_the_seed(expecting, capsys):
     path = expecting(VALUES)
     assert main(["test", path, "--for", "1min", "--seeds", "5"]) == 1
     captured = capsys.readouterr()
@@ -184,14 +184,14 @@ def test_the_command_is_content_where_all_holds(expecting, capsys):
     assert capsys.readouterr().out == "expecting: 1 run of 10s: all that it expects holds\n"
 
 
-def test_the_command_tells_json(expecting, capsys):
+def test_command_prints_json(expecting, capsys):
     assert main(["test", expecting(VALUES), "--seed", "3", "--for", "100s", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["ok"], told["seeds"], told["for_s"]) == (False, [3], 100)
-    assert told["problems"][0]["line"] == 13
+    text = json.loads(capsys.readouterr().out)
+    assert (text["ok"], text["seeds"], text["for_s"]) == (False, [3], 100)
+    assert text["problems"][0]["line"] == 13
 
 
-def test_a_file_that_expects_nothing_is_told_so(expecting, capsys, tmp_path):
+def test_file_without_expectations_is_reported(expecting, capsys, tmp_path):
     (tmp_path / expecting("")).write_text(FILE[: FILE.index("expect:")])
     assert main(["test", "expecting.yaml", "--for", "1s"]) == 0
     assert "no node failed; the file has no `expect:` section" in capsys.readouterr().out
@@ -215,14 +215,14 @@ MISTAKES = {
 
 @pytest.mark.parametrize("section", MISTAKES, ids=range(len(MISTAKES)))
 @pytest.mark.parametrize("command", [["check"], ["test"]])
-def test_a_mistake_is_told_with_its_place_before_anything_runs(expecting, capsys, section, command):
+def test_mistake_is_reported_with_place_before_the_run(expecting, capsys, section, command):
     line, message, fix = MISTAKES[section]
     assert main([*command, expecting(section)]) == (3 if command == ["check"] else 2)
     captured = capsys.readouterr()
-    told = captured.out + captured.err
-    assert f"expecting.yaml:{line}:" in told
-    assert message in told
-    assert fix in told
+    text = captured.out + captured.err
+    assert f"expecting.yaml:{line}:" in text
+    assert message in text
+    assert fix in text
 
 
 def test_an_included_file_expects_of_its_own_topics(expecting, capsys, tmp_path):
@@ -232,7 +232,7 @@ def test_an_included_file_expects_of_its_own_topics(expecting, capsys, tmp_path)
     assert "/left/imu was published at 10 Hz, not between 20 and 30" in capsys.readouterr().out
 
 
-def test_the_seed_of_the_clock_is_the_run_s(tmp_path, expecting):
+def test_expectations_use_the_run_s_seed(tmp_path, expecting):
     path = expecting("")
     (tmp_path / path).write_text(FILE + "clock:\n  mode: sim\n  seed: 7\n")
     assert load(path).seed == 7
@@ -241,7 +241,7 @@ def test_the_seed_of_the_clock_is_the_run_s(tmp_path, expecting):
         load(path)
 
 
-def test_trials_do_not_keep_the_rate_that_a_file_asks_for(tmp_path, expecting):
+def test_trials_ignore_the_clock_rate_of_the_file(tmp_path, expecting):
     path = tmp_path / "slow.yaml"
     path.write_text(f"include: {expecting('no_errors: true')}\nclock: {{mode: sim, rate: 0.001}}\n")
     trials = Trials(load(path), 2)  # more than half an hour at that rate

@@ -181,11 +181,11 @@ WHAT_MATTERS = {
 
 
 @pytest.mark.parametrize("race", RACES)
-def test_what_matters_is_told_in_few_words(race):
-    told = [
+def test_choices_that_matter_are_reported_briefly(race):
+    text = [
         re.sub(r"^what matters of it: |^  then |( at t = 0\.\d s)( \(5 times\))?$", "", note) for note in notes(race)
     ]
-    assert told == WHAT_MATTERS[race]
+    assert text == WHAT_MATTERS[race]
 
 
 def notes(race):
@@ -251,7 +251,7 @@ def test_what_is_right_holds_under_every_order():
     assert len(runs) == 50
 
 
-def test_a_test_that_fails_anyway_says_so_at_once():
+def test_failure_under_plain_order_is_reported_at_once():
     runs = []
 
     @explore
@@ -274,7 +274,7 @@ def test_a_test_that_is_skipped_is_skipped():
         test()
 
 
-def test_what_varies_by_itself_is_told():
+def test_unrepeatable_failure_is_reported_as_such():
     flips = iter([0] * 3 + [1] + [0] * 1000)
 
     @explore

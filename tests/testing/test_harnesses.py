@@ -122,7 +122,7 @@ async def test_ten_minutes_of_the_lab():
 
 
 @virtual_time
-async def test_advancing_includes_what_is_due_exactly_at_the_end_and_settles_it():
+async def test_advance_includes_what_is_due_at_its_end():
     async with harness(Counter, Doubler) as lab:
         await lab.advance(0.3)  # 3 · 0.1 is a little more than 0.3 in floats
         assert data(lab.received("numbers")) == [1, 2, 3]
@@ -139,7 +139,7 @@ async def test_advancing_adds_up_exactly():
 
 
 @virtual_time
-async def test_what_takes_longer_than_the_advance_goes_on_in_the_next_one():
+async def test_longer_work_continues_in_the_next_advance():
     async with harness(Counter, Slow) as lab:
         await lab.advance(0.3)
         assert data(lab.received("done")) == [1, 2]
@@ -186,7 +186,7 @@ async def test_one_node_alone_answers_what_the_test_publishes():
 
 
 @virtual_time
-async def test_a_wait_sees_each_message_once_also_those_that_came_before_it():
+async def test_wait_for_returns_each_message_once():
     async with harness(Counter) as lab:
         await lab.advance(0.2)
         assert [(await lab.wait_for("numbers")).data for _ in range(3)] == [1, 2, 3]
@@ -196,7 +196,7 @@ async def test_a_wait_sees_each_message_once_also_those_that_came_before_it():
 
 
 @virtual_time
-async def test_a_wait_in_vain_tells_who_published_what_and_who_waits_for_what():
+async def test_failed_wait_lists_publishers_and_waiting_tasks():
     class Patient(Node):
         async def run(self) -> None:
             await asyncio.Event().wait()
@@ -212,7 +212,7 @@ async def test_a_wait_in_vain_tells_who_published_what_and_who_waits_for_what():
 
 
 @virtual_time
-async def test_a_topic_that_nobody_has_is_told_with_its_neighbour():
+async def test_unknown_topic_is_reported_with_the_nearest_name():
     async with harness(Counter) as lab:
         with pytest.raises(NotSeen, match="nobody publishes or receives /number; did you mean '/numbers'"):
             lab.received("number")
@@ -233,7 +233,7 @@ async def test_what_is_published_during_start_is_seen():
 
 
 @virtual_time
-async def test_the_log_is_kept_with_the_nodes_that_wrote_it():
+async def test_log_lines_keep_their_node():
     class Talker(Node):
         @timer(1)
         def tick(self) -> None:
@@ -256,7 +256,7 @@ async def test_a_launch_file_takes_its_arguments():
         assert len(lab.received("imu/data")) == 50
 
 
-def test_the_environment_gives_the_seed_unless_the_test_does(monkeypatch):
+def test_seed_of_the_test_beats_the_environment(monkeypatch):
     def seed_of(**options):
         @virtual_time
         async def main():
@@ -273,7 +273,7 @@ def test_the_environment_gives_the_seed_unless_the_test_does(monkeypatch):
         seed_of()
 
 
-def test_under_another_order_the_seed_of_the_nodes_stays(monkeypatch):
+def test_another_order_keeps_the_nodes_seed(monkeypatch):
     """BUSFLOW_SEED is the order then; a run that it replays must not have other random numbers, too."""
     monkeypatch.setenv("BUSFLOW_SEED", "7")
     seeds = []
@@ -288,7 +288,7 @@ def test_under_another_order_the_seed_of_the_nodes_stays(monkeypatch):
 
 
 @virtual_time
-async def test_what_is_kept_can_be_limited_to_the_newest():
+async def test_keep_limits_messages_to_the_newest():
     async with harness(Counter, keep=3) as lab:
         await lab.advance(0.5)
         assert data(lab.received("numbers")) == [3, 4, 5]
@@ -300,7 +300,7 @@ async def test_what_is_kept_can_be_limited_to_the_newest():
 # Failures
 
 
-def test_a_node_that_fails_ends_the_test_with_its_failure():
+def test_failing_node_fails_the_test():
     reached = []
 
     @virtual_time
@@ -315,7 +315,7 @@ def test_a_node_that_fails_ends_the_test_with_its_failure():
 
 
 @virtual_time
-async def test_an_expected_failure_lets_the_test_go_on_and_see():
+async def test_test_goes_on_after_an_expected_failure():
     async with harness(Counter, Fragile, expect_failure=Fragile) as lab:
         await lab.advance(1)
         assert lab.graph.failures[0].node == "/fragile"
@@ -323,7 +323,7 @@ async def test_an_expected_failure_lets_the_test_go_on_and_see():
         assert data(lab.received("numbers")) == [1, 2, 3]
 
 
-def test_an_expected_failure_that_does_not_come_fails_the_test():
+def test_missing_expected_failure_fails_the_test():
     @virtual_time
     async def main():
         async with harness(Counter, expect_failure=Counter) as lab:
@@ -333,7 +333,7 @@ def test_an_expected_failure_that_does_not_come_fails_the_test():
         main()
 
 
-def test_another_failure_than_the_expected_one_fails_the_test():
+def test_unexpected_failure_fails_the_test():
     @virtual_time
     async def main():
         async with harness(Counter, Fragile, expect_failure=Counter) as lab:
@@ -343,7 +343,7 @@ def test_another_failure_than_the_expected_one_fails_the_test():
         main()
 
 
-def test_a_graph_that_cannot_start_is_no_expected_failure():
+def test_launch_error_is_no_expected_failure():
     @virtual_time
     async def main():
         async with harness(Counter, Counter, expect_failure=Counter):
@@ -353,12 +353,12 @@ def test_a_graph_that_cannot_start_is_no_expected_failure():
         main()
 
 
-def test_a_wrong_parameter_is_told_before_anything_runs():
+def test_wrong_parameter_is_reported_before_the_run():
     with pytest.raises(InvalidParameter, match="rate"):
         harness(Counter(rate=3))
 
 
-def test_the_test_s_own_error_is_what_is_told():
+def test_error_of_the_test_is_the_one_raised():
     @virtual_time
     async def main():
         async with harness(Counter):
@@ -397,7 +397,7 @@ def balanced(lab):
 
 
 @virtual_time
-async def test_a_lost_message_is_a_drop_with_a_reason():
+async def test_lost_message_is_a_drop_with_reason():
     async with harness(Counter, Sink) as lab:
         lab.drop("numbers", every=3)
         await lab.advance(1)
@@ -408,7 +408,7 @@ async def test_a_lost_message_is_a_drop_with_a_reason():
 
 
 @virtual_time
-async def test_losses_are_counted_from_when_they_are_asked_for():
+async def test_drop_counts_messages_from_its_call():
     async with harness(Counter, Sink) as lab:
         lab.drop("numbers", every=3)
         await lab.advance(0.2)
@@ -418,7 +418,7 @@ async def test_losses_are_counted_from_when_they_are_asked_for():
 
 
 @virtual_time
-async def test_a_topic_that_is_cut_off_misses_its_deadlines_until_it_is_healed():
+async def test_dropped_topic_misses_deadlines_until_healed():
     async with harness(PunctualCounter, Supervisor) as lab:
         await lab.advance(0.1)
         lab.drop("numbers")
@@ -430,7 +430,7 @@ async def test_a_topic_that_is_cut_off_misses_its_deadlines_until_it_is_healed()
 
 
 @virtual_time
-async def test_a_delayed_message_counts_as_queued_and_arrives_in_order():
+async def test_delayed_messages_count_as_queued_and_stay_ordered():
     async with harness(Counter, Sink) as lab:
         lab.delay("numbers", 0.25)
         await lab.advance(0.3)
@@ -446,7 +446,7 @@ async def test_a_delayed_message_counts_as_queued_and_arrives_in_order():
 
 
 @virtual_time
-async def test_a_blocking_subscription_counts_what_is_on_its_way_to_it():
+async def test_blocking_subscription_counts_delayed_messages():
     async with harness(Doubler) as lab:
         inbox = lab.subscribe(Int64, "doubles", qos=QoS(depth=2, overflow="block"))
         source = lab.advertise(Int64, "doubles")
@@ -464,7 +464,7 @@ async def test_a_blocking_subscription_counts_what_is_on_its_way_to_it():
 
 
 @virtual_time
-async def test_a_late_joiner_suffers_from_the_faults_of_its_topic():
+async def test_late_subscription_gets_its_topic_s_faults():
     async with harness(Counter) as lab:
         lab.drop("numbers", every=2)
         late = lab.subscribe(Int64, "numbers")
@@ -473,7 +473,7 @@ async def test_a_late_joiner_suffers_from_the_faults_of_its_topic():
 
 
 @virtual_time
-async def test_what_is_on_its_way_when_a_subscription_leaves_stays_counted():
+async def test_delayed_messages_of_ended_subscription_stay_counted():
     async with harness(PunctualCounter, Supervisor) as lab:
         lab.delay("numbers", 0.25)
         await lab.advance(0.2)
@@ -533,7 +533,7 @@ def test_the_ledger_is_balanced_after_whatever_harm(steps):
 
 
 @virtual_time
-async def test_a_test_that_publishes_where_nobody_receives_is_told_the_nearest_topic():
+async def test_publish_without_receiver_names_the_nearest_topic():
     async with harness(Doubler) as lab:
         with pytest.raises(NotSeen) as typo:
             lab.publish("number", Int64(data=4))
@@ -548,7 +548,7 @@ async def test_a_test_that_publishes_where_nobody_receives_is_told_the_nearest_t
 
 
 @virtual_time
-async def test_a_test_publishes_what_it_or_a_newcomer_receives_itself():
+async def test_publish_reaches_own_and_later_subscriptions():
     async with harness(Doubler) as lab:
         own = lab.subscribe(Int64, "own")
         lab.publish("own", Int64(data=1))
@@ -594,7 +594,7 @@ async def test_a_start_may_take_hours_of_virtual_time():
 
 
 @virtual_time
-async def test_a_start_that_waits_for_the_real_world_is_waited_for():
+async def test_harness_waits_for_a_start_in_real_time():
     ours, theirs = socket.socketpair()
     ours.setblocking(False)
 
@@ -610,7 +610,7 @@ async def test_a_start_that_waits_for_the_real_world_is_waited_for():
             pass
 
 
-def test_a_start_that_waits_for_nothing_is_told_at_once():
+def test_endless_start_is_a_deadlock_at_once():
     class Forever(Node):
         async def start(self) -> None:
             await asyncio.Event().wait()
@@ -626,7 +626,7 @@ def test_a_start_that_waits_for_nothing_is_told_at_once():
 
 
 @virtual_time
-async def test_a_stop_that_never_returns_is_given_up_and_the_others_stop():
+async def test_endless_stop_does_not_keep_others_from_stopping():
     stopped = []
 
     class Stuck(Node):
@@ -645,7 +645,7 @@ async def test_a_stop_that_never_returns_is_given_up_and_the_others_stop():
     assert [line.node for line in lab.log] == ["/stuck"]
 
 
-def test_a_test_that_waits_for_nothing_is_a_deadlock_with_names():
+def test_endless_wait_is_a_deadlock_with_names():
     @virtual_time
     async def main():
         async with harness(Doubler):

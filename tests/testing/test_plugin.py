@@ -161,13 +161,13 @@ def run(folder, tests, *options, **environment):
 
 
 @pytest.mark.parametrize("mode", ["strict", "auto"])
-def test_marked_tests_run_on_virtual_time_beside_pytest_asyncio_and_anyio(tmp_path, mode):
+def test_marked_tests_run_beside_pytest_asyncio_and_anyio(tmp_path, mode):
     code, output = run(tmp_path, TESTS + UNMARKED + OTHERS, f"--asyncio-mode={mode}")
     assert "9 passed, 1 xfailed" in output, output
     assert code == 0
 
 
-def test_marked_tests_run_on_virtual_time_beside_anyio_s_auto_mode(tmp_path):
+def test_marked_tests_run_beside_anyio_s_auto_mode(tmp_path):
     code, output = run(tmp_path, TESTS, "--anyio-mode=auto", "-p", "no:asyncio")
     assert "5 passed, 1 xfailed" in output, output
     assert code == 0
@@ -179,7 +179,7 @@ def test_marked_tests_need_no_other_plugin(tmp_path):
     assert code == 0
 
 
-def test_an_async_test_that_nobody_runs_is_told_how_busflow_would(tmp_path):
+def test_unhandled_async_test_gets_the_busflow_hint(tmp_path):
     test = "async def test_a():\n    pass\n\ndef test_b():\n    raise ValueError('mine')\n"
     code, output = run(tmp_path, test, "-p", "no:asyncio", "-p", "no:anyio")
     assert "busflow runs an async test on virtual time: write @virtual_time above it" in output
@@ -195,7 +195,7 @@ def test_the_others_can_be_given_the_virtual_loop(tmp_path):
     assert code == 0
 
 
-def test_a_replayed_seed_is_told_and_used(tmp_path):
+def test_replayed_seed_is_reported_and_used(tmp_path):
     test = "async def test(harness):\n    async with harness('busflow_none.yaml'):\n        pass\n"
     _, output = run(tmp_path, test, BUSFLOW_SEED="7")
     assert "busflow: BUSFLOW_SEED=7" in output

@@ -73,7 +73,7 @@ def traced(*what, seconds, also=None):
     return "".join(lines)
 
 
-def test_every_publish_delivery_drop_timer_and_log_line_is_a_line():
+def test_every_event_is_a_line():
     one, two, three = (content_hash(Int64(data=number)) for number in (1, 2, 3))
     values = r'{"also": {"a": [2], "b": 1}, "at": "<PosixPath>", "seconds": 0.001, "why": "OSError: tired"}'
     assert traced(Counter, Echo, Slow, seconds=0.3) == (
@@ -167,7 +167,7 @@ def test_a_parameter_that_changes_is_a_line():
     ]
 
 
-def test_who_listens_besides_changes_nothing():
+def test_extra_listeners_do_not_change_the_trace():
     plain = traced(Counter, Echo, Slow, seconds=2)
 
     def tap(lab):
@@ -181,7 +181,7 @@ def test_who_listens_besides_changes_nothing():
 # Hashes of content
 
 
-def test_equal_messages_have_equal_hashes_and_others_other_ones():
+def test_hashes_are_equal_only_for_equal_messages():
     messages = [
         Int64(data=1),
         Int64(data=2),
@@ -245,13 +245,13 @@ def trace():
     return lab_trace(sys.executable, "0")
 
 
-def test_the_lab_s_trace_is_the_same_in_every_process(trace):
+def test_lab_trace_is_equal_in_every_process(trace):
     assert trace.count(b"\n") == 20 * 10 * 7 + 40 + 1
     assert hashlib.sha256(lab_trace(sys.executable, "1")).digest() == hashlib.sha256(trace).digest()
 
 
 @pytest.mark.parametrize("python", [f"python3.{minor}" for minor in (11, 12, 13) if minor != sys.version_info.minor])
-def test_the_lab_s_trace_is_the_same_in_every_python(trace, python):
+def test_lab_trace_is_equal_in_every_python(trace, python):
     found = shutil.which(python)
     needs = "import anyio, pydantic, numpy, structlog, yaml"
     if found is None or subprocess.run([found, "-c", needs], capture_output=True).returncode:

@@ -75,7 +75,7 @@ def record(
     _tell(eavesdropper, as_json=as_json)
     if on_drop == "fail" and not eavesdropper.complete:
         return ExitCode.INCOMPLETE
-    if code is ExitCode.OK and not eavesdropper.heard and eavesdropper.complete:
+    if code is ExitCode.OK and not eavesdropper.published and eavesdropper.complete:
         return ExitCode.FAILED if eavesdropper.topics else ExitCode.NOT_FOUND
     return code
 
@@ -120,21 +120,21 @@ def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
 def _tell(eavesdropper: RemoteRecorder, *, as_json: bool) -> None:
     for pattern in eavesdropper.unmatched:
         print_message(f"warning: there was no topic {printable(pattern)}")
-    for topic, why in eavesdropper.unheard.items():
+    for topic, why in eavesdropper.unavailable.items():
         print_message(f"warning: nothing of {printable(topic)} was recorded: {why}")
     if eavesdropper.failure is not None:
         print_message(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
     if as_json:
         told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
-        told |= {"heard": eavesdropper.heard, "nodes": eavesdropper.nodes}
+        told |= {"heard": eavesdropper.published, "nodes": eavesdropper.nodes}
         print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
         return
-    if not eavesdropper.heard and eavesdropper.complete:
+    if not eavesdropper.published and eavesdropper.complete:
         heard = counted(len(eavesdropper.topics), "topic")
         why = f"nobody published anything on {heard}" if eavesdropper.topics else "there was no topic to record"
         print_message(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
         return
     state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
-    shown = f"{counted(eavesdropper.heard, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
+    shown = f"{counted(eavesdropper.published, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
     shown += f" and the parameters of {counted(eavesdropper.nodes, 'node')}" if eavesdropper.nodes else ""
     print_message(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)

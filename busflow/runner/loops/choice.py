@@ -27,13 +27,13 @@ def chosen_loop(name: str, *, simulated: bool = False) -> LoopFactory:
         fix = did_you_mean(name, get_args(LoopName))
         raise LaunchError([Problem("unknown-event-loop", f"there is no event loop {printable(name)}", fix)])
     if simulated:
-        told = f"simulated time has an event loop of its own, and cannot have {name}"
-        raise LaunchError([Problem("event-loop", told, "leave it out, or run on real time")])
+        text = f"simulated time has an event loop of its own, and cannot have {name}"
+        raise LaunchError([Problem("event-loop", text, "leave it out, or run on real time")])
     try:
         return _uvloop()
     except ImportError as error:
-        told = f"the event loop {name} needs one more package ({error})"
-        raise LaunchError([Problem("event-loop", told, how_to_install(f".[{name}]"))]) from None
+        text = f"the event loop {name} needs one more package ({error})"
+        raise LaunchError([Problem("event-loop", text, how_to_install(f".[{name}]"))]) from None
 
 
 def _uvloop() -> Callable[[], Any]:

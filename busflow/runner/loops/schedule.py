@@ -1,4 +1,4 @@
-"""Schedule: one order of events among those that are possible, drawn by a seed or told choice by choice.
+"""Schedule: one order of events among those that are possible, drawn by a seed or given choice by choice.
 
 Where the order is not promised, the dispatcher and the loop ask a schedule. Every answer is a number, and 0 is first
 in, first out. The answers of a seed can be recorded and told again, and set back towards the plain order until only
@@ -44,19 +44,19 @@ class Schedule:
 
     Args:
         seed: Draws the choices.
-        told: Without a seed, what to choose where; everywhere else it is first in, first out.
+        given: Without a seed, what to choose where; everywhere else it is first in, first out.
         record: Whether to keep `choices` and `explanations`.
     """
 
     def __init__(
-        self, seed: int | None = None, *, told: Mapping[Place, int] | None = None, record: bool = False
+        self, seed: int | None = None, *, given: Mapping[Place, int] | None = None, record: bool = False
     ) -> None:
         self.choices: dict[Place, int] = {}
         """What was chosen other than first in, first out, where that is recorded."""
         self.explanations: list[str] = []
         """What each of these choices changed, in words."""
         self._draw = None if seed is None else random.Random(seed).random  # noqa: S311  # a schedule, not a secret
-        self._told = told or {}
+        self._given = given or {}
         self._record = record
         self._instant_ns = 0
         self._asked: Counter[Lever] = Counter()
@@ -112,12 +112,12 @@ class Schedule:
     ) -> int:
         """A number below `options`, and 0 instead of one that is not possible."""
         place: Place | None = None
-        if self._record or self._told:
+        if self._record or self._given:
             place = self._place(lever)
         if self._draw is not None:
             chosen = int(self._draw() * options)
         else:
-            chosen = min(self._told.get(place, 0), options - 1) if place else 0
+            chosen = min(self._given.get(place, 0), options - 1) if place else 0
         if chosen == 0 or not only(chosen):
             return 0
         if place and self._record:

@@ -63,17 +63,17 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
 
         def __init__(self) -> None:
             super().__init__()
-            self._bell = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
-            self._rung = False
-            self.watched = self.fileno(), self._bell.fileno()
+            self._eventfd = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
+            self._woken = False
+            self.watched = self.fileno(), self._eventfd.fileno()
             """The numbers of the files that it waits for: of epoll, and the bell."""
 
-        def ring(self) -> None:
+        def wake(self) -> None:
             """End a wait, or keep the next one from beginning; from any thread."""
-            if not self._rung:
-                self._rung = True
+            if not self._woken:
+                self._woken = True
                 with suppress(ValueError):  # it was closed meanwhile: nobody waits
-                    self._bell.write(_ONE)
+                    self._eventfd.write(_ONE)
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
             """What is ready by then."""
@@ -81,17 +81,17 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
                 waits: list[tuple[int, int]] = self._selector.poll(0, 1)  # type: ignore[attr-defined]  # its epoll object
                 return super().select(0) if waits else []
             ready, _, _ = select.select(self.watched, (), (), timeout)
-            epoll, bell = self.watched
-            if bell in ready:
+            epoll, eventfd = self.watched
+            if eventfd in ready:
                 try:
-                    self._bell.read(8)
+                    self._eventfd.read(8)
                 finally:  # not before, or whoever rings in between would find an empty bell that says it was rung
-                    self._rung = False
+                    self._woken = False
             return super().select(0) if epoll in ready else []
 
         def close(self) -> None:
             """Wait no more."""
-            self._bell.close()
+            self._eventfd.close()
             super().close()
 
     class _WokenLoop(_Loop):
@@ -99,8 +99,8 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
 
         def __init__(self, selector: PreciseSelector) -> None:
             super().__init__(selector)
-            self._ring = selector.ring
+            self._wake = selector.wake
 
         def _write_to_self(self) -> None:
             """How asyncio wakes the loop from another thread, once what is to be done stands in its line."""
-            self._ring()
+            self._wake()

@@ -241,8 +241,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             grace_s = max(0, self._limit_s())  # the limit says how long others may take; without one it is for ever
         events = self._input.poll(grace_s)
         if not events and not self._ready and not self._pass_limit():
-            nobody = "nobody says that it is later" if self.follows else "no timer"
-            raise self._deadlock(f"nothing is left to run: {nobody}, no worker thread, no input")
+            lacking = "nobody says that it is later" if self.follows else "no timer"
+            raise self._deadlock(f"nothing is left to run: {lacking}, no worker thread, no input")
         return events
 
     def _early_s(self, rate: float) -> float:

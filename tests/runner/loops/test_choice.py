@@ -20,31 +20,31 @@ def new_uvloop():
     return chosen_loop("uvloop")
 
 
-def test_unless_told_otherwise_it_is_busflow_s_own():
+def test_default_loop_is_busflow_s_own():
     assert chosen_loop("busflow") is chosen_loop("busflow", simulated=True) is new_event_loop
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "told"),
+    ("name", "options", "text"),
     [
         ("uvlop", {}, "error: there is no event loop uvlop\n  fix: did you mean 'uvloop'?"),
         ("uvloop", {"simulated": True}, "error: simulated time has an event loop of its own, and cannot have uvloop"),
     ],
 )
-def test_what_cannot_be_had_is_refused_with_what_to_do(name, options, told):
+def test_unusable_loop_name_is_refused_with_a_fix(name, options, text):
     with pytest.raises(LaunchError) as refused:
         chosen_loop(name, **options)
-    assert str(refused.value).startswith(told)
+    assert str(refused.value).startswith(text)
 
 
-def test_where_it_is_not_installed_it_is_said_how(monkeypatch):
+def test_missing_uvloop_names_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "uvloop", None)
     with pytest.raises(LaunchError, match=r"fix: in a clone of busflow: pip install '\.\[uvloop\]'") as refused:
         busflow.run(Node(name="node"), event_loop="uvloop")
     assert refused.value.exit_code == 2
 
 
-def test_a_deadline_that_is_set_late_in_a_turn_counts_from_then(new_uvloop):
+def test_late_deadline_counts_from_when_it_is_set(new_uvloop):
     """Whoever sets one computes it from the clock, not from when the turn began."""
 
     async def main():
@@ -56,11 +56,11 @@ def test_a_deadline_that_is_set_late_in_a_turn_counts_from_then(new_uvloop):
         return time.monotonic(), loop.time(), time.monotonic()
 
     with asyncio.Runner(loop_factory=new_uvloop) as runner:
-        before, told, after = runner.run(main())
-    assert before <= told <= after
+        before, now, after = runner.run(main())
+    assert before <= now <= after
 
 
-def test_calls_left_in_threads_do_not_keep_it_from_ending_and_those_in_line_never_begin(new_uvloop):
+def test_thread_calls_do_not_keep_loop_from_ending(new_uvloop):
     begun, released, called = threading.Event(), threading.Event(), list[str]()
     pool = ThreadPoolExecutor(1)
 
@@ -86,7 +86,7 @@ def test_calls_left_in_threads_do_not_keep_it_from_ending_and_those_in_line_neve
     assert called == []
 
 
-def test_whoever_wakes_one_that_was_closed_is_told_so(new_uvloop):
+def test_waking_a_closed_uvloop_raises(new_uvloop):
     loop = new_uvloop()
     loop.close()
     with pytest.raises(RuntimeError, match="closed"):

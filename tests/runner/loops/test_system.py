@@ -48,28 +48,28 @@ def test_input_ends_a_wait_that_has_a_deadline():
     assert run(main) == b"x"
 
 
-def test_another_thread_ends_a_wait_that_has_a_deadline():
+def test_another_thread_ends_a_wait_with_deadline():
     async def main():
         loop = asyncio.get_running_loop()
         called = loop.create_future()
         thread = threading.Thread(target=lambda: loop.call_soon_threadsafe(called.set_result, "heard"))
         loop.call_later(0.001, thread.start)
         async with asyncio.timeout(60):
-            heard = await called
+            received = await called
         thread.join(60)
-        return heard
+        return received
 
     assert run(main) == "heard"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no epoll")
-def test_each_ring_ends_one_wait():
+def test_each_wake_ends_one_wait():
     from busflow.runner.loops.system import PreciseSelector
 
     with PreciseSelector() as selector:
         for _ in range(3):
-            selector.ring()
-            selector.ring()
+            selector.wake()
+            selector.wake()
             assert waits_s(selector, 5) < 5
             assert waits_s(selector, 0.01) >= 0.01
 
@@ -80,14 +80,14 @@ def waits_s(selector, timeout_s):
     return time.monotonic() - began
 
 
-def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
+def test_no_wake_of_many_is_lost():
     async def main():
         loop = asyncio.get_running_loop()
-        heard: list[int] = []
+        received: list[int] = []
 
         def call(numbers, done):
             for number in numbers:
-                loop.call_soon_threadsafe(heard.append, number)
+                loop.call_soon_threadsafe(received.append, number)
             loop.call_soon_threadsafe(done.set_result, None)
 
         for numbers in (range(10_000), range(10_000, 10_001)):
@@ -97,12 +97,12 @@ def test_many_wakes_at_once_are_all_heard_and_the_next_one_too():
             thread.join(60)  # the loop does nothing meanwhile
             async with asyncio.timeout(60):
                 await done
-        return heard
+        return received
 
     assert run(main) == list(range(10_001))
 
 
-def test_whoever_wakes_a_loop_that_was_closed_is_told_so():
+def test_waking_a_closed_loop_raises():
     loop = new_event_loop()
     loop.close()
     with pytest.raises(RuntimeError, match="closed"):
@@ -110,7 +110,7 @@ def test_whoever_wakes_a_loop_that_was_closed_is_told_so():
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no epoll")
-def test_a_process_with_more_files_open_than_select_takes_is_woken_too():
+def test_loop_wakes_beyond_the_file_limit_of_select():
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -121,7 +121,7 @@ def test_a_process_with_more_files_open_than_select_takes_is_woken_too():
     try:
         while opened[-1] < 1024:
             opened.append(os.dup(opened[0]))
-        test_another_thread_ends_a_wait_that_has_a_deadline()
+        test_another_thread_ends_a_wait_with_deadline()
         test_deadlines_come_in_order_and_none_too_early()
     finally:
         for each in opened:
@@ -142,7 +142,7 @@ def test_a_signal_ends_a_wait():
     assert run(main) == "came"
 
 
-def test_where_there_is_no_epoll_the_loop_is_asyncio_s_own(monkeypatch: pytest.MonkeyPatch):
+def test_loop_without_epoll_is_asyncio_s_own(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delattr(selectors, "EpollSelector", raising=False)
     loop = new_event_loop()
     try:

@@ -124,7 +124,7 @@ async def test_sleeping_adds_up_without_error():
 
 
 @virtual_time
-async def test_a_deadline_between_two_nanoseconds_comes_once_and_with_its_equals():
+async def test_fractional_nanosecond_deadline_fires_once_with_its_equals():
     """0.1 + 0.2 is not 0.3 in floats; anyio asks for its deadline again when it is called too early."""
     order = []
     await asyncio.sleep(0.1)
@@ -143,7 +143,7 @@ async def test_a_deadline_between_two_nanoseconds_comes_once_and_with_its_equals
 
 
 @virtual_time
-async def test_time_is_exact_to_the_nanosecond_after_most_of_a_day():
+async def test_time_stays_exact_after_most_of_a_day():
     clock = SimClock()
     await clock.sleep(86_400 * 0.9)
     fired = []
@@ -155,7 +155,7 @@ async def test_time_is_exact_to_the_nanosecond_after_most_of_a_day():
 
 
 @virtual_time
-async def test_a_simulated_clock_starts_at_its_epoch_and_counts_from_its_making():
+async def test_simulated_clock_starts_at_its_epoch():
     await asyncio.sleep(5)
     clock = SimClock()
     assert (clock.seconds(), clock.kind, clock.monotonic_ns()) == (0.0, "sim", 5 * 10**9)
@@ -201,7 +201,7 @@ delays = st.lists(st.integers(0, 5), max_size=40)
 
 
 @given(delays, st.data())
-def test_timers_fire_by_deadline_then_by_age_whatever_is_cancelled(delays, data):
+def test_timers_fire_by_deadline_then_by_age(delays, data):
     cancelled = data.draw(st.sets(st.integers(0, max(0, len(delays) - 1))))
 
     async def main():
@@ -253,7 +253,7 @@ def test_without_a_seed_the_order_is_asyncios():
     assert order == [*"abcde", *range(5), *"abcde", *"abcde"]
 
 
-def test_a_seed_is_one_order_of_tasks_and_seeds_differ():
+def test_each_seed_is_one_order_of_tasks():
     orders = {seed: run(_who_is_first, seed=seed) for seed in range(30)}
     assert orders == {seed: run(_who_is_first, seed=seed) for seed in range(30)}
     assert len({tuple(order) for order in orders.values()}) > 20
@@ -289,7 +289,7 @@ print(json.dumps([virtual_time(seed=seed)(main)() for seed in range(60)]))
 """
 
 
-def test_a_seed_is_the_same_order_in_every_process():
+def test_seed_gives_same_order_in_every_process():
     outputs = {
         subprocess.run(
             [sys.executable, "-c", LOST_UPDATE], env={"PYTHONHASHSEED": hash_seed}, capture_output=True, text=True
@@ -304,7 +304,7 @@ def test_a_seed_is_the_same_order_in_every_process():
 
 
 @virtual_time
-async def test_settling_runs_all_that_is_due_now_and_nothing_later():
+async def test_settle_runs_only_what_is_due_now():
     loop, ran = asyncio.get_running_loop(), []
 
     async def chain(length):
@@ -401,7 +401,7 @@ async def test_a_worker_can_call_back_into_the_loop():
 
 
 @virtual_time
-async def test_time_moves_for_a_worker_that_waits_for_it():
+async def test_time_moves_for_a_waiting_worker():
     """It would be a deadlock otherwise: the worker waits for the loop, the loop for the worker."""
     await anyio.to_thread.run_sync(anyio.from_thread.run, anyio.sleep, 2)
     assert now_ns() == 2 * 10**9
@@ -416,7 +416,7 @@ async def test_another_thread_can_wake_the_loop():
     assert now_ns() == 0
 
 
-def test_the_end_of_the_loop_waits_for_the_executor_without_a_false_alarm(recwarn, monkeypatch):
+def test_loop_end_waits_for_the_executor(recwarn, monkeypatch):
     """Its thread is joined in a thread of asyncio's own, under a timeout that must not be virtual."""
     monkeypatch.setattr("busflow.runner.loops.virtual._FOREIGN_S", 0)
 
@@ -448,7 +448,7 @@ async def test_sockets_work_and_take_no_time():
     assert now_ns() == 0
 
 
-def test_a_silent_peer_is_a_deadlock_in_the_end(monkeypatch):
+def test_silent_peer_ends_as_a_deadlock(monkeypatch):
     monkeypatch.setattr("busflow.runner.loops.virtual._IO_S", 0.01)
 
     async def main():
@@ -483,7 +483,7 @@ async def _waits_for_an_event(event):
     await event.wait()
 
 
-def test_a_deadlock_names_who_waits_for_what_and_where():
+def test_deadlock_names_waiting_tasks_and_their_lines():
     async def main():
         await asyncio.sleep(1.5)
         event = asyncio.Event()
@@ -506,7 +506,7 @@ def test_a_deadlock_names_who_waits_for_what_and_where():
     assert isinstance(caught.value, BusflowError)
 
 
-def test_tasks_are_cancelled_and_clean_up_after_a_deadlock():
+def test_deadlock_cancels_tasks_which_clean_up():
     cleaned = []
 
     async def main():
@@ -521,7 +521,7 @@ def test_tasks_are_cancelled_and_clean_up_after_a_deadlock():
     assert cleaned == [10**9]
 
 
-def test_a_wait_in_vain_beside_a_periodic_timer_ends_at_the_horizon():
+def test_endless_wait_ends_at_the_horizon():
     async def main():
         async def tick():
             for _ in itertools.count():
@@ -535,7 +535,7 @@ def test_a_wait_in_vain_beside_a_periodic_timer_ends_at_the_horizon():
         run(main, horizon_s=60)
 
 
-def test_a_loop_that_turns_without_moving_is_told(monkeypatch):
+def test_loop_that_turns_without_moving_raises(monkeypatch):
     monkeypatch.setattr("busflow.runner.loops.virtual._TURNS", 1000)
 
     async def main():
@@ -597,7 +597,7 @@ def test_importing_the_package_is_cheap():
 
 
 @given(st.integers(0, 2**32))
-def test_random_graphs_of_tasks_end_at_the_time_that_they_should(seed):
+def test_random_task_graphs_end_at_their_computed_time(seed):
     """A model: each task sleeps, starts others and waits for them; the end is the longest path."""
     rng = random.Random(seed)
 

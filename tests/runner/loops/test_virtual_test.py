@@ -18,13 +18,13 @@ def plain() -> None:
 
 
 @pytest.mark.parametrize("decorate", [virtual_time, virtual_time(seed=1), explore, explore(schedules=2)])
-def test_a_plain_def_is_refused_when_it_is_decorated(decorate):
+def test_plain_def_is_refused_when_decorated(decorate):
     name = "explore" if "explore" in decorate.__qualname__ else "virtual_time"
     with pytest.raises(InvalidDeclaration, match=f"^@{name} runs an async test: write async def plain"):
         decorate(plain)
 
 
-def test_what_another_decorator_made_of_an_async_test_is_taken():
+def test_async_test_under_another_decorator_is_accepted():
     async def test() -> int:
         return 3
 
@@ -35,14 +35,14 @@ def test_what_another_decorator_made_of_an_async_test_is_taken():
     assert virtual_time(wrapped)() == 3
 
 
-def test_a_harness_in_a_plain_test_says_how_it_is_written():
+def test_harness_in_a_plain_test_explains_the_form():
     with pytest.raises(NotRunning, match=r"async test on virtual time: write @virtual_time, below it async def test_…"):
         harness(Nothing)
 
 
 @virtual_time
-async def test_a_harness_that_is_entered_without_async_says_so():
+async def test_harness_entered_without_async_explains_it():
     lab = harness(Nothing)
-    told = r"takes an async with: write @virtual_time, .*async with harness\(…\) as lab"
-    with pytest.raises(NotRunning, match=told), lab:  # type: ignore[attr-defined]  # that is the mistake
+    text = r"takes an async with: write @virtual_time, .*async with harness\(…\) as lab"
+    with pytest.raises(NotRunning, match=text), lab:  # type: ignore[attr-defined]  # that is the mistake
         pass
