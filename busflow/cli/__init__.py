@@ -130,20 +130,20 @@ def _invoke(root: Root, context: click.Context) -> int:
         return int(root.invoke(context) or ExitCode.OK)
     except BusflowError as error:
         if context.params["traceback"]:
-            _tell_traceback(error)
+            _print_traceback(error)
         print_message(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
     except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
         raise
     except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
-        _tell_traceback(error)
+        _print_traceback(error)
         print_message(
             f"error: this is a bug in {root.owner(context.invoked_subcommand)}; please report it with the lines above"
         )
         return ExitCode.FAILED
 
 
-def _tell_traceback(error: Exception) -> None:
+def _print_traceback(error: Exception) -> None:
     import traceback
 
     print_message("".join(traceback.format_exception(error)))

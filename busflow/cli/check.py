@@ -48,13 +48,13 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
             found = _problems(each, machine, strict=strict)
         is_wrong = any(problem.severity is Severity.ERROR for problem in found)
         failed = failed or is_wrong
-        told = [problem for problem in found if verbose or problem.severity is not Severity.INFO]
+        shown = [problem for problem in found if verbose or problem.severity is not Severity.INFO]
         reports.append(
-            {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in told]}
+            {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in shown]}
         )
         if not as_json:
-            print_problems(told)
-            click.echo(f"{printable(each.file)}: {_count(told)}" if len(files) > 1 else _count(told))
+            print_problems(shown)
+            click.echo(f"{printable(each.file)}: {_count(shown)}" if len(files) > 1 else _count(shown))
     if as_json:
         print_answer({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
     return ExitCode.DIFFERENT if failed else ExitCode.OK
@@ -139,10 +139,10 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
         return description, []
     found: list[Problem] = []
     for name in network.machines:
-        told = list(credential_problems(network, name, SystemClock().now()))
-        missing = [replace(each, severity=Severity.WARNING) for each in told if each.code == "missing-file"]
+        problems = list(credential_problems(network, name, SystemClock().now()))
+        missing = [replace(each, severity=Severity.WARNING) for each in problems if each.code == "missing-file"]
         found += missing[:1] if name == MAIN else []
-        found += [each for each in told if each.code != "missing-file"]
+        found += [each for each in problems if each.code != "missing-file"]
     return description, found
 
 

@@ -16,7 +16,7 @@ import click
 import busflow
 from busflow.cli.options.run import complete_runs
 from busflow.cli.root import Root
-from busflow.cli.terminal.output import near, print_answer, print_problems
+from busflow.cli.terminal.output import print_answer, print_problems, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 from busflow.text import counted
@@ -57,9 +57,9 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
     examined = [_examine(present) for present in _present(run, findings)]
     findings += [problem for each in examined for problem in each.findings]
     if as_json:
-        told = [{"run": name, **problem.as_json()} for name, problem in _by_run(findings, examined)]
+        rows = [{"run": name, **problem.as_json()} for name, problem in _by_run(findings, examined)]
         runs = [_run_json(each) for each in examined]
-        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": told})
+        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": rows})
     else:
         _print(places, examined, findings)
     return ExitCode.DIFFERENT if findings else ExitCode.OK
@@ -140,7 +140,7 @@ def _examine(present: PresentRun) -> _Examined:
 def _about_machines(present: PresentRun) -> Iterator[Problem]:
     for name, reason in present.missing.items():
         text = f"the machine {name} is not linked" + (f": {reason}" if reason else "")
-        fix = f"start it there: busflow run {near(present.run.card.file)} --machine {name}"
+        fix = f"start it there: busflow run {short_path(present.run.card.file)} --machine {name}"
         yield Problem("machine-missing", text, fix.removesuffix(" --machine main"), severity=Severity.WARNING)
 
 
@@ -209,11 +209,11 @@ def _sentence(each: _Examined) -> str:
 
 
 def _surroundings(folders: list[Folder]) -> Mapping[str, Any]:
-    told = [
+    rows = [
         {"path": str(each.path), "exists": each.exists, "safe": not each.fault, "removed": list(each.remains)}
         for each in folders
     ]
-    return {"versions": _versions(), "folders": told}
+    return {"versions": _versions(), "folders": rows}
 
 
 def _run_json(each: _Examined) -> dict[str, Any]:

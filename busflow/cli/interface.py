@@ -40,7 +40,7 @@ class _Known:
     """Every type by its full name, and what the running graph tells of its own."""
 
     names: tuple[str, ...]
-    told: Mapping[str, Mapping[str, Any]]
+    described: Mapping[str, Mapping[str, Any]]
 
     def of_kind(self, kind: str) -> list[str]:
         """The names of the messages, or of the services."""
@@ -125,18 +125,18 @@ def _builtin() -> _Known:
 
 def _known(run: str | None) -> _Known:
     """What busflow brings, and what the run says; without a name no run has to be there."""
-    told: dict[str, Mapping[str, Any]] = {}
+    described: dict[str, Mapping[str, Any]] = {}
     try:
         with joined(run) as peer:
             for question in ("types", "services"):
                 for answer in peer.ask(question):
-                    told |= answer
+                    described |= answer
     except BusflowError:  # none has to run, and one that hangs keeps nobody from looking at what is built in
         if run is not None:
             raise
-    services = {each["type"]: each for each in told.values() if "request" in each}
-    told = {name: each for name, each in told.items() if "request" not in each} | services
-    return _Known(tuple(sorted({*_builtin().names, *told})), told)
+    services = {each["type"]: each for each in described.values() if "request" in each}
+    described = {name: each for name, each in described.items() if "request" not in each} | services
+    return _Known(tuple(sorted({*_builtin().names, *described})), described)
 
 
 def _full(name: str, known: _Known) -> str:
@@ -159,11 +159,11 @@ def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
         yield name, builtin.description(name)
     elif name in builtin.services:
         yield from ((f"{name}_{part}", builtin.description(f"{name}_{part}")) for part in ("Request", "Response"))
-    elif "request" in known.told[name]:
-        halves = known.told[name]
+    elif "request" in known.described[name]:
+        halves = known.described[name]
         yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))
     else:
-        yield name, known.told[name]["description"]
+        yield name, known.described[name]["description"]
 
 
 # How a type is shown.

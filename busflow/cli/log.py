@@ -67,8 +67,8 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
                     show(line)
         missed = listener.dropped + listener.lost
         if missed:
-            told = counted(missed, "line is", "lines are")
-            print_message(f"warning: {told} missing: more came than could be shown")
+            lines = counted(missed, "line is", "lines are")
+            print_message(f"warning: {lines} missing: more came than could be shown")
 
 
 def _known(peer: Peer, node: str | None) -> str | None:

@@ -58,7 +58,7 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
         print_table(map(_row, nodes), *_COLUMNS)
     else:
         click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
-    _tell_failures(nodes)
+    _print_failures(nodes)
 
 
 @click.command(epilog=_EXAMPLES)
@@ -69,8 +69,8 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
     """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
     with joined(run) as peer:
         found = peer.graph().node(name)
-        told = peer.ask("parameters", node=found.name)
-    parameters = sum(len(each.get(found.name, ())) for each in told)
+        answers = peer.ask("parameters", node=found.name)
+    parameters = sum(len(each.get(found.name, ())) for each in answers)
     ends = {
         "Subscribers": found.subscriptions,
         "Publishers": found.publishers,
@@ -94,7 +94,7 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
         click.echo(f"  Parameters: {parameters}")
         if details.get("restarts"):
             click.echo(f"  Restarts: {details['restarts']}")
-    _tell_failures([found])
+    _print_failures([found])
 
 
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
@@ -109,22 +109,22 @@ def _state(node: NodeView) -> str:
 
 
 def _row(node: NodeView) -> tuple[object, ...]:
-    told = node.details
+    details = node.details
     ends = len(node.publishers), len(node.subscriptions)
-    process = told.get("process", "-"), told.get("pid", "-")
-    return (node.name, _state(node), told.get("plugin", "-"), *process, *ends, told.get("restarts", "-"))
+    process = details.get("process", "-"), details.get("pid", "-")
+    return (node.name, _state(node), details.get("plugin", "-"), *process, *ends, details.get("restarts", "-"))
 
 
 def _row_json(node: NodeView) -> dict[str, Any]:
-    told = node.details
+    details = node.details
     return {
         "name": node.name,
         "state": _state(node),
-        "plugin": told.get("plugin"),
-        "process": told.get("process"),
-        "pid": told.get("pid"),
-        "restarts": told.get("restarts", 0),
-        "failures": told.get("failures", []),
+        "plugin": details.get("plugin"),
+        "process": details.get("process"),
+        "pid": details.get("pid"),
+        "restarts": details.get("restarts", 0),
+        "failures": details.get("failures", []),
         "publishers": len(node.publishers),
         "subscriptions": len(node.subscriptions),
     }
@@ -139,7 +139,7 @@ def _info_json(node: NodeView, ends: dict[str, list[tuple[str, str]]]) -> dict[s
     return _row_json(node) | named
 
 
-def _tell_failures(nodes: Sequence[NodeView]) -> None:
+def _print_failures(nodes: Sequence[NodeView]) -> None:
     for each in nodes:
         why = "; ".join(each.details.get("failures", []))
         if _state(each) == "failed":

@@ -159,8 +159,8 @@ def sources(run: str | None, node: str | None, as_json: bool) -> None:
     for name, rows in found.items():
         if node is None:
             click.echo(f"{printable(name)}:")
-        told = [(row["name"], _value(row), row["source"]) for row in rows]
-        print_table(told, Column(), Column(folds=True), Column(folds=True), indent="  ")
+        cells = [(row["name"], _value(row), row["source"]) for row in rows]
+        print_table(cells, Column(), Column(folds=True), Column(folds=True), indent="  ")
 
 
 # What the run tells.

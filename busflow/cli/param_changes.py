@@ -13,7 +13,7 @@ import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.param import complete_parameters, full_name, parameters_of
-from busflow.cli.terminal.output import near, print_answer, print_line, print_message
+from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import counted, printable
@@ -87,14 +87,14 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 def diff(run: str | None, node: str, as_json: bool) -> int:
     """Show which parameters of NODE differ from what its launch file comes to; exit code 3 where any does."""
     with joined(run) as peer:
-        found = _drifts(peer, node, Path(near(peer.run.card.file)))
+        found = _drifts(peer, node, Path(short_path(peer.run.card.file)))
     if as_json:
         rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
     else:
-        told = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
+        rows = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
         value = Column(folds=True)
-        print_table(told, Column(), value, Column(), value, value)
+        print_table(rows, Column(), value, Column(), value, value)
     return ExitCode.DIFFERENT if found else ExitCode.OK
 
 
@@ -118,7 +118,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
             param_hint="--into",
         )
     with joined(run) as peer:
-        file = into or Path(near(peer.run.card.file))
+        file = into or Path(short_path(peer.run.card.file))
         found = _drifts(peer, node, file)
     with file.open(encoding="utf-8", newline="") as stream:
         text = stream.read()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import near, print_line, print_message
+from busflow.cli.terminal.output import print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def ps(as_json: bool) -> None:
 
     if as_json:
         for each in call_roll():
-            print_line(_told(each))
+            print_line(_as_json(each))
         return
     found = list(call_roll())
     if not found:
@@ -54,7 +54,7 @@ def ps(as_json: bool) -> None:
             print_message(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
 
 
-def _told(present: PresentRun) -> dict[str, Any]:
+def _as_json(present: PresentRun) -> dict[str, Any]:
     card = present.run.card
     return {
         "run": present.run.name,
@@ -80,7 +80,7 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
-    file = near(card.file) if card.file else "-"
+    file = short_path(card.file) if card.file else "-"
     return present.run.name, file, pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
 
 

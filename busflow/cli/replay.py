@@ -75,10 +75,10 @@ def replay(
         raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
     what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
     outcome = run_anew(recording, what, nodes=nodes, keep=0, **how)
-    return _told(outcome, show, as_json=as_json)
+    return _print_outcome(outcome, show, as_json=as_json)
 
 
-def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
+def _print_outcome(outcome: Replay, show: int, *, as_json: bool) -> int:
     from busflow.cli.terminal.output import print_answer, print_message
     from busflow.errors import ExitCode
 

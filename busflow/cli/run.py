@@ -61,7 +61,7 @@ Examples:
 @click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: each node in its own.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
 @click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
-@click.option("--voice", type=int, hidden=True)
+@click.option("--voice", "pipe", type=int, hidden=True)
 @click.option("--watch", is_flag=True, help="Follow FILE when it is edited: set parameters, start and stop nodes.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
@@ -76,7 +76,7 @@ def run(
     processes: str,
     one_process: bool,
     process: str | None,
-    voice: int | None,
+    pipe: int | None,
     show_help: bool,
     **options: Any,
 ) -> int:
@@ -88,11 +88,11 @@ def run(
         return _help(context, given.file if given is not None else None)
     if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
-    if process is not None or voice is not None:
+    if process is not None or pipe is not None:
         with importing():
             from busflow.processes.worker import work
 
-        return work(given.description, voice)
+        return work(given.description, pipe)
     if one_process and processes == "auto":
         raise click.UsageError("--one-process and --processes auto say the opposite: not both", context)
     with importing():

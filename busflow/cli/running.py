@@ -74,7 +74,7 @@ class Run:
         self._event_loop, self._new_loop = event_loop, chosen_loop(event_loop, simulated=self._simulated)
         # So is one in several processes, which have no time in common but the system's.
         self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(spread))
-        self._crew: ProcessGroup | None = None
+        self._group: ProcessGroup | None = None
         self._watch = watch
         if watch and self._simulated:
             raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
@@ -96,7 +96,7 @@ class Run:
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                if self._crew is None and self._record is not None:  # a crew has each process record itself
+                if self._group is None and self._record is not None:  # with others, each process records itself
                     from busflow.recording.recorder.recorder import record_graph
 
                     record_graph(graph, self._record)
@@ -105,7 +105,7 @@ class Run:
             for path in made:
                 path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
             raise
-        outcome = self._crew.run_report() if self._crew else graph.report()
+        outcome = self._group.run_report() if self._group else graph.report()
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
         print_summary(replace(outcome, exit_code=ExitCode(code)))
@@ -118,7 +118,7 @@ class Run:
         # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
         # /clock lasts as long as whoever says what time it is.
         if self._spreads:
-            return nullcontext((self._manned(), self._new_loop))
+            return nullcontext((self._with_processes(), self._new_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
@@ -142,14 +142,14 @@ class Run:
         if stated:
             raise click.BadParameter(f"{why}; add --one-process", param_hint=option)
 
-    def _manned(self) -> Graph:
+    def _with_processes(self) -> Graph:
         """The graph of this process, with the other processes of the run."""
         from busflow.processes.process_group import ProcessGroup
 
         graph = Graph([self._description], **self._options)
         arguments = ["run", *self._given.arguments()]
         network = self._description.network if self._description.here is not None else None
-        self._crew = ProcessGroup(
+        self._group = ProcessGroup(
             graph,
             self._placement,
             name=self._name,
@@ -170,9 +170,9 @@ class Run:
         except (IncompleteRecording, Stray) as error:
             print_message(f"error: {error}")
         finally:
-            if self._crew:
-                self._crew.finish()
-            for text in self._crew.failures if self._crew else ():
+            if self._group:
+                self._group.finish()
+            for text in self._group.failures if self._group else ():
                 print_message(f"error: {text}")
         return graph.exit_code
 

@@ -87,8 +87,8 @@ def info(run: str | None, name: str, as_json: bool) -> None:
     """Tell who answers and who asks the service NAME, and what became of the calls."""
     with joined(run) as peer:
         found = peer.graph().service(name)
-        told = [answer[found.name] for answer in peer.ask("services", names=[found.name]) if found.name in answer]
-    accounts = {word: [each for answer in told for each in answer[word]] for word in ("servers", "clients")}
+        answers = [answer[found.name] for answer in peer.ask("services", names=[found.name]) if found.name in answer]
+    accounts = {word: [each for answer in answers for each in answer[word]] for word in ("servers", "clients")}
     if as_json:
         print_answer({"run": peer.run.name, **_as_json(found), "accounts": accounts})
         return

@@ -54,8 +54,8 @@ def test(
     trials.run(range(seeds or 1) if seed is None else [seed])
     found = trials.problems()
     if as_json:
-        told = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
-        print_answer({**told, "problems": [each.as_json() for each in found]})
+        result = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
+        print_answer({**result, "problems": [each.as_json() for each in found]})
     else:
         print_problems(found)
         runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"

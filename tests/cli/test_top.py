@@ -155,7 +155,7 @@ def test_a_look_that_comes_while_the_screen_is_being_closed_is_not_shown():
                     await before()  # the widgets are gone
                     app._leaving.clear()
                     try:
-                        await asyncio.to_thread(app._hand, app._tell, "late")
+                        await asyncio.to_thread(app._hand, app._show_head, "late")
                     finally:
                         app._leaving.set()
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.unwinding import unwound_by_signals
+from busflow.cli.bag.signal_handling import unwound_by_signals
 from busflow.cli.options.bag import listed, named, print_damage, reads, stretch, within
 from busflow.cli.terminal.output import line_of, print_answer, print_message
 from busflow.cli.terminal.progress import progress

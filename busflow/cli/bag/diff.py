@@ -53,7 +53,7 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
         found = compared(left, right, Comparison(tolerance), chosen, times=times, most=most, on_message=step)
         damaged = [print_damage(bag) for bag in (left, right)]
     if as_json:
-        print_answer(_told(found, left, right))
+        print_answer(_as_json(found, left, right))
     else:
         for topic in found.topics:
             _show(topic, left, right)
@@ -93,7 +93,7 @@ def _pairs(count: int) -> str:
     return "no messages were" if count == 0 else counted(count, "message was", "messages were")
 
 
-def _told(found: BagDiff, left: Bag, right: Bag) -> dict[str, Any]:
+def _as_json(found: BagDiff, left: Bag, right: Bag) -> dict[str, Any]:
     return {
         "same": found.same,
         "messages": found.messages,

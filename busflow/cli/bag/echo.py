@@ -73,14 +73,14 @@ def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, 
     from busflow.cli.terminal.field_paths import Absent
     from busflow.wire.client.listener import Received
 
-    told: set[str] = set()
+    printed: set[str] = set()
     for entry in bag.entries(printers.__contains__, *times):
         received = Received(entry.payload, entry.sequence, entry.publish_time_ns, b"")
         try:
             text = printers[entry.channel](received)
         except (MalformedMessage, Absent) as error:
-            if str(error) not in told and len(told) < _MOST_WARNINGS:
-                told.add(str(error))
+            if str(error) not in printed and len(printed) < _MOST_WARNINGS:
+                printed.add(str(error))
                 print_message(f"warning: message {entry.sequence} of {entry.channel.topic} is left out: {error}")
             continue
         if text is not None:

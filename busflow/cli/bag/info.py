@@ -47,16 +47,16 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> Non
                 raise BagError("there is no launch file in it", file=str(file))
             print_message(bag.facts.launch_file, error_stream=False)
             return
-        told = _told(bag)
+        contents = _contents(bag)
         if with_digest:
-            told["digest"] = bag.digest()
+            contents["digest"] = bag.digest()
         if as_json:
-            print_answer(told)
+            print_answer(contents)
         else:
-            _show(bag, told)
+            _show(bag, contents)
 
 
-def _told(bag: Bag) -> dict[str, Any]:
+def _contents(bag: Bag) -> dict[str, Any]:
     """All there is to tell."""
     spans: dict[tuple[str, ...], list[int]] = {}
     for each, span in bag.spans().items():
@@ -137,18 +137,18 @@ def _topic(channel: Channel, bag: Bag, times: Sequence[int] | None) -> dict[str,
     }
 
 
-def _show(bag: Bag, told: dict[str, Any]) -> None:
+def _show(bag: Bag, contents: dict[str, Any]) -> None:
     click.echo(f"{printable(bag.path.name)}")
-    rows = [row for row in _rows(bag, told) if row[1] not in (None, "")]
+    rows = [row for row in _rows(bag, contents) if row[1] not in (None, "")]
     print_table(rows, Column(), Column(folds=True), indent="  ")
-    if told["topics"]:
+    if contents["topics"]:
         click.echo()
-        rows = [(each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in told["topics"]]
+        rows = [(each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in contents["topics"]]
         print_table(rows, Column("topic"), Column("type", short=bare), Column("messages"), Column("rate"))
 
 
-def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
-    reasons = told["incomplete_because"]
+def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
+    reasons = contents["incomplete_because"]
     yield "state", "INCOMPLETE: " + "; ".join(reasons) if reasons else "complete"
     if bag.facts is not None:
         yield "run", bag.facts.run
@@ -158,15 +158,15 @@ def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
         yield "launch file", "recorded with it; --launch-file prints it" if bag.facts.launch_file else None
         yield "versions", ", ".join(f"{name} {version}" for name, version in bag.facts.versions.items())
     else:
-        yield "recorder", told["recorder"]
-    for each in told["processes"]:
+        yield "recorder", contents["recorder"]
+    for each in contents["processes"]:
         state = "complete" if each["complete"] else "INCOMPLETE"
         yield "process", f"{each['process']}: {each['file']}, {counted(each['messages'], 'message')}, {state}"
-    yield "start", _date(told["start_ns"])
-    yield "duration", None if told["duration_s"] is None else f"{told['duration_s']:.3f} s"
-    yield "messages", f"{told['messages']}"
-    yield "size", _size(told["size"])
-    yield "digest", told.get("digest")
+    yield "start", _date(contents["start_ns"])
+    yield "duration", None if contents["duration_s"] is None else f"{contents['duration_s']:.3f} s"
+    yield "messages", f"{contents['messages']}"
+    yield "size", _size(contents["size"])
+    yield "digest", contents.get("digest")
 
 
 def _date(time_ns: int | None) -> str | None:

@@ -88,9 +88,9 @@ def play(
     asked |= {"start_s": start_s, "until_s": until_s, "delay_s": asked["delay_s"] or 0.0}
     asked |= {"topics": list(asked["topics"]), "exclude": list(asked["exclude"])}
     if run is None:
-        from busflow.cli.bag.playing import play_alone
+        from busflow.cli.bag.play_alone import play_alone
 
         return play_alone(asked, as_json=as_json)
-    from busflow.cli.bag.playing_into import play_into
+    from busflow.cli.bag.play_into import play_into
 
     return play_into(run, asked, as_json=as_json)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.unwinding import unwound_by_signals
+from busflow.cli.bag.signal_handling import unwound_by_signals
 from busflow.cli.options.bag import reads
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.progress import progress
@@ -56,8 +56,8 @@ def recover(file: Path, output: Path | None, as_json: bool) -> None:
     saved = counted(found.messages, "message")
     click.echo(f"{target}: {saved} saved (attachments: {found.attachments}, metadata: {found.metadata})")
     if found.strays:
-        strays = counted(found.strays, "message was", "messages were")
-        click.echo(f"{strays} not saved, for nothing is left that says of which topic")
+        orphans = counted(found.strays, "message was", "messages were")
+        click.echo(f"{orphans} not saved, for nothing is left that says of which topic")
     if found.missing:
         missing = counted(found.missing, "message is", "messages are")
         click.echo(f"{missing} missing between those that were saved")

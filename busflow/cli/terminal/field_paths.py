@@ -115,8 +115,8 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
             if not shape.is_sequence:
                 raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
             if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
-                told = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
-                raise _invalid(told, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
+                why = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
+                raise _invalid(why, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
             shape = shape.item
         elif shape.is_sequence:
             raise _invalid("a sequence is followed by an index, such as [0]", option, text, start, len(step))

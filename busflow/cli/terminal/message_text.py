@@ -101,13 +101,13 @@ class Printer:
         return f"{payload[:most]!r}... ({len(payload)} bytes)"
 
     def _json(self, received: Received, shown: Any) -> str:
-        told: dict[str, Any] = {
+        data: dict[str, Any] = {
             "topic": self.topic,
             "sequence": received.sequence or None,
             "published_ns": received.stamp_ns or None,
         }
         if self.path:
-            told |= {"field": self.wanted.field, "value": shown}
+            data |= {"field": self.wanted.field, "value": shown}
         else:
-            told["message"] = shown
-        return line_of(told)
+            data["message"] = shown
+        return line_of(data)

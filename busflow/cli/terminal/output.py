@@ -64,24 +64,24 @@ def print_found(answer: Mapping[str, Any], names: Iterable[str], *, as_json: boo
         click.echo("\n".join(map(printable, names)))
 
 
-def print_line(told: Mapping[str, Any]) -> None:
+def print_line(data: Mapping[str, Any]) -> None:
     """Print one of many objects on a line of its own, at once: whoever reads the stream is not to wait."""
-    click.echo(line_of(told))
+    click.echo(line_of(data))
 
 
-def line_of(told: Mapping[str, Any]) -> str:
+def line_of(data: Mapping[str, Any]) -> str:
     """An object as one line of JSON, with the version."""
-    versioned = {"version": JSON_VERSION, **told}
+    versioned = {"version": JSON_VERSION, **data}
     try:
         return json.dumps(versioned, default=str, allow_nan=False)
     except ValueError:  # infinity or NaN; a picture's million numbers are not looked at one by one to find none
         return json.dumps(finite(versioned), default=str, allow_nan=False)
 
 
-def near(file: str) -> str:
+def short_path(file: str) -> str:
     """A path as short as it can be said from here.
 
-    >>> near("/no/such/place"), near("configs/lab1.yaml")
+    >>> short_path("/no/such/place"), short_path("configs/lab1.yaml")
     ('/no/such/place', 'configs/lab1.yaml')
     """
     relative = os.path.relpath(file)

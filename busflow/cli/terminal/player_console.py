@@ -26,7 +26,7 @@ _NS_PER_S = 1e9
 class Controls(Protocol):
     """What a terminal shows of a player, and may ask of it, from a thread of its own."""
 
-    def shown(self) -> Standing | None:
+    def shown(self) -> PlayerState | None:
         """How it stands, once it plays."""
         ...
 
@@ -44,7 +44,7 @@ class Controls(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class PlayerState:
     """How a player stands."""
 
     position_ns: int
@@ -57,7 +57,7 @@ class Standing:
     """Messages so far."""
 
     @classmethod
-    def of(cls, playing: Playing) -> Standing:
+    def of(cls, playing: Playing) -> PlayerState:
         """As it is now, from any thread."""
         start, end = playing.span_ns
         return cls(
@@ -125,10 +125,10 @@ class Console:
             return ""
         total_s, done_s = now.length_ns / _NS_PER_S, now.position_ns / _NS_PER_S
         state = "paused" if now.paused else f"x{now.rate:g}"
-        told = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
-        room = max(0, min(40, width - len(told) - 3))
+        text = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
+        room = max(0, min(40, width - len(text) - 3))
         full = room if not total_s else min(room, int(room * done_s / total_s))
-        return f"[{'#' * full}{'.' * (room - full)}]{told}"[: max(0, width - 1)]
+        return f"[{'#' * full}{'.' * (room - full)}]{text}"[: max(0, width - 1)]
 
     def _work(self, keyboard: int | None) -> None:
         while not self._end.is_set():

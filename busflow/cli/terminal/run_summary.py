@@ -21,9 +21,9 @@ def print_summary(report: Report) -> None:
     print_text(
         f"{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
     )
-    told = report.as_json()
+    data = report.as_json()
     for rows, columns in (
-        (list(topic_rows(told["topics"], report.duration_s)), TOPIC_COLUMNS),
+        (list(topic_rows(data["topics"], report.duration_s)), TOPIC_COLUMNS),
         _services(report),
         (list(_timers(report)), _TIMER_COLUMNS),
     ):
@@ -41,7 +41,7 @@ def _remarks(report: Report) -> Iterator[str]:
         if node.parameters_set:
             yield f"{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran"
         if node.restarts or node.failures:
-            yield f"{printable(node.name)}: {_lives(node)}"
+            yield f"{printable(node.name)}: {_node_history(node)}"
     for block in report.blocks:
         yield (
             f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
@@ -49,7 +49,7 @@ def _remarks(report: Report) -> Iterator[str]:
         )
     for process in report.processes:
         if process.restarts or process.fates:
-            yield _fortunes(process)
+            yield _process_history(process)
     for topic in report.topics:
         if gone := {reason: count for reason, count in topic.losses.items() if count}:
             reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
@@ -64,7 +64,7 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _lives(node: NodeReport) -> str:
+def _node_history(node: NodeReport) -> str:
     """How a node that failed or was started anew fared."""
     failed = f"failed {_times(node.failures)}" if node.failures else ""
     anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
@@ -72,7 +72,7 @@ def _lives(node: NodeReport) -> str:
     return " and ".join(filter(None, [failed, anew])) + last
 
 
-def _fortunes(process: ProcessReport) -> str:
+def _process_history(process: ProcessReport) -> str:
     """How a process that ended before its time fared."""
     anew = f" was started anew {_times(process.restarts)}" if process.restarts else ""
     last = f"; the last time {printable(process.fates[-1], limit=200)}" if process.fates else ""

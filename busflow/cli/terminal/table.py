@@ -122,7 +122,7 @@ def _lines(lanes: Sequence[_Lane], room: int | None) -> Iterator[str]:
             widths = _widths(beside, None if room is None else room - below * len(_GAP))
             if widths is not None:
                 return _below(left, widths, room or 0) if below else _side_by_side(left, widths)
-    return _told([lane.shortened() for lane in lanes], room or 0)
+    return _sentences([lane.shortened() for lane in lanes], room or 0)
 
 
 def _reductions(lanes: Sequence[_Lane]) -> Iterator[list[_Lane]]:
@@ -170,7 +170,7 @@ def _below(lanes: Sequence[_Lane], widths: Sequence[int], room: int) -> Iterator
             yield from (_GAP + line for line in _row(row, others, widths))
 
 
-def _told(lanes: Sequence[_Lane], room: int) -> Iterator[str]:
+def _sentences(lanes: Sequence[_Lane], room: int) -> Iterator[str]:
     """The first column on lines of its own, the others below it as a sentence: there is no room for columns."""
     for name, *row in zip(*(lane.cells for lane in lanes), strict=True):
         yield from folded([name], room)

@@ -109,7 +109,7 @@ def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:
     if now.at_s > before.at_s and topic.name in before.graph.topics:
         earlier = int(before.graph.topics[topic.name].details.get("published", 0))
         rate_hz = max(0, published - earlier) / (now.at_s - before.at_s)
-    ledger = [end.details for end in topic.subscriptions if end.details]
+    counts = [end.details for end in topic.subscriptions if end.details]
     return TopicRow(
         name=topic.name,
         type=topic.type,
@@ -117,9 +117,9 @@ def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:
         rate_hz=rate_hz,
         publishers=len(topic.publishers),
         subscriptions=len(topic.subscriptions),
-        dropped=sum(line["dropped"] for line in ledger),
-        queued=sum(line["queued"] for line in ledger),
-        fullest=max((line["queued"] / line["depth"] for line in ledger), default=0.0),
+        dropped=sum(line["dropped"] for line in counts),
+        queued=sum(line["queued"] for line in counts),
+        fullest=max((line["queued"] / line["depth"] for line in counts), default=0.0),
     )
 
 

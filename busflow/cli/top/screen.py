@@ -18,7 +18,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Footer, Input, RichLog, Sparkline, Static
 from textual.widgets.data_table import RowDoesNotExist
 
-from busflow.cli.terminal.output import near
+from busflow.cli.terminal.output import short_path
 from busflow.cli.terminal.table import Column, narrowed
 from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
 from busflow.clock import perf_counter
@@ -111,7 +111,7 @@ class Top(App[None]):
                     run = self._peer.ask("run")[0]
                     self._hand(self._show, look, run, self._log_lines())
                 except BusflowError as error:
-                    self._hand(self._tell, f"{self._peer.run.name}: {error}")
+                    self._hand(self._show_head, f"{self._peer.run.name}: {error}")
             self._leaving.wait(self._interval_s)
 
     def _log_lines(self) -> list[dict[str, Any]]:
@@ -139,8 +139,8 @@ class Top(App[None]):
             self._looks.popleft()
         self._looks.append(look)
         state = "paused" if self._paused else f"every {self._interval_s:g} s"
-        told = f"up {run['elapsed_s']:.0f} s  ({state})  pid {run['pid']}"
-        self._tell(f"{run['name']}  {told}  {near(run['file'] or '')}")
+        text = f"up {run['elapsed_s']:.0f} s  ({state})  pid {run['pid']}"
+        self._show_head(f"{run['name']}  {text}  {short_path(run['file'] or '')}")
         self._fill_tables()
         log = self.query_one("#log", RichLog)
         for line in log_lines:
@@ -182,7 +182,7 @@ class Top(App[None]):
         if anew:
             table.move_cursor(row=chosen)
 
-    def _tell(self, text: str) -> None:
+    def _show_head(self, text: str) -> None:
         self.query_one("#head", Static).update(Text(printable(text)))
 
     def _table(self, name: str) -> DataTable[Any]:
@@ -205,7 +205,7 @@ class Top(App[None]):
         """Stop looking, or go on."""
         self._paused = not self._paused
         if self._paused:
-            self._tell("paused; space goes on")
+            self._show_head("paused; space goes on")
 
     def action_echo(self) -> None:
         """Show the messages of the chosen topic, or no longer."""
@@ -269,9 +269,9 @@ class Top(App[None]):
             self._field = next(iter(found[-1]))
         self._numbers.extend(each[self._field] for each in found if self._field in each)
         plotted = list(self._numbers)
-        told = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"
+        value = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"
         spread = f"   ({min(plotted):g} … {max(plotted):g})" if plotted else ""
-        text = "\n".join([topic, "", *lines(values[-1]), "", told + spread])
+        text = "\n".join([topic, "", *lines(values[-1]), "", value + spread])
         self.query_one("#message", Static).update(Text(text))
         self.query_one("#plot", Sparkline).data = plotted
 

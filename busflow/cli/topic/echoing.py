@@ -41,7 +41,7 @@ class Echo:
         self._topic = self._graph.topic(name)
         self._type = known_type(peer, agreed_type(self._topic, type_name))
         self._print = wanted.printer(self._topic.name, self._type)
-        self._told: set[str] = set()
+        self._warned: set[str] = set()
         self._with_info = with_info
         self._demand_field = False
         self._clock = SystemClock()
@@ -72,7 +72,7 @@ class Echo:
             NoSuchTarget: A message lacks the field.
         """
         self._demand_field = demand_field
-        print_if_silent(self._graph, self._topic)
+        warn_if_unpublished(self._graph, self._topic)
         shown, printed_at = 0, self._clock.monotonic_ns()
         with self._peer.listen(self._topic, self._type) as listener:
             while count is None or shown < count:
@@ -86,7 +86,7 @@ class Echo:
 
     def _wait(self, listener: Listener, printed_at: int, timeout_s: float | None) -> Received | None:
         """The next message, waited for as long as it may take."""
-        self._tell_losses(listener)
+        self._warn_of_losses(listener)
         received = None
         while received is None and (left := self._left(printed_at, timeout_s)) > 0:
             received = listener.get(min(_LOOK_S, left))
@@ -105,13 +105,13 @@ class Echo:
         try:
             text = self._print(received)
         except MalformedMessage as error:
-            self._tell_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
+            self._warn_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
             return False
         except Absent as error:
-            told = f"a message of {self._topic.name} has no such field: {error}"
+            why = f"a message of {self._topic.name} has no such field: {error}"
             if self._demand_field:
-                raise NoSuchTarget(f"{told}; -n 1 waits for one that has it") from None
-            self._tell_once(f"warning: {told}")
+                raise NoSuchTarget(f"{why}; -n 1 waits for one that has it") from None
+            self._warn_once(f"warning: {why}")
             return False
         if text is None:
             return False
@@ -120,7 +120,7 @@ class Echo:
         click.echo(text)
         return True
 
-    def _tell_losses(self, listener: Listener) -> None:
+    def _warn_of_losses(self, listener: Listener) -> None:
         if listener.dropped or listener.lost:
             print_message(
                 f"warning: {listener.dropped + listener.lost} messages of {self._topic.name} were not printed:"
@@ -128,21 +128,21 @@ class Echo:
             )
             listener.dropped = listener.lost = 0
 
-    def _tell_once(self, text: str) -> None:
-        if text not in self._told and len(self._told) < 100:
-            self._told.add(text)
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned and len(self._warned) < 100:
+            self._warned.add(text)
             print_message(text)
 
 
 def _info(received: Received, read_ns: int) -> str:
     """What is known of a message beside its content, in ROS 2's words; null is what nobody said."""
-    told = {
+    info = {
         "publication_sequence_number": received.sequence or None,
         "received_timestamp": read_ns,
         "reception_sequence_number": None,
         "source_timestamp": received.stamp_ns or None,
     }
-    return "\n".join([*(f"{word}: {'null' if value is None else value}" for word, value in told.items()), "---"])
+    return "\n".join([*(f"{word}: {'null' if value is None else value}" for word, value in info.items()), "---"])
 
 
 def agreed_type(topic: TopicView, wanted: str | None) -> str:
@@ -165,7 +165,7 @@ def agreed_type(topic: TopicView, wanted: str | None) -> str:
     return first
 
 
-def print_if_silent(graph: GraphView, topic: TopicView) -> None:
+def warn_if_unpublished(graph: GraphView, topic: TopicView) -> None:
     """Say so at once when a topic has no publisher, and which one may have been meant."""
     if topic.publishers:
         return

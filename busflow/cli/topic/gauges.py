@@ -12,7 +12,7 @@ import click
 
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.output import print_line, print_message
-from busflow.cli.topic.echoing import agreed_type, print_if_silent
+from busflow.cli.topic.echoing import agreed_type, warn_if_unpublished
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
@@ -47,27 +47,27 @@ def gauge(
     for topic in topics:
         if measure is DELAY:
             _require_header(peer, topic.name, agreed_type(topic, None))
-        print_if_silent(graph, topic)
+        warn_if_unpublished(graph, topic)
     reader = f"{os.getpid()}-{os.urandom(6).hex()}"
     gauges = [_Gauge(peer, topic.name, reader, measure, window, named=len(topics) > 1) for topic in topics]
     if measure is BW and not as_json:
         click.echo("\n".join(printable(f"Subscribed to [{topic.name}]") for topic in topics))
-    told, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
+    printed, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
     try:
         for each in gauges:
             each.ask()  # which puts the meter on
-        while count is None or told < count:
+        while count is None or printed < count:
             for _ in range(steps):
                 pause.wait(every_s / steps)
                 for each in gauges:
                     each.ask()
             for each in gauges:
-                each.print_message(as_json=as_json)
-            told += 1
+                each.print_interval(as_json=as_json)
+            printed += 1
     except KeyboardInterrupt:
         for each in gauges:
             each.ask()
-            each.print_message(as_json=as_json, last=True)
+            each.print_interval(as_json=as_json, last=True)
         raise
     return ExitCode.OK
 
@@ -95,7 +95,7 @@ class _Gauge:
             self._flows.since(statistics)
         self._statistics = statistics
 
-    def print_message(self, *, as_json: bool, last: bool = False) -> None:
+    def print_interval(self, *, as_json: bool, last: bool = False) -> None:
         """An interval is over: tell it, except the last if nothing came."""
         since, self._since = self._since, NOTHING
         flows = self._flows.since(self._statistics or ())

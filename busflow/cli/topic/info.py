@@ -94,7 +94,7 @@ def _as_json(topic: TopicView) -> dict[str, Any]:
 
 def _end_json(end: EndView) -> dict[str, Any]:
     """An end, with what its process tells of it where that is busflow: counts, and where it is declared."""
-    told = {key: value for key, value in end.details.items() if key not in ("node", "qos", "topic")}
+    details = {key: value for key, value in end.details.items() if key not in ("node", "qos", "topic")}
     token = end.token
     own = {"node": end.node, "type": token.type, "hash": token.hash, "gid": token.gid.hex(), "qos": asdict(end.qos)}
-    return own | told
+    return own | details

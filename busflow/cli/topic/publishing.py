@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from busflow.wire.zenoh.qos_text import WireQoS
 
 _LOOK_S = 1.0
-"""How often it is told that nobody receives, and looked whether the run is still there."""
+"""How often it is announced that nobody receives, and looked whether the run is still there."""
 _NS_PER_S = 1_000_000_000
 
 
@@ -92,7 +92,7 @@ class Publishing:
                 f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this"
             )
         if there is None or not there.subscriptions:
-            self._tell_nobody(graph)
+            self._warn_unreceived(graph)
         self._clock = SystemClock()
         self._pause = Event()
 
@@ -134,18 +134,18 @@ class Publishing:
 
     def _wait_for(self, matches: int, speaker: Speaker, patience_s: float) -> bool:
         """Wait until so many subscriptions are there, and say so each second; False when it took too long."""
-        began_ns, told = self._clock.monotonic_ns(), False
+        began_ns, announced = self._clock.monotonic_ns(), False
         while matches:
             left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
             enough = self._listeners() >= matches
             if enough and speaker.wait_for_listener(max(0.0, min(_LOOK_S, left_s))):
-                if told:
+                if announced:
                     self._peer.settle()  # who has come meanwhile may not hear of this publisher yet
                 return True
             if left_s <= 0:
                 return False
-            if not told:
-                told = True
+            if not announced:
+                announced = True
                 print_message("to publish at once, whoever receives it: -w 0")
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
             self._require_run()
@@ -161,6 +161,6 @@ class Publishing:
         if not self._peer.alive:
             raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
-    def _tell_nobody(self, graph: GraphView) -> None:
+    def _warn_unreceived(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
         print_message(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")

@@ -47,10 +47,10 @@ class Reading:
         known = {node for answer in answers for node in answer["publishers"]}
         outside: dict[str, Mapping[str, Any]] = {}
         for answer in answers:
-            for node, told in answer["arrived"].items():
+            for node, arrived in answer["arrived"].items():
                 if node not in known:  # the process that had most of it
-                    outside[node] = max(outside.get(node, told), told, key=lambda each: each["count"])
-        parts = [cls._told(duration_s, told) for told in (*answers, *outside.values())]
+                    outside[node] = max(outside.get(node, arrived), arrived, key=lambda each: each["count"])
+        parts = [cls._of_one(duration_s, part) for part in (*answers, *outside.values())]
         return cls(
             duration_s,
             sum(part.count for part in parts),
@@ -60,8 +60,8 @@ class Reading:
         )
 
     @classmethod
-    def _told(cls, duration_s: float, told: Mapping[str, Any]) -> Reading:
-        return cls(duration_s, told["count"], *(Spread(**told[name]) for name in ("periods_s", "sizes", "ages_s")))
+    def _of_one(cls, duration_s: float, part: Mapping[str, Any]) -> Reading:
+        return cls(duration_s, part["count"], *(Spread(**part[name]) for name in ("periods_s", "sizes", "ages_s")))
 
     def __add__(self, other: Reading) -> Reading:
         return Reading(

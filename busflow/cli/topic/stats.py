@@ -28,8 +28,8 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> None:
         wanted = {topic.name for topic in map(peer.graph().topic, names)} if names else None
         reports = peer.ask("report")
         name = peer.run.name
-    told = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
-    topics = [_together([each for each in told if each["name"] == name]) for name in sorted({t["name"] for t in told})]
+    rows = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
+    topics = [_together([each for each in rows if each["name"] == name]) for name in sorted({t["name"] for t in rows})]
     seconds = max(report["duration_s"] for report in reports)
     if as_json:
         print_answer({"run": name, "duration_s": seconds, "topics": topics})

@@ -10,8 +10,8 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from busflow.cli import main
-from busflow.cli.bag.playing import _GraphControls
-from busflow.cli.terminal.player_console import Console, Standing
+from busflow.cli.bag.play_alone import _GraphControls
+from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
 from busflow.recording.player.player import Player
@@ -281,10 +281,10 @@ def test_keys_are_those_of_ros_2():
 
 
 def test_the_bar_tells_how_far_it_is():
-    console = Console(Asked(Standing(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
+    console = Console(Asked(PlayerState(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
     assert console.line(100) == "[##########..............................] 2.5 / 10.0 s  42 messages  x2"
     assert len(console.line(30)) < 30
-    console = Console(Asked(Standing(0, 0, 1.0, True, 0)))
+    console = Console(Asked(PlayerState(0, 0, 1.0, True, 0)))
     assert console.line(80).endswith("0.0 / 0.0 s  0 messages  paused")
     assert Console(Asked()).line(80) == ""
 

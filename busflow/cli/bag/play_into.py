@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import QoS
-from busflow.cli.bag.playing import print_played
+from busflow.cli.bag.play_alone import print_played
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import print_message
-from busflow.cli.terminal.player_console import Console, Standing
+from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.interfaces.encoding.builtin_types import builtin_types
@@ -69,11 +69,11 @@ class _Into:
         graph = peer.graph()
         for channel in channels:
             self._check(channel, graph)
-        self._ways = {each: self._way(each, ends) for each in channels}
-        self._clock_way = self._advertised_clock(ends) if self._clock_hz else None
+        self._speakers = {each: self._advertised(each, ends) for each in channels}
+        self._clock_speaker = self._advertised_clock(ends) if self._clock_hz else None
         peer.settle()
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
-        self._tape = OrderedMessages(bag, channels, span, threaded=True)
+        self._messages = OrderedMessages(bag, channels, span, threaded=True)
         self._playing: Playing | None = None
 
     @property
@@ -86,30 +86,32 @@ class _Into:
         try:
             await self._play()
         finally:
-            await self._tape.close()
+            await self._messages.close()
 
     async def _play(self) -> None:
         clock, asked = SystemClock(), self._asked
         if asked["delay_s"] > 0:
             await clock.sleep(asked["delay_s"])
-        playing = self._playing = Playing(self._tape, clock, self._publish, rate=asked["rate"], paused=asked["paused"])
+        playing = self._playing = Playing(
+            self._messages, clock, self._publish, rate=asked["rate"], paused=asked["paused"]
+        )
         console = Console(_LoopControls(asyncio.get_running_loop(), playing))
         async with asyncio.TaskGroup() as beside:
             tasks = [beside.create_task(self._watch(clock, playing))]
-            if self._clock_way is not None:
-                tasks.append(beside.create_task(self._tell_time(self._clock_way, clock, playing)))
+            if self._clock_speaker is not None:
+                tasks.append(beside.create_task(self._publish_clock(self._clock_speaker, clock, playing)))
             with console.shown():
                 while await playing.play() and asked["loop"] and await playing.again():
                     continue
             for task in tasks:
                 task.cancel()
-            if self._clock_way is not None:
-                self._tell(self._clock_way, playing)  # how late it is in the end
+            if self._clock_speaker is not None:
+                self._publish_time(self._clock_speaker, playing)  # how late it is in the end
         if not self._peer.alive:
             raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
     async def _publish(self, entry: Entry) -> None:
-        self._ways[entry.channel].publish_bytes(entry.payload)
+        self._speakers[entry.channel].publish_bytes(entry.payload)
 
     async def _watch(self, clock: SystemClock, playing: Playing) -> None:
         """Stop when the run is not there any more."""
@@ -117,15 +119,15 @@ class _Into:
             await clock.sleep(_LOOK_S)
         playing.stop()
 
-    async def _tell_time(self, way: Speaker, clock: SystemClock, playing: Playing) -> None:
+    async def _publish_clock(self, speaker: Speaker, clock: SystemClock, playing: Playing) -> None:
         while True:
-            self._tell(way, playing)
+            self._publish_time(speaker, playing)
             await clock.sleep(1 / self._clock_hz)
 
     @staticmethod
-    def _tell(way: Speaker, playing: Playing) -> None:
+    def _publish_time(speaker: Speaker, playing: Playing) -> None:
         seconds, nanoseconds = divmod(max(0, playing.position_ns), NS_PER_S)
-        way.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
+        speaker.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
 
     def _topic(self, channel: Channel) -> str:
         return self._asked["rename"].get(channel.topic, channel.topic)
@@ -140,7 +142,7 @@ class _Into:
         if there is not None and there.publishers:
             print_message(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
 
-    def _way(self, channel: Channel, ends: ExitStack) -> Speaker:
+    def _advertised(self, channel: Channel, ends: ExitStack) -> Speaker:
         qos = to_text(offered(channel.qos) or QoS())
         return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos, settle=False))
 
@@ -157,9 +159,9 @@ class _LoopControls:
         self._loop, self._playing = loop, playing
         self._steps: set[asyncio.Task[bool]] = set()
 
-    def shown(self) -> Standing:
+    def shown(self) -> PlayerState:
         """How it stands."""
-        return Standing.of(self._playing)
+        return PlayerState.of(self._playing)
 
     def toggle(self) -> None:
         """Pause, or go on."""

@@ -14,7 +14,7 @@ import click
 
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.terminal.output import colour, print_answer, print_message
-from busflow.cli.terminal.player_console import Console, Standing
+from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
@@ -83,9 +83,9 @@ class _GraphControls:
     def __init__(self, graph: Graph, player: Player) -> None:
         self._graph, self._player = graph, player
 
-    def shown(self) -> Standing | None:
+    def shown(self) -> PlayerState | None:
         """How it stands."""
-        return None if self._player.playing is None else Standing.of(self._player.playing)
+        return None if self._player.playing is None else PlayerState.of(self._player.playing)
 
     def toggle(self) -> None:
         """Pause, or go on."""
