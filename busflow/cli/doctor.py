@@ -1,4 +1,4 @@
-"""`busflow doctor`: what there is on this machine, whether each run answers, and what is wrong in it."""
+"""`busflow doctor`: checks versions, run directories, and whether each run answers and what is wrong in it."""
 
 from __future__ import annotations
 
@@ -31,9 +31,13 @@ Examples:
   busflow doctor --run lab1 --json | jq '.findings[].message'"""
 
 
+_Findings = list[tuple[str | None, Problem]]
+"""Problems, each with the name of its run, or None."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Examined:
-    """One run, and what was found wrong in it."""
+    """One run with its problems."""
 
     present: PresentRun
     clock: str
@@ -46,18 +50,18 @@ class _Examined:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
 def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
-    """Tell versions, run directories and runs, and what is wrong in each graph that runs; exit code 3 if something is.
+    """Show versions, run directories and runs, and what is wrong in each; exit code 3 if something is wrong.
 
-    Directories that dead runs have left are removed.
+    Directories left behind by dead runs are removed.
     """
     from busflow.wire.zenoh.run_directory import folders
 
     places = folders()
-    findings = [*_about_versions(), *_about_commands(context), *_about(places)]
+    findings = _Findings((None, each) for each in (*_about_versions(), *_about_commands(context), *_about(places)))
     examined = [_examine(present) for present in _present(run, findings)]
-    findings += [problem for each in examined for problem in each.findings]
+    findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
     if as_json:
-        rows = [{"run": name, **problem.as_json()} for name, problem in _by_run(findings, examined)]
+        rows = [{"run": name, **problem.as_json()} for name, problem in findings]
         runs = [_run_json(each) for each in examined]
         print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": rows})
     else:
@@ -65,7 +69,7 @@ def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
     return ExitCode.DIFFERENT if findings else ExitCode.OK
 
 
-def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
+def _present(run: str | None, findings: _Findings) -> Iterator[PresentRun]:
     from busflow.wire.client.runs import call, call_roll
 
     if run is not None:
@@ -76,7 +80,7 @@ def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
     try:
         yield from call_roll()
     except InspectionUnavailable:
-        if not findings:  # an unsafe folder is told of already
+        if not findings:  # an unsafe folder is reported already
             raise
 
 
@@ -97,7 +101,7 @@ def _about_versions() -> Iterator[Problem]:
     try:
         require_zenoh()
     except InspectionUnavailable as error:
-        yield Problem("no-zenoh", f"runs cannot be looked into: {error}", "pip install eclipse-zenoh")
+        yield Problem("no-zenoh", f"runs cannot be inspected: {error}", "pip install eclipse-zenoh")
 
 
 def _about_commands(context: click.Context) -> Iterator[Problem]:
@@ -109,7 +113,7 @@ def _about_commands(context: click.Context) -> Iterator[Problem]:
 def _about(folders: list[Folder]) -> Iterator[Problem]:
     for each in folders:
         if each.fault:
-            yield Problem("unsafe-folder", each.fault, f"look who made it: ls -ld {each.path}")
+            yield Problem("unsafe-folder", each.fault, f"see who owns it: ls -ld {each.path}")
 
 
 def _examine(present: PresentRun) -> _Examined:
@@ -148,7 +152,7 @@ def _about_processes(present: PresentRun) -> Iterator[Problem]:
     for each in present.processes:
         if restarts := each.get("restarts", 0):
             text = f"the process {each['process']} was started anew {counted(restarts, 'time')}"
-            fix = "busflow log --level warning tells why; its nodes' figures began anew as well"
+            fix = "busflow log --level warning shows why; the counts of its nodes began again at 0"
             yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
 
 
@@ -156,18 +160,13 @@ def _about_age(present: PresentRun) -> Iterator[Problem]:
     theirs = present.run.card.version
     if theirs != busflow.__version__:
         text = f"it runs busflow {theirs or 'of an unknown version'}, and this is {busflow.__version__}"
-        yield Problem("other-version", text, "start it anew, or use its own busflow", severity=Severity.WARNING)
-
-
-def _by_run(findings: list[Problem], examined: list[_Examined]) -> Iterator[tuple[str | None, Problem]]:
-    names = {id(problem): each.present.run.name for each in examined for problem in each.findings}
-    yield from ((names.get(id(problem)), problem) for problem in findings)
+        yield Problem("other-version", text, "restart it, or use its version of busflow", severity=Severity.WARNING)
 
 
 # Showing.
 
 
-def _print(folders: list[Folder], examined: list[_Examined], findings: list[Problem]) -> None:
+def _print(folders: list[Folder], examined: list[_Examined], findings: _Findings) -> None:
     versions = _versions()
     print_table(
         [
@@ -182,14 +181,10 @@ def _print(folders: list[Folder], examined: list[_Examined], findings: list[Prob
     )
     if not examined:
         click.echo("nothing is running")
-    for name, problems in groupby(_by_run(findings, examined), key=itemgetter(0)):
+    for name, problems in groupby(findings, key=itemgetter(0)):
         click.echo(f"\n{name}:" if name else "")
         print_problems(problem for _, problem in problems)
-    click.echo(f"\n{_count(len(findings))}")
-
-
-def _count(findings: int) -> str:
-    return counted(findings, "finding") if findings else "nothing is wrong"
+    click.echo(f"\n{counted(len(findings), 'finding') if findings else 'nothing is wrong'}")
 
 
 def _state(folder: Folder) -> str:

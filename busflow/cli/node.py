@@ -1,4 +1,4 @@
-"""`busflow node`: the nodes of a running graph, and the ends of one."""
+"""`busflow node`: lists the nodes of a running graph, and shows the endpoints of one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _VERBS = {
     "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),
-    "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and how it is."),
+    "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and its state."),
 }
 _EXAMPLES = """\b
 Examples:
@@ -41,9 +41,9 @@ node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", e
 
 
 @click.command("list", epilog=_EXAMPLES)
-@click.option("-a", "--all", "all_", is_flag=True, help="Hidden nodes too: a name, or a part of it, begins with _.")
-@click.option("-c", "--count-nodes", "count", is_flag=True, help="Only how many there are.")
-@click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of ends.")
+@click.option("-a", "--all", "all_", is_flag=True, help="Also hidden nodes: a name, or a part of it, begins with _.")
+@click.option("-c", "--count-nodes", "count", is_flag=True, help="Only the number of nodes.")
+@click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of endpoints.")
 @joins
 def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool) -> None:
     """List the nodes of a running graph, by name; failed ones are named on standard error."""
@@ -63,7 +63,7 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="NODE", shell_complete=complete_nodes)
-@click.option("--include-hidden", is_flag=True, help="Hidden topics and services too.")
+@click.option("--include-hidden", is_flag=True, help="Also hidden topics and services.")
 @joins
 def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> None:
     """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
@@ -98,13 +98,13 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
 
 
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
-    """Topic and type of each, by name; of two on one topic one is enough."""
+    """Return topic and type of the endpoints, sorted and without duplicates."""
     found = {(end.token.topic, end.token.type) for end in ends}
     return sorted(each for each in found if hidden or not is_hidden(each[0]))
 
 
 def _state(node: NodeView) -> str:
-    """Where a node is in its life; nobody tells of one that is not busflow's."""
+    """Return a node's state, which is unknown unless the node is busflow's."""
     return str(node.details.get("state", "unknown"))
 
 

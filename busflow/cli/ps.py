@@ -1,4 +1,4 @@
-"""`busflow ps`: what runs on this machine, since when, and from which file."""
+"""`busflow ps`: lists the runs on this machine, with file, process, age and state."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _NS_PER_S = 1_000_000_000
 @click.command(epilog=_EXAMPLES)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, one object a line for each run.")
 def ps(as_json: bool) -> None:
-    """List the runs of this user on this machine; exit code 0 also where there are none.
+    """List the runs of this user on this machine; the exit code is 0 also if there are none.
 
     A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
     """
@@ -76,7 +76,7 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     from busflow.clock import SystemClock
 
     card = present.run.card
-    since = _moment(card.since_ns).astimezone()  # whoever reads it lives in local time
+    since = _moment(card.since_ns).astimezone()  # shown in local time
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
@@ -85,7 +85,7 @@ def _row(present: PresentRun) -> tuple[object, ...]:
 
 
 def _pid(process: Mapping[str, Any]) -> str:
-    """A process's number, and its machine where that is another one than the main.
+    """Return a process's number, with its machine unless that is the main machine.
 
     >>> _pid({"process": "eyes", "pid": 7}), _pid({"process": "arm:eyes", "pid": 7})
     ('7', 'arm:7')
@@ -99,7 +99,7 @@ def _moment(ns: int) -> datetime:
 
 
 def _age(seconds: int) -> str:
-    """A duration in its two largest units.
+    """Return a duration in its two largest units.
 
     >>> _age(7), _age(130), _age(7_260), _age(200_000), _age(-3)
     ('7s', '2min 10s', '2h 1min', '2d 7h', '0s')

@@ -46,10 +46,10 @@ from busflow.msgs.std_msgs import Float64
 
 
 class Listener(Node):
-    """Says what it hears."""
+    """Logs what it receives."""
 
     @subscription("numbers")
-    def hear(self, number: Float64) -> None:
+    def receive(self, number: Float64) -> None:
         self.log.info("heard", number=number.data)
 '''
 
@@ -151,7 +151,7 @@ class Note(Message, package="odd"):
 
 
 class Odds(Node):
-    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, heard by nobody."""
+    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, without a subscription."""
 
     image = publisher(Image, "camera/image")
     talk = publisher(String, "talk")
@@ -159,7 +159,7 @@ class Odds(Node):
     name_of_map = publisher(String, "map_name", qos=QoS(durability="transient_local"))
     numbers = publisher(Int64, "numbers")
     flood = publisher(Int64, "flood")
-    heard = publisher(Float64, "heard")
+    commanded = publisher(Float64, "commanded")
     unused = publisher(Int64, "_hidden/count")
     count = 0
 
@@ -186,7 +186,7 @@ class Odds(Node):
 
     @subscription("cmd")
     def on_command(self, command: Float64) -> None:
-        self.heard.publish(command)
+        self.commanded.publish(command)
 '''
 
 ODD_LAB = """\
@@ -306,7 +306,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tu
 def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""
     plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
-    options = ("-v", "--watchdog", "off")  # which would tell of a busy machine, in a log that is compared
+    options = ("-v", "--watchdog", "off")  # which would log a busy machine, in a log that is compared
     with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, *options) as (place, run):
         run.wait_for("works")
         yield place
@@ -409,7 +409,7 @@ def in_terminal() -> Callable[..., list[str]]:
             command, stdout=terminal, stderr=subprocess.DEVNULL, env={**environment, "TERM": "xterm"}
         ) as process:
             os.close(terminal)
-            with suppress(OSError):  # how Linux says that nobody has the terminal any more
+            with suppress(OSError):  # how Linux reports a closed terminal
                 while part := os.read(screen, 65536):
                     shown += part
         os.close(screen)

@@ -51,7 +51,7 @@ def test_the_version_is_the_packages(capsys: Captured):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["rnu"], "error: there is no command 'rnu': did you mean 'run'?"),
         (["plugins", "lst"], "error: there is no command 'lst': did you mean 'list'?"),
@@ -74,15 +74,15 @@ def test_the_version_is_the_packages(capsys: Captured):
         (["bag", "convert", "a", "b"], "Missing option '--to'. Choose from: ros2bag, csv,"),
     ],
 )
-def test_wrong_usage_is_told_with_what_would_be_right(capsys: Captured, arguments: list[str], told: str):
+def test_wrong_usage_is_answered_with_a_fix(capsys: Captured, arguments: list[str], expected: str):
     assert main(arguments) == 2
     captured = capsys.readouterr()
-    assert told in captured.err
+    assert expected in captured.err
     assert "Usage: busflow" in captured.err
     assert captured.out == ""
 
 
-def test_what_the_user_typed_cannot_steer_the_terminal(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+def test_user_input_is_escaped(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     for arguments in (["\x1b[31m"], ["--\x1b[31m"], ["new", "\x1b[31m"], ["run", "\x1b[31m"], ["new", "a\x9b31m"]):
         assert main(arguments) == 2
@@ -91,7 +91,7 @@ def test_what_the_user_typed_cannot_steer_the_terminal(capsys: Captured, monkeyp
 
 @pytest.mark.usefixtures("broken")
 class TestFailure:
-    def test_an_error_is_one_rendered_block_with_its_exit_code(self, capsys: Captured):
+    def test_error_is_one_block_with_its_exit_code(self, capsys: Captured):
         assert main(["plugins", "info", "broken"]) == 2
         err = capsys.readouterr().err
         assert err.splitlines() == [
@@ -128,7 +128,7 @@ class TestFailure:
         assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_at_its_end_it_closes_what_nobody_has_any_more_and_does_not_take_the_rest_apart():
+def test_exit_closes_garbage_without_interpreter_teardown():
     code = (
         "import gc, sys; from busflow.cli import main; gc.disable()\n"
         "class Circle:\n"
@@ -156,7 +156,7 @@ def test_without_any_standard_output_it_still_works():
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_a_full_disk_is_told():
+def test_full_disk_is_reported():
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True, env=BUFFERED)
     assert done.returncode == 1

@@ -74,7 +74,7 @@ def test_every_service_that_ros2_listed_is_listed(capsys: Captured, ros2_file: S
 
 
 @pytest.mark.usefixtures("lab")
-def test_the_type_and_a_call_are_as_in_ros2(capsys: Captured, ros2_file: Said):
+def test_type_and_call_print_as_ros2(capsys: Captured, ros2_file: Said):
     assert asked(capsys, "type", "/imu_publisher/get_parameters") == (0, ros2_file("60_service_type"), "")
     call = ("call", "/imu_publisher/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [rate_hz]}")
     said = ros2_file("61_service_call").replace("double_value=20.0", "double_value=10.0")
@@ -93,7 +93,7 @@ def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
 
 
 @pytest.mark.usefixtures("lamp")
-def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
+def test_response_is_shown_and_escaped(capsys: Captured):
     code, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}")
     assert code == 0
     assert out.splitlines() == [
@@ -104,8 +104,8 @@ def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
         "",
     ]
     _, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}", "--json")
-    told = json.loads(out)
-    assert (told["version"], told["service"], told["response"]["success"]) == (1, "/lamp/switch", True)
+    answer = json.loads(out)
+    assert (answer["version"], answer["service"], answer["response"]["success"]) == (1, "/lamp/switch", True)
 
 
 @pytest.mark.usefixtures("lamp")
@@ -124,7 +124,7 @@ def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
         ("find std_srvs/SetBol", 4, "did you mean 'std_srvs/srv/SetBool'?"),
     ],
 )
-def test_what_goes_wrong_is_said_at_once(capsys: Captured, command: str, code: int, reason: str):
+def test_errors_are_reported_at_once(capsys: Captured, command: str, code: int, reason: str):
     words = [word.replace("\\ ", " ") for word in command.replace("\\ ", "\x00").split()]
     found, _, err = asked(capsys, *[word.replace("\x00", " ") for word in words])
     assert (found, reason in err) == (code, True), err

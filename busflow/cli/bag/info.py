@@ -1,4 +1,4 @@
-"""`busflow bag info`: what a recording holds, how it came about, and whether it is complete."""
+"""`busflow bag info`: shows what a recording holds, how it was made, and whether it is complete."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ Examples:
 
 @click.command(epilog=_EXAMPLES)
 @reads()
-@click.option("--digest", "with_digest", is_flag=True, help="Tell the SHA-256 of all messages, their times and order.")
+@click.option("--digest", "with_digest", is_flag=True, help="Show the SHA-256 of all messages, their times and order.")
 @click.option("--launch-file", is_flag=True, help="Print the launch file that was recorded with it, and nothing else.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> None:
-    """Tell what the recording FILE holds: an .mcap file, or the directory of a bag of ROS 2.
+    """Show what the recording FILE holds: an .mcap file, or the directory of a ROS 2 bag.
 
-    Its summary is asked, so that large ones answer at once; busflow bag verify reads all of it.
+    Only the summary is read, which is fast for large files too; busflow bag verify reads all of it.
     """
     from busflow.errors import BagError
     from busflow.recording.bag.bag import Bag
@@ -57,7 +57,7 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> Non
 
 
 def _contents(bag: Bag) -> dict[str, Any]:
-    """All there is to tell."""
+    """Return what a bag holds, as `--json` prints it."""
     spans: dict[tuple[str, ...], list[int]] = {}
     for each, span in bag.spans().items():
         spans.setdefault(_key(each), []).extend(span)
@@ -93,7 +93,7 @@ def _contents(bag: Bag) -> dict[str, Any]:
 
 
 def _process(series: Series) -> dict[str, Any]:
-    """The file that a process has recorded of itself, in one of its lives."""
+    """Return the entry of a file that one process recorded of itself; a restarted process has several files."""
     reasons = list(series.incomplete())
     return {
         "process": series.facts and series.facts.process,
@@ -105,7 +105,7 @@ def _process(series: Series) -> dict[str, Any]:
 
 
 def _by_name(channels: Iterable[Channel]) -> Iterator[Channel]:
-    """Each topic once where all that differs is what its publishers in several processes have offered."""
+    """Yield the channels, merging those that differ only in the QoS that several processes' publishers offered."""
     found: dict[tuple[str, ...], Channel] = {}
     for each in channels:
         known = found.get(_key(each))
@@ -122,7 +122,7 @@ def _key(channel: Channel) -> tuple[str, ...]:
 
 
 def _topic(channel: Channel, bag: Bag, times: Sequence[int] | None) -> dict[str, Any]:
-    """A topic; its rate is that from its first to its last message, or over all of a bag that does not tell when."""
+    """Return the entry of a topic; its rate is from its first to its last message, or over the bag if not indexed."""
     count = channel.count or 0
     ends = times or [each for each in (bag.start_ns, bag.end_ns) if each is not None]
     span = (max(ends, default=0) - min(ends, default=0)) / 1e9
@@ -170,12 +170,12 @@ def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
 
 
 def _date(time_ns: int | None) -> str | None:
-    """A time as people read it, to the microsecond, and as the nanoseconds that it is."""
+    """Return a time as a UTC date with microseconds, or as nanoseconds where there is no such date."""
     if time_ns is None:
         return None
     try:
         date = datetime.fromtimestamp(time_ns // 10**9, UTC)
-    except (OverflowError, ValueError, OSError):  # the year 10000, or none at all
+    except (OverflowError, ValueError, OSError):  # beyond the year 9999
         return f"{time_ns} ns"
     return f"{date:%Y-%m-%d %H:%M:%S}.{time_ns % 10**9 // 1000:06} UTC"
 

@@ -1,4 +1,4 @@
-"""Playing a recording into a run that is there already: its bytes, as they are, on the run's topics."""
+"""`play_into`: plays a recording into a running graph: publishes the recorded bytes on the run's topics."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from busflow.wire.client.speaker import Speaker
 
 _LOOK_S = 1.0
-"""How often to look whether the run is there."""
+"""The interval at which to check that the run is alive."""
 _CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 
 def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
-    """Play into a run; the exit code.
+    """Play a recording into a run; return the exit code.
 
     Raises:
-        NoSuchRun: There is none of this name.
+        NoSuchRun: There is no run of this name.
         InvalidInput: One of its topics has another type.
         InspectionUnavailable: It ended meanwhile.
     """
@@ -57,10 +57,10 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
 
 
 class _Into:
-    """A tape, and a way into the run for each of its topics."""
+    """The ordered messages of a recording, and a speaker in the run for each of its topics."""
 
     def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
-        """Check everything, and be there with every topic, before anything is published."""
+        """Check everything, and advertise every topic, before anything is published."""
         self._peer, self._asked = peer, asked
         channels = chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         self._clock_hz: float = asked["clock_hz"]
@@ -78,11 +78,11 @@ class _Into:
 
     @property
     def played(self) -> int:
-        """Messages so far."""
+        """The number of messages published so far."""
         return 0 if self._playing is None else self._playing.played
 
     async def go(self) -> None:
-        """Play to the end, over and over if asked."""
+        """Play to the end, again and again with --loop."""
         try:
             await self._play()
         finally:
@@ -106,7 +106,7 @@ class _Into:
             for task in tasks:
                 task.cancel()
             if self._clock_speaker is not None:
-                self._publish_time(self._clock_speaker, playing)  # how late it is in the end
+                self._publish_time(self._clock_speaker, playing)  # the final time
         if not self._peer.alive:
             raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
@@ -114,7 +114,7 @@ class _Into:
         self._speakers[entry.channel].publish_bytes(entry.payload)
 
     async def _watch(self, clock: SystemClock, playing: Playing) -> None:
-        """Stop when the run is not there any more."""
+        """Stop playing when the run has ended."""
         while self._peer.alive:
             await clock.sleep(_LOOK_S)
         playing.stop()
@@ -140,7 +140,7 @@ class _Into:
             fix = f"leave it out with --exclude {channel.topic}, or publish it elsewhere with --remap"
             raise InvalidInput(Problem("type", message, fix))
         if there is not None and there.publishers:
-            print_message(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
+            print_message(f"warning: {printable(topic)} is published in the run too: its subscriptions receive both")
 
     def _advertised(self, channel: Channel, ends: ExitStack) -> Speaker:
         qos = to_text(offered(channel.qos) or QoS())
@@ -153,18 +153,18 @@ class _Into:
 
 
 class _LoopControls:
-    """A player on an event loop."""
+    """Controls of a player that runs on an event loop of this process."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, playing: Playing) -> None:
         self._loop, self._playing = loop, playing
         self._steps: set[asyncio.Task[bool]] = set()
 
     def shown(self) -> PlayerState:
-        """How it stands."""
+        """Return the player's state."""
         return PlayerState.of(self._playing)
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Pause or resume."""
         clock = self._playing.clock
         self._loop.call_soon_threadsafe(clock.resume if clock.is_paused else clock.pause)
 

@@ -1,4 +1,4 @@
-"""`busflow bag record`: writes the topics of a running graph into a file, until Ctrl-C."""
+"""`busflow bag record`: records topics of a running graph into a file, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Examples:
   busflow bag record -o 'runs/{name}-{start}.mcap' --all --exclude '/camera/*' --for 1min"""
 
 _LOOK_S = 1.0
-"""How often it is looked for new topics, and whether the run is still there."""
+"""The interval at which to look for new topics, and to check that the run is alive."""
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("topics", metavar="[TOPIC]...", nargs=-1, shell_complete=complete_topics)
 @click.option("-a", "--all", "everything", is_flag=True, help="All topics that are not hidden.")
 @click.option("-o", "--output", required=True, metavar="FILE", help="The file: run.mcap, '{name}-{start}.mcap'.")
-@click.option("--exclude", multiple=True, metavar="PATTERN", help="Not these topics.")
+@click.option("--exclude", multiple=True, metavar="PATTERN", help="Leave these topics out.")
 @click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
 @click.option(
@@ -55,8 +55,8 @@ def record(
 ) -> int:
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
-    What is lost on the way is counted, and makes the recording incomplete. The exit code is 4 where there was no such
-    topic, and 1 where nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
+    Messages that are lost on the way are counted, and make the recording incomplete. The exit code is 4 if there was no
+    such topic, and 1 if nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
     change of a parameter, the launch file.
     """
     if bool(topics) == everything:
@@ -81,7 +81,7 @@ def record(
 
 
 def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCode:
-    """Follow the run until its end, a signal, or for so long; returns which."""
+    """Record until the run ends, a signal comes, or the time is over; return the exit code."""
     from busflow.cli.bag.signal_handling import handled
     from busflow.clock import SystemClock
     from busflow.runner.signals import CODES, heeded
@@ -107,7 +107,7 @@ def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCo
 
 
 def _warn_of_missing(peer: Peer, patterns: Sequence[str]) -> None:
-    """Say at once what is not there: a drive is over before anybody sees that a name was mistyped."""
+    """Warn at once of missing topics, so that a mistyped name is noticed before the recording is over."""
     from busflow.text import did_you_mean
     from busflow.wire.client.graph_view import view
 

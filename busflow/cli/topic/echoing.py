@@ -1,4 +1,4 @@
-"""Echoing: the messages of one topic, from the run to the terminal, and what there is to say beside them."""
+"""Echo: prints the messages of one topic of a run, with warnings about silence and losses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import GraphView, TopicView
 
 _LOOK_S = 1.0
-"""How often, while nothing comes, it is looked whether the run is still there."""
+"""The interval at which to check that the run is alive, while no message arrives."""
 
 
 class Echo:
@@ -30,11 +30,11 @@ class Echo:
     def __init__(
         self, peer: Peer, name: str, type_name: str | None, wanted: Wanted, *, with_info: bool = False
     ) -> None:
-        """Find the topic and its type; `with_info` prints before each message what is known of its way.
+        """Find the topic and its type; `with_info` prints times and number before each message.
 
         Raises:
-            NoSuchTarget: There is no such topic; the message names the nearest.
-            InvalidInput: Its type is another one or has no such field, or its publishers disagree about it.
+            NoSuchTarget: There is no such topic; the error names the nearest.
+            InvalidInput: It has another type, its type has no such field, or its publishers disagree about the type.
         """
         self._peer = peer
         self._graph = peer.graph()
@@ -47,7 +47,7 @@ class Echo:
         self._clock = SystemClock()
 
     def show_last(self, count: int) -> None:
-        """Print the last messages that the run keeps, and say so where there are fewer."""
+        """Print the last messages that the run keeps, and a note if there are fewer than `count`."""
         name = self._topic.name
         for answer, messages in self._peer.ask_for_messages("history", topic=name, count=count):
             for received in messages:
@@ -60,16 +60,16 @@ class Echo:
                 print_message(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
 
     def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
-        """Print messages as they come, `count` at most, until nothing was printed for so long.
+        """Print messages as they arrive.
 
         Args:
-            count: How many; None for all.
-            timeout_s: The seconds without any after which it fails; None for never.
-            demand_field: A message that lacks the wanted field ends it, instead of being left out.
+            count: The most messages to print; None for all.
+            timeout_s: Seconds without a printed message after which it fails; None for never.
+            demand_field: Raise for a message that lacks the wanted field, instead of leaving it out.
 
         Raises:
             InspectionUnavailable: The run has ended.
-            NoSuchTarget: A message lacks the field.
+            NoSuchTarget: A message lacks the demanded field.
         """
         self._demand_field = demand_field
         warn_if_unpublished(self._graph, self._topic)
@@ -85,7 +85,7 @@ class Echo:
         return ExitCode.OK
 
     def _wait(self, listener: Listener, printed_at: int, timeout_s: float | None) -> Received | None:
-        """The next message, waited for as long as it may take."""
+        """Wait for the next message; return None after the timeout."""
         self._warn_of_losses(listener)
         received = None
         while received is None and (left := self._left(printed_at, timeout_s)) > 0:
@@ -95,13 +95,13 @@ class Echo:
         return received
 
     def _left(self, printed_at: int, timeout_s: float | None) -> float:
-        """The seconds until it takes too long."""
+        """Return the seconds until the timeout."""
         if timeout_s is None:
             return inf
         return timeout_s - (self._clock.monotonic_ns() - printed_at) / 1e9
 
     def _show(self, received: Received) -> bool:
-        """Print a message; False where it is left out."""
+        """Print a message; return False if it is left out."""
         try:
             text = self._print(received)
         except MalformedMessage as error:
@@ -135,7 +135,7 @@ class Echo:
 
 
 def _info(received: Received, read_ns: int) -> str:
-    """What is known of a message beside its content, in ROS 2's words; null is what nobody said."""
+    """Return the times and number of a message in ROS 2's words; null stands for unknown."""
     info = {
         "publication_sequence_number": received.sequence or None,
         "received_timestamp": read_ns,
@@ -146,10 +146,10 @@ def _info(received: Received, read_ns: int) -> str:
 
 
 def agreed_type(topic: TopicView, wanted: str | None) -> str:
-    """The type of a topic, where its publishers and subscriptions agree about one, and whoever asks does too.
+    """Return the type on which a topic's endpoints agree, or the wanted one if an endpoint has it.
 
     Raises:
-        InvalidInput: They do not.
+        InvalidInput: The endpoints disagree, or none has the wanted type.
     """
     full = full_type(wanted) if wanted else wanted
     if full in topic.types:
@@ -166,7 +166,7 @@ def agreed_type(topic: TopicView, wanted: str | None) -> str:
 
 
 def warn_if_unpublished(graph: GraphView, topic: TopicView) -> None:
-    """Say so at once when a topic has no publisher, and which one may have been meant."""
+    """Warn at once about a topic without a publisher, and name the nearest published one."""
     if topic.publishers:
         return
     published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]

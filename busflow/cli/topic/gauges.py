@@ -1,4 +1,4 @@
-"""Gauges: asks a run again and again what went over some topics, and tells it."""
+"""Gauges: ask a run for the measurements of some topics at an interval, and print them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
 
 _ASKED_EVERY_S = 1.0
-"""A run stops counting for who has not asked for five seconds."""
+"""The interval of questions: a run stops measuring for a reader that has not asked for five seconds."""
 
 
 def gauge(
@@ -35,11 +35,11 @@ def gauge(
     every_s: float,
     as_json: bool,
 ) -> ExitCode:
-    """Tell what is measured of each topic, `count` times or until Ctrl-C, which tells what came since.
+    """Print a measurement of each topic, `count` times or until Ctrl-C, which prints the last interval.
 
     Raises:
         NoSuchTarget: There is no topic of one of the names.
-        InvalidInput: Its messages have no header, for a delay.
+        InvalidInput: A delay is to be measured, and the messages have no header.
         InspectionUnavailable: The run has ended, or a handler blocks it.
     """
     graph = peer.graph()
@@ -55,7 +55,7 @@ def gauge(
     printed, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
     try:
         for each in gauges:
-            each.ask()  # which puts the meter on
+            each.ask()  # starts the meter
         while count is None or printed < count:
             for _ in range(steps):
                 pause.wait(every_s / steps)
@@ -73,7 +73,7 @@ def gauge(
 
 
 class _Gauge:
-    """One topic that is measured."""
+    """The measurement of one topic."""
 
     def __init__(
         self, peer: Peer, topic: str, reader: str, measure: Measure, window: int | None, *, named: bool
@@ -96,7 +96,7 @@ class _Gauge:
         self._statistics = statistics
 
     def print_interval(self, *, as_json: bool, last: bool = False) -> None:
-        """An interval is over: tell it, except the last if nothing came."""
+        """Print the interval that has ended, except the last if nothing was published in it."""
         since, self._since = self._since, NOTHING
         flows = self._flows.since(self._statistics or ())
         window = self._window.add(since)

@@ -1,4 +1,4 @@
-"""`busflow topic stats`: the ledger of a running graph, as the table at the end of a run has it."""
+"""`busflow topic stats`: prints the ledger of a running graph, as the table at the end of a run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> None:
 
 
 def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """One topic as its processes tell of it: a message counts as published once, however many of them receive it.
+    """Merge the reports of one topic: a message counts as published once, in however many processes it arrives.
 
     >>> here = {"published": 5, "arrived": 0, "since_s": 1.0, "subscriptions": [], "losses": {}}
     >>> there = {"published": 6, "arrived": 6, "since_s": 1.1, "subscriptions": ["/a"], "losses": {"lost": 1}}

@@ -42,7 +42,7 @@ def test_lines_of_json_go_to_standard_output(capsys):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGTERM, 143)])
-def test_where_the_terminal_is_gone_nothing_half_made_is_left(tmp_path, monkeypatch, number, code):
+def test_hangup_leaves_no_partial_output(tmp_path, monkeypatch, number, code):
     write_numbers(tmp_path / "numbers.mcap", 10)
     monkeypatch.setattr(JsonlFile, "write", lambda _self, _entry: signal.raise_signal(number))
     before = signal.getsignal(number)
@@ -68,7 +68,7 @@ def test_topics_and_a_stretch_of_time(capsys):
     assert main(["bag", "convert", str(BAGS / "talker"), "b", "--to", "csv", "--topics", "talk"]) == 4
 
 
-def test_what_is_cut_off_is_converted_up_to_there(tmp_path, capsys):
+def test_truncated_recording_is_converted_up_to_the_cut(tmp_path, capsys):
     path = write_numbers(tmp_path / "numbers.mcap", 500)
     path.write_bytes(path.read_bytes()[:4000])
     assert main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"]) == 5
@@ -77,7 +77,7 @@ def test_what_is_cut_off_is_converted_up_to_there(tmp_path, capsys):
     assert len(Path("out.jsonl").read_text().splitlines()) > 50
 
 
-def test_a_bar_is_shown_where_somebody_looks_at_a_terminal(tmp_path):
+def test_progress_bar_is_shown_in_a_terminal(tmp_path):
     write_numbers(tmp_path / "numbers.mcap", 9000)
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "busflow", "bag", "convert", "numbers.mcap", "out", "--to", "jsonl"]

@@ -88,21 +88,21 @@ def played(place):
 
 
 @pytest.mark.usefixtures("place")
-def test_it_plays_to_the_end_and_says_how_much(capsys, bag):
+def test_playing_ends_with_the_message_count(capsys, bag):
     assert main(["bag", "play", bag, "--rate", "20"]) == 0
     assert capsys.readouterr().out == f"{bag}: 100 messages played\n"
     assert main(["bag", "play", bag, "--rate", "20", "--start", "500ms", "--duration", "100ms", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["played"], told["complete"]) == (11, True)
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["played"], answer["complete"]) == (11, True)
 
 
 @pytest.mark.usefixtures("place")
-def test_what_is_incomplete_is_played_as_far_as_it_goes(capsys, tmp_path):
+def test_incomplete_recording_is_played_as_far_as_possible(capsys, tmp_path):
     path = write(tmp_path / "cut.mcap", [("/n", Int64(data=n), n) for n in range(1000)], finish=False)
     assert main(["bag", "play", path]) == 5
-    told = capsys.readouterr()
-    assert told.out == f"{path}: 1000 messages played, and it is INCOMPLETE\n"
-    assert "the recording is not the whole of what happened" in told.err
+    output = capsys.readouterr()
+    assert output.out == f"{path}: 1000 messages played, and it is INCOMPLETE\n"
+    assert "the recording is not the whole of what happened" in output.err
 
 
 def test_others_look_into_it(capsys, bag, place, played):
@@ -116,7 +116,7 @@ def test_others_look_into_it(capsys, bag, place, played):
     assert main(["service", "call", "/player/play_next", "std_srvs/srv/Trigger"]) == 0
 
 
-def test_a_type_without_a_class_is_read_by_others(capsys, place, played, tmp_path):
+def test_unknown_type_can_be_read_by_others(capsys, place, played, tmp_path):
     path = tmp_path / "things.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -169,7 +169,7 @@ def wait_for_run(place, name):
         (["--duration", "x"], "a duration is"),
     ],
 )
-def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments, why):
+def test_invalid_arguments_are_refused_before_playing(capsys, bag, arguments, why):
     assert main(["bag", "play", bag, *arguments]) == 2
     assert why in capsys.readouterr().err
 
@@ -187,7 +187,7 @@ def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments
         (["--run", "nobody"], "nothing is running"),
     ],
 )
-def test_what_is_not_there_is_told_before_anything_is_played(capsys, bag, arguments, why):
+def test_missing_targets_are_refused_before_playing(capsys, bag, arguments, why):
     assert main(["bag", "play", bag, *arguments]) == 4
     assert why in capsys.readouterr().err
 
@@ -280,7 +280,7 @@ def test_keys_are_those_of_ros_2():
     assert asked.asked == ["toggle", "step", "step", 1.1, 0.909, "toggle", "toggle"]
 
 
-def test_the_bar_tells_how_far_it_is():
+def test_bar_shows_the_position():
     console = Console(Asked(PlayerState(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
     assert console.line(100) == "[##########..............................] 2.5 / 10.0 s  42 messages  x2"
     assert len(console.line(30)) < 30
@@ -289,7 +289,7 @@ def test_the_bar_tells_how_far_it_is():
     assert Console(Asked()).line(80) == ""
 
 
-def test_a_player_that_has_yet_to_begin_has_no_bar_and_takes_no_key(bag):
+def test_idle_player_has_no_bar_and_ignores_keys(bag):
     player = Player(file=bag)
     console = Console(_GraphControls(Graph([player]), player))
     assert console.line(80) == ""
@@ -298,7 +298,7 @@ def test_a_player_that_has_yet_to_begin_has_no_bar_and_takes_no_key(bag):
 
 
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals here")
-def test_in_a_terminal_the_space_key_lets_it_go_on(bag, played):
+def test_space_key_resumes_playing(bag, played):
     terminal, inside = os.openpty()
     player = played(bag, "--start-paused", "--rate", "50", stdin=inside, stderr=inside, stdout=inside)
     os.close(inside)

@@ -20,7 +20,7 @@ VALUES = st.recursive(
 
 
 @given(VALUES, st.booleans())
-def test_what_is_written_is_read_back(value: object, flow: bool):
+def test_written_yaml_is_read_back(value: object, flow: bool):
     assert yaml.safe_load("\n".join(yaml_lines(value, flow=flow))) == value
 
 
