@@ -1,4 +1,4 @@
-"""`busflow check` and `busflow graph` look at a launch file without running it."""
+"""`busflow check` and `busflow graph` on a launch file, without running it."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`busflow graph`: a graph that runs, and one in a file."""
+"""`busflow graph`: drawings of a running graph and of a launch file."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`busflow log`: the last lines of a run, and those that follow until it ends."""
+"""`busflow log`: the last lines of a run, and following it until it ends."""
 
 import json
 import subprocess

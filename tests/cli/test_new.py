@@ -1,4 +1,4 @@
-"""`busflow new` makes a project that is right as it stands, or nothing at all."""
+"""`busflow new`: makes a project that is right as it stands, or nothing."""
 
 import os
 import resource

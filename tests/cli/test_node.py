@@ -1,4 +1,4 @@
-"""`busflow node`: beside what `ros2 node` printed of the same lab."""
+"""`busflow node`: its output beside that of `ros2 node` in the same lab."""
 
 import json
 from collections.abc import Callable
@@ -32,7 +32,7 @@ def test_info_begins_as_that_of_ros2(capsys: Captured, ros2_said: Said, name: st
     assert main(["node", "info", name]) == 0
     lines = capsys.readouterr().out.splitlines(keepends=True)
     ours = "".join(line for line in lines if "rcl_interfaces/" not in line)
-    # ROS 2 has an empty line after an end of which there is none, and so have we: what is left out left none here.
+    # Both print an empty line after a kind without endpoints; the lines removed above left none behind.
     assert ours.replace("\n\n", "\n").startswith(ros2_said(capture).replace("\n\n", "\n"))
 
 

@@ -1,4 +1,4 @@
-"""`busflow param`: beside what `ros2 param` printed of the same lab."""
+"""`busflow param`: its output beside that of `ros2 param` in the same lab."""
 
 import json
 from collections.abc import Callable

@@ -48,7 +48,7 @@ nodes:
 
 @pytest.fixture(scope="module")
 def sensors(stand: Callable[..., Any]) -> Any:
-    """Where a node runs that takes nothing from other tests."""
+    """The place of a run whose node no test changes."""
     place, run = stand("sensors", LAUNCH, {"sensor": PUBLISHER})
     run.wait_for("works")
     return place
@@ -56,13 +56,13 @@ def sensors(stand: Callable[..., Any]) -> Any:
 
 @pytest.fixture
 def steady(sensors: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It runs, and commands of this process see it."""
+    """That run, found by commands of this process."""
     sensors.look(monkeypatch)
 
 
 @pytest.fixture
 def launch_file(tmp_path: Path, start_run: Callable[..., Any]) -> Path:
-    """A run of one node; commands of this process see it."""
+    """The launch file of a run of one node, found by commands of this process."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/sensor.py").write_text(PUBLISHER)
     file = tmp_path / "sensors.yaml"
@@ -204,7 +204,7 @@ def test_watch_prints_changes_until_the_run_ends():
 
 
 def _line(process: "subprocess.Popen[str]") -> str:
-    """A line of output, if one comes within a moment."""
+    """Return a line of output, if one arrives within a moment."""
     import select
 
     assert process.stdout is not None

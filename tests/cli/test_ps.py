@@ -1,4 +1,4 @@
-"""`busflow ps`: which runs there are, and which of them do not answer."""
+"""`busflow ps`: lists runs, and those that do not answer."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""`busflow replay`: the proof that a change of code is harmless, from the command line."""
+"""`busflow replay`: shows on the command line whether a change of code changes behaviour."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The commands of other distributions: found by entry points, imported when used, and explained where they fail."""
+"""Commands of other distributions: discovery by entry points, import on use, and errors."""
 
 import json
 import re
@@ -53,7 +53,7 @@ ANEW = "reinstall it, or remove it: pip uninstall mine"
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
-    """Makes a distribution of one module that offers commands, as if it was installed."""
+    """Return a function that installs a distribution of one module with commands."""
     monkeypatch.syspath_prepend(tmp_path)
 
     def install(distribution: str, *entry_points: str, source: str = LIDAR) -> Path:

@@ -1,4 +1,4 @@
-"""`busflow run`: what it prints, reports and returns."""
+"""`busflow run`: its output, reports and exit codes."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""`busflow schema` gives an editor the keys of a launch file and the parameters of the plugins beside it."""
+"""`busflow schema`: the keys of a launch file and the parameters of the plugins beside it."""
 
 import json
 from pathlib import Path

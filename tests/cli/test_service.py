@@ -1,4 +1,4 @@
-"""`busflow service`: beside what `ros2 service` printed of the same lab, and on a node that answers as it likes."""
+"""`busflow service`: its output beside that of `ros2 service`, and calls of a node that fails or does not answer."""
 
 import json
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class Lamp(Node):
 
 @pytest.fixture(scope="module")
 def room(stand: Callable[..., Any]) -> Any:
-    """Where a lamp runs, alone."""
+    """The place of a run of a lamp."""
     place, run = stand("room", "name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n", {"lamp": LAMP})
     run.wait_for("works")
     return place
@@ -51,7 +51,7 @@ def room(stand: Callable[..., Any]) -> Any:
 
 @pytest.fixture
 def lamp(room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It runs, and commands of this process see it."""
+    """The running lamp, found by commands of this process."""
     room.look(monkeypatch)
 
 

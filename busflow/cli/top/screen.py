@@ -164,7 +164,7 @@ class Top(App[None]):
         left, shown = narrowed(rows, columns, room, gap=2 * table.cell_padding)
         titles, keys = [column.title for column in left], [row[0] for row in rows]
         chosen = table.cursor_row
-        if anew := titles != [str(column.value) for column in table.columns]:
+        if changed := titles != [str(column.value) for column in table.columns]:
             table.clear(columns=True)
             for title in titles:
                 table.add_column(title, key=title)
@@ -179,7 +179,7 @@ class Top(App[None]):
             else:
                 for title, cell in zip(titles, cells, strict=True):
                     table.update_cell(key, title, cell, update_width=True)
-        if anew:
+        if changed:
             table.move_cursor(row=chosen)
 
     def _show_head(self, text: str) -> None:

@@ -1,7 +1,6 @@
 import json
 import os
 import pty
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.tools.convert import JsonlFile
 from tests.recording.conftest import write_numbers
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
@@ -39,18 +37,6 @@ def test_lines_of_json_go_to_standard_output(capsys):
     for form in (["csv"], ["jsonl", "--json"]):
         assert main(["bag", "convert", str(BAGS / "talker"), "-", "--to", *form]) == 2
         assert "only --to jsonl can be written to standard output" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGTERM, 143)])
-def test_hangup_leaves_no_partial_output(tmp_path, monkeypatch, number, code):
-    write_numbers(tmp_path / "numbers.mcap", 10)
-    monkeypatch.setattr(JsonlFile, "write", lambda _self, _entry: signal.raise_signal(number))
-    before = signal.getsignal(number)
-    with pytest.raises(SystemExit) as ended:
-        main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"])
-    assert ended.value.code == code
-    assert [each.name for each in tmp_path.iterdir()] == ["numbers.mcap"]
-    assert signal.getsignal(number) is before
 
 
 def test_topics_and_a_stretch_of_time(capsys):

@@ -1,4 +1,4 @@
-"""The collector looks at nothing while a command imports what it needs, and goes on as before."""
+"""The garbage collector is off while a command imports modules, and goes on as before."""
 
 import gc
 import subprocess
@@ -65,7 +65,7 @@ def test_frozen_objects_stay_frozen():
 
 @pytest.mark.parametrize("command", ["run configs/lab1.yaml --sim --for 1ms", "check configs/lab1.yaml"])
 def test_commands_import_without_garbage_collection(command: str):
-    """Asked when the module that all of it ends with is imported: some steps are of Python's own start."""
+    """Collections are counted when the last module is imported: some belong to Python's own start."""
     code = (
         "import gc, sys, busflow.cli\n"
         "seen = []\n"

@@ -1,4 +1,4 @@
-"""What is shown of long values."""
+"""Abridging of long sequences and texts."""
 
 import pytest
 

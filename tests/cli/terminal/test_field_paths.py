@@ -1,4 +1,4 @@
-"""Paths into messages: read, held against a type, followed."""
+"""Paths into messages: parsing, checking against a type, and values at a path."""
 
 from contextlib import suppress
 

@@ -22,7 +22,7 @@ def environment(monkeypatch):
 
 
 def shown(messages, total=None, *, stream=None, after_half=lambda: None):
-    """What is printed while so many messages are worked on."""
+    """Return what is printed during work on this many messages."""
     printed = Terminal() if stream is None else stream
     with redirect_stderr(printed), progress("reading", total) as step:
         for number in range(messages):

@@ -1,4 +1,4 @@
-"""Tables in terminals: what gives way where there is no room, and that no word is broken."""
+"""Tables in terminals: how they shrink, and that no word is broken."""
 
 import re
 from collections.abc import Callable

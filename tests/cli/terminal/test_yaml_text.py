@@ -1,4 +1,4 @@
-"""YAML as it is echoed: what PyYAML reads back is what was written, and it looks as PyYAML would write it."""
+"""Printed YAML: PyYAML reads it back unchanged, and would write it in the same form."""
 
 import sys
 

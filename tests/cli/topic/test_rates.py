@@ -75,7 +75,7 @@ def test_json_names_its_units():
 def measured(
     count: int, *, publishers: tuple[str, ...] = (), arrived: dict[str, int] | None = None
 ) -> dict[str, object]:
-    """What a process answers that counted so many messages, ten a second."""
+    """Return the answer of a process that counted this many messages, ten a second."""
 
     def account(count: int) -> dict[str, object]:
         periods = spread(*[0.1] * (count - 1))

@@ -22,7 +22,7 @@ from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
 from busflow.wire.client.client import join
-from tests.cli.test_startup import HEAVY, IMPORTS
+from tests.cli.test_cli import HEAVY, IMPORTS
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]

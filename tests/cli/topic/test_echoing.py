@@ -1,4 +1,4 @@
-"""`busflow topic echo`: beside what ROS 2 printed of the same lab, and of topics that are not as in the lab."""
+"""`busflow topic echo`: its output beside that of ROS 2 in the same lab, and on unusual topics."""
 
 import json
 import re
@@ -23,7 +23,7 @@ _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 
 
 def alike(text: str) -> list[str]:
-    """The lines, whatever the numbers in them are, and however the joints are called."""
+    """Return the lines without their numbers and the names of joints."""
     return [_NUMBER.sub("#", line).replace("joint_#", "j#") for line in text.splitlines()]
 
 
@@ -69,7 +69,7 @@ def test_message_info_is_that_of_ros2(capsys: Captured, ros2_said: Said):
     ],
 )
 def test_joint_states_print_as_ros2(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
-    """Up to the velocities, which our lab's joints leave out."""
+    """Compare up to the velocities, which our lab's joints do not have."""
     ours, theirs = (
         alike(text.partition("\nvelocity")[0].replace("frame_id: imu_link", "frame_id: ''"))
         for text in (printed(capsys, *arguments.split()), ros2_said(capture))

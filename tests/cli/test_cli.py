@@ -1,4 +1,4 @@
-"""The root of the command: what it answers to wrong usage, failures, signals and closed pipes."""
+"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,8 +14,17 @@ import busflow
 from busflow.cli import main
 
 BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
-"""The environment of a command whose output waits in a buffer until its end, as it usually does."""
+"""The environment of a command with the usual buffered output."""
 BUSFLOW = [sys.executable, "-c", "import sys; from busflow.cli import main; sys.exit(main())"]
+
+BAG = Path(__file__).parents[1] / "cases/rosbag2/talker/talker.mcap"
+HEAVY = ("pydantic", "numpy", "structlog", "asyncio", "rich", "anyio", "yaml")
+IMPORTS = (
+    "import sys, busflow.cli\n"
+    "code = busflow.cli.main(sys.argv[2:])\n"
+    "print('imported:', [name for name in sys.argv[1].split(',') if name in sys.modules], file=sys.stderr)\n"
+    "sys.exit(code)"
+)
 
 Captured = pytest.CaptureFixture[str]
 
@@ -161,3 +171,72 @@ def test_full_disk_is_reported():
         done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True, env=BUFFERED)
     assert done.returncode == 1
     assert done.stderr == "error: No space left on device, on writing the output\n"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "",
+        "--help",
+        "--version",
+        "plugins list",
+        "plugins list --json",
+        "plugins info --help",
+        "run --help",
+        "check --help",
+        "config --help",
+        "graph --help",
+        "schema --help",
+        "new --help",
+        "node --help",
+        "node list --help",
+        "param --help",
+        "ps --help",
+        "log --help",
+        "doctor --help",
+        "interface show sensor_msgs/msg/Imu",
+        "completion zsh",
+        "topic --help",
+        "topic echo --help",
+        "topic pub --help",
+    ],
+)
+def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()], capture_output=True, text=True
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "ps",
+        "graph",
+        "log --node processor",
+        "interface list",
+        "node list",
+        "node list -v",
+        "node info processor",
+        "param list",
+        "param get imu_publisher rate_hz",
+        "topic list",
+        "topic info -v imu/data",
+        "topic echo --once imu/data --filter linear_acceleration.z>-99",
+        "topic hz imu/data -n 1 --every 0.2",
+        "topic bw imu/data -n 1 --every 0.2",
+        "topic stats",
+    ],
+)
+def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()],
+        capture_output=True,
+        text=True,
+        env=imu_lab.environment,
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert done.stdout

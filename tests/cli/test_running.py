@@ -1,4 +1,4 @@
-"""`busflow run --record` and `record:`: where a recording goes, and what comes of it when it fails."""
+"""`running.py`: the recording of a run, by `busflow run --record` or `record:`, also on failures and full disks."""
 
 import json
 import os
@@ -99,7 +99,7 @@ def test_a_signal_ends_the_file_too(number: signal.Signals, code: int):
 
 
 def run_with_little_room(*options: str) -> subprocess.CompletedProcess[str]:
-    """As on a disk that is full: the system refuses to let a file grow beyond so much."""
+    """Run with a limit on file sizes, which acts as a full disk."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))

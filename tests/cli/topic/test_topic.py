@@ -1,4 +1,4 @@
-"""`busflow topic list`, `type`, `find` and `info`: beside what ROS 2 printed of the same lab."""
+"""Tests of `listing.py`, `info.py`, `stats.py`, `echo.py`, `measuring.py` and `pub.py`, beside output of ROS 2."""
 
 import json
 import re
@@ -13,7 +13,7 @@ Said = Callable[[str], str]
 
 in_the_lab = pytest.mark.usefixtures("lab")
 _ELSEWHERE = ("/parameter_events", "/rosout")
-"""Topics of which every node of ROS 2 has an end, whether anybody looks or not."""
+"""Topics on which every node of ROS 2 has an endpoint."""
 _GID = re.compile("GID: [0-9a-f.]+")
 
 
@@ -150,3 +150,20 @@ def test_names_are_completed_as_they_are_typed(monkeypatch: pytest.MonkeyPatch, 
 @pytest.mark.usefixtures("place")
 def test_completion_without_a_run_is_silent(monkeypatch: pytest.MonkeyPatch, capsys: Captured):
     assert completed("topic echo im", monkeypatch, capsys) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ("echo imu/data --count 0", "--count"),
+        ("echo imu/data --csv --json", "exclude each other"),
+        ("hz", "NAME"),
+        ("bw imu/data --every never", "--every"),
+        ("pub cmd std_msgs/msg/Float64 --once --times 2", "--once and --times exclude each other"),
+        ("pub cmd std_msgs/msg/Float64 --rate 0", "--rate"),
+    ],
+)
+@pytest.mark.usefixtures("place")
+def test_wrong_usage_needs_no_run(capsys: Captured, arguments: str, expected: str):
+    assert main(["topic", *arguments.split()]) == 2
+    assert expected in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`busflow top`, on a running graph: its screen driven by keys, and the command in a real terminal."""
+"""The screen of `busflow top` on a running graph, driven by keys, and the command in a terminal."""
 
 import asyncio
 import os
@@ -31,14 +31,14 @@ def text(app: Top, name: str) -> str:
 
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
-    """Let the screen go on until something is so."""
+    """Run the screen until a condition holds."""
     async with asyncio.timeout(PATIENCE_S):
         while not holds():
             await pilot.pause(0.02)
 
 
 def driven(play: Callable[[Top, Pilot[None]], Any], size: tuple[int, int] = (160, 50)) -> None:
-    """Run the screen on the lab that runs, and play on its keys."""
+    """Run the screen on the running lab, and press keys."""
 
     async def go() -> None:
         with join() as peer:
@@ -117,7 +117,7 @@ def test_chosen_topic_is_echoed_and_plotted():
 
 
 async def plot(app: Top, pilot: Pilot[None], field: str) -> None:
-    """Answer what to plot; the field at once, since Textual waits a second after each key while messages come."""
+    """Enter the field to plot, in one step: Textual waits a second after each key while messages arrive."""
     await pilot.press("p")
     app.query_one(Input).value = field
     await pilot.press("enter")

@@ -1,4 +1,4 @@
-"""`busflow topic hz`, `bw` and `delay`: beside what ROS 2 printed of the same lab, and of a topic that drops."""
+"""`busflow topic hz`, `bw` and `delay`: their output beside that of ROS 2, and on a topic that drops messages."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What `busflow top` computes from two looks at a graph."""
+"""Rows, numbers and lines of `busflow top`, computed from two snapshots of a graph."""
 
 import pytest
 
