@@ -36,7 +36,7 @@ Examples:
 def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> None:
     """Show what the recording FILE holds: an .mcap file, or the directory of a ROS 2 bag.
 
-    Only the summary is read, which is fast for large files too; busflow bag verify reads all of it.
+    The summary is read, which is fast for large files too; busflow bag verify reads all of it.
     """
     from busflow.errors import BagError
     from busflow.recording.bag.bag import Bag

@@ -30,8 +30,8 @@ Examples:
 def recover(file: Path, output: Path | None, as_json: bool) -> None:
     """Write what can be read of the recording FILE to a new file, and print how much that is.
 
-    FILE is left as it is. The new file also has its types, launch file and metadata. It is marked as INCOMPLETE, unless
-    nothing was wrong.
+    FILE is left as it is. The new file also has everything else of it: types, launch file, metadata. It is marked as
+    INCOMPLETE, unless nothing was wrong.
     """
     from busflow.recording.tools.recover import recover as recovered
 

@@ -1,4 +1,4 @@
-"""LazyGroup: a click group that imports a command when it is called."""
+"""LazyGroup: a click group that imports a command when it is called; the garbage collector is off meanwhile."""
 
 from __future__ import annotations
 

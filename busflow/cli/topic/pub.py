@@ -67,7 +67,7 @@ def pub(
     """Publish messages of TYPE on the topic NAME, until Ctrl-C.
 
     VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: each
-    message then gets its own. QoS that is not given follows what the topic's subscriptions ask for.
+    message then gets the time of its publication. QoS that is not given follows what the topic's subscriptions ask for.
     """
     from busflow.cli.topic.publishing import Publishing, TypedQoS
 
