@@ -32,7 +32,7 @@ Examples:
 @click.option("--machine", metavar="NAME", help="Check it as this machine of the file would run it.")
 @click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@click.option("-v", "--verbose", is_flag=True, help="Also list publishers without a subscription.")
+@click.option("-v", "--verbose", is_flag=True, help="Also list unmatched publishers.")
 def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:
     """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is wrong.
 
