@@ -62,7 +62,7 @@ def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace:
     found = f", found at {', '.join(made.addresses)}" if made.addresses else ""
     click.echo(f"Made {printable(made.cert)} and {printable(made.key)}{found}, good until {made.until:%Y-%m-%d}.")
     click.echo(f"Copy ca.pem, {name}.pem and {name}.key to the computer of {name}, the key with scp or on a stick.")
-    click.echo("In the launch file, with the path relative to its folder:")
+    click.echo("In the launch file, with the path from the launch file's folder:")
     click.echo(f"  network:\n    ca: {printable(folder)}/ca.pem")
     if made.addresses:
         click.echo(f"  machines:\n    {name}:\n      connect: tls/{_bracketed((addresses or made.addresses)[0])}:7447")

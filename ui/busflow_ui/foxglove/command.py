@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import click
 
-from busflow.cli.commands import complete_runs, complete_topics, joined, tell
+from busflow.cli.commands import complete_runs, complete_topics, joined, print_message
 
 if TYPE_CHECKING:
     from busflow.cli.commands import Peer
@@ -73,11 +73,11 @@ async def _serve(
     from busflow_ui.foxglove.admission import is_local
     from busflow_ui.foxglove.bridge import Bridge
 
-    bridge = Bridge(peer, topics, read_only=read_only, tell=tell)
+    bridge = Bridge(peer, topics, read_only=read_only, tell=print_message)
     try:
         port = await bridge.open(host, port, admission)
         if not is_local(host):
-            tell(f"warning: {_risk(host, read_only=read_only)}")
+            print_message(f"warning: {_risk(host, read_only=read_only)}")
         url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
         click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
         click.echo(f"  {_APP}{quote(url, safe='')}")
