@@ -403,7 +403,7 @@ def test_a_call_that_cannot_be_answered_says_why(served: Served):
 )
 def test_what_a_client_publishes_arrives_in_a_node(served_odds: Served, encoding: str, payload: bytes):
     client = served_odds.client()
-    client.subscribe("/heard")
+    client.subscribe("/commanded")
     client.ask(
         "advertise", channels=[{"id": 3, "topic": "/cmd", "encoding": encoding, "schemaName": "std_msgs/msg/Float64"}]
     )
