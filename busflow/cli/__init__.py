@@ -1,4 +1,4 @@
-"""The `busflow` command: its root, how errors reach the terminal, and exit codes. Imports nothing heavy."""
+"""The `busflow` command: its groups, the printing of errors, and exit codes. Imports nothing heavy."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ _COMMANDS = {
     "ps": ("busflow.cli.ps:ps", "List what runs on this machine."),
     "topic": ("busflow.cli.topic:topic", "Look at the topics of a running graph, and publish to them."),
     "node": ("busflow.cli.node:node", "Look at the nodes of a running graph."),
-    "service": ("busflow.cli.service:service", "Look at the services of a running graph, and ask them."),
+    "service": ("busflow.cli.service:service", "Look at the services of a running graph, and call them."),
     "param": ("busflow.cli.param:param", "Look at the parameters of running nodes, and set them."),
     "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),
-    "replay": ("busflow.cli.replay:replay", "Run nodes anew on a recording and compare with it."),
+    "replay": ("busflow.cli.replay:replay", "Run nodes again on a recording and compare with it."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
     "foxglove": ("", "Serve a running graph to Foxglove and Lichtblick."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
-    "doctor": ("busflow.cli.doctor:doctor", "Find what is wrong in the graphs that run, and around them."),
+    "doctor": ("busflow.cli.doctor:doctor", "Check the running graphs, and what they need on this machine."),
     "interface": ("busflow.cli.interface:interface", "Look at message and service types."),
-    "schema": ("busflow.cli.schema:schema", "Write the JSON Schema by which an editor completes a launch file."),
-    "plugins": ("busflow.cli.plugins:plugins", "List the plugins there are, or describe one."),
-    "completion": ("busflow.cli.completion:completion", "Print the script by which a shell completes."),
+    "schema": ("busflow.cli.schema:schema", "Write the JSON Schema with which an editor completes a launch file."),
+    "plugins": ("busflow.cli.plugins:plugins", "List the available plugins, or describe one."),
+    "completion": ("busflow.cli.completion:completion", "Print the script for completion in a shell."),
     "certs": ("busflow.cli.certs:certs", "Make the certificates that link machines."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
 _APART = {"foxglove": "ui"}
-"""Those that another distribution of this project provides, each with its folder there."""
+"""The commands that another distribution of this project provides, each with its folder in the repository."""
 _HELP = """A robot's node graph that you pip install.
 
 \b
@@ -66,7 +66,7 @@ _OPTIONS = [
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """The console script; returns the exit code."""
+    """Run the console script, and return its exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
         code = _answer(arguments)
@@ -75,10 +75,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
     except OSError as error:
-        # The interpreter flushes once more on its way out, and must not stumble over the same fault.
+        # The interpreter flushes once more when it exits, and must not fail on the same error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if isinstance(error, BrokenPipeError):
-            return ExitCode.OK  # who reads our output has had enough: `busflow config … | head -1`
+            return ExitCode.OK  # the reader of our output has closed it: `busflow config … | head -1`
         print_message(
             f"error: {error.strerror}{f': {error.filename}' if error.filename else ', on writing the output'}"
         )
@@ -90,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _leave_threads_behind(code: int) -> None:
-    """End the process where a thread is still in a blocking call, a driver's `read` say: nobody waits for it now."""
+    """End the process without waiting for threads in a blocking call, such as the `read` of a driver."""
     import threading
 
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
@@ -100,13 +100,13 @@ def _leave_threads_behind(code: int) -> None:
 
 
 def _leave_memory_behind() -> None:
-    """Look for garbage once, and not three times over all that was imported, which took a tenth of a second."""
-    gc.collect()  # what a node has left open is closed
+    """Collect garbage once, then freeze: the interpreter's three collections at exit took a tenth of a second."""
+    gc.collect()  # closes what a node has left open
     gc.freeze()
 
 
 def _answer(arguments: list[str]) -> int:
-    """Run the command; whatever goes wrong is told once, on standard error."""
+    """Run the command; print what goes wrong once, on standard error."""
     root = Root(_COMMANDS, _APART, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
     root.params += _OPTIONS
     if "_BUSFLOW_COMPLETE" in os.environ:
@@ -130,27 +130,27 @@ def _invoke(root: Root, context: click.Context) -> int:
         return int(root.invoke(context) or ExitCode.OK)
     except BusflowError as error:
         if context.params["traceback"]:
-            _tell_traceback(error)
+            _print_traceback(error)
         print_message(str(error) if isinstance(error, (InvalidInput, LaunchError, PluginError)) else f"error: {error}")
         return error.exit_code
     except (click.ClickException, click.Abort, click.exceptions.Exit, OSError):
         raise
-    except Exception as error:  # noqa: BLE001  # the last resort: told in full, but no escape reaches the terminal
-        _tell_traceback(error)
+    except Exception as error:  # noqa: BLE001  # the last resort: printed in full, but no escape reaches the terminal
+        _print_traceback(error)
         print_message(
             f"error: this is a bug in {root.owner(context.invoked_subcommand)}; please report it with the lines above"
         )
         return ExitCode.FAILED
 
 
-def _tell_traceback(error: Exception) -> None:
+def _print_traceback(error: Exception) -> None:
     import traceback
 
     print_message("".join(traceback.format_exception(error)))
 
 
 def _usage(error: click.ClickException) -> str:
-    message = error.format_message().replace("\n\t", " ")  # click lists what may be chosen line by line
+    message = error.format_message().replace("\n\t", " ")  # click lists the choices line by line
     context = error.ctx if isinstance(error, click.UsageError) else None
     if context and isinstance(error, click.NoSuchOption):
         message = f"there is no option {error.option_name}: {_option_meant(error.option_name, context)}"
@@ -159,7 +159,7 @@ def _usage(error: click.ClickException) -> str:
 
 
 def _option_meant(name: str, context: click.Context) -> str:
-    """Which option was meant; one that belongs to the verbs of a group, as `--run` does, is given after the verb."""
+    """Return a hint for an unknown option; an option of a group's verbs, such as `--run`, goes after the verb."""
     group = context.command
     if name.startswith("--qos-") and group.name == "echo":
         return "it receives what is published, whatever its QoS; leave it out"

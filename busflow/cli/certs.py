@@ -1,4 +1,4 @@
-"""`busflow certs`: the certificates by which machines know each other."""
+"""`busflow certs`: makes and shows the certificates with which machines authenticate each other."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _VERBS = {
     "new": ("busflow.cli.certs:new", "Make an authority, whose certificates machines trust."),
-    "add": ("busflow.cli.certs:add", "Make a certificate for a machine, or for who may look in."),
-    "show": ("busflow.cli.certs:show", "Show whose certificates there are, and until when."),
+    "add": ("busflow.cli.certs:add", "Make a certificate for a machine, or for a person who may inspect runs."),
+    "show": ("busflow.cli.certs:show", "Show the certificates, and how long they are valid."),
 }
 _EXAMPLES = """\b
 Examples:
@@ -35,7 +35,7 @@ _FOLDER = click.argument("folder", metavar="[DIR]", default="certs", type=click.
 @click.command(epilog=_EXAMPLES)
 @_FOLDER
 def new(folder: Path) -> None:
-    """Make an authority in DIR, by default `certs`: a key that signs, and the certificate by which it is known."""
+    """Make an authority in DIR, by default `certs`: a key that signs, and its certificate."""
     from busflow.wire.machines.certificates import Authority
 
     authority = Authority.new(folder)
@@ -48,13 +48,13 @@ def new(folder: Path) -> None:
 @click.command(epilog=_EXAMPLES)
 @click.argument("name")
 @_FOLDER
-@click.option("--address", "addresses", multiple=True, metavar="HOST", help="Where the others connect to it.")
-@click.option("--days", type=click.IntRange(1, 3650), default=730, show_default=True, help="How long it is good for.")
-@click.option("--replace", is_flag=True, help="Make a new one in place of one that is there; it keeps the addresses.")
+@click.option("--address", "addresses", multiple=True, metavar="HOST", help="Where others connect to it.")
+@click.option("--days", type=click.IntRange(1, 3650), default=730, show_default=True, help="How long it is valid.")
+@click.option("--replace", is_flag=True, help="Replace an existing certificate; the new one keeps the addresses.")
 def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace: bool) -> None:
-    """Make a certificate and its key in DIR, by default `certs`, for the machine NAME or for NAME, who may join.
+    """Make a certificate and its key in DIR, by default `certs`, for NAME, a machine or a person who may join.
 
-    The machine that `busflow run` without --machine is has the name main.
+    The machine that runs `busflow run` without --machine has the name main.
     """
     from busflow.wire.machines.certificates import Authority
 
@@ -62,18 +62,18 @@ def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace:
     found = f", found at {', '.join(made.addresses)}" if made.addresses else ""
     click.echo(f"Made {printable(made.cert)} and {printable(made.key)}{found}, good until {made.until:%Y-%m-%d}.")
     click.echo(f"Copy ca.pem, {name}.pem and {name}.key to the computer of {name}, the key with scp or on a stick.")
-    click.echo("In the launch file, with the path that it is from the launch file's folder:")
+    click.echo("In the launch file, with the path from the launch file's folder:")
     click.echo(f"  network:\n    ca: {printable(folder)}/ca.pem")
     if made.addresses:
         click.echo(f"  machines:\n    {name}:\n      connect: tls/{_bracketed((addresses or made.addresses)[0])}:7447")
     elif name != "main":
-        click.echo(f"and, where {name} is no machine but somebody who may look:\n    allow:\n      {name}: read")
+        click.echo(f"and, if {name} is a person who may inspect runs:\n    allow:\n      {name}: read")
 
 
 @click.command(epilog=_EXAMPLES)
 @_FOLDER
 def show(folder: Path) -> int:
-    """Show the certificates in DIR, by default `certs`; exit code 3 if one of them is trusted by nobody."""
+    """Show the certificates in DIR, by default `certs`; exit code 3 if one of them is not trusted."""
     from busflow.wire.machines.certificates import Authority
 
     authority = Authority.open(folder, to_sign=False)

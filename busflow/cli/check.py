@@ -1,4 +1,4 @@
-"""`busflow check`: everything that would go wrong, in one report, without running anything."""
+"""`busflow check`: reports every problem of a launch file and its nodes, without running them."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ Examples:
 
 @click.command(epilog=_EXAMPLES)
 @launch_file(rest="[FILE | NAME:=VALUE]...")
-@click.option("--machine", metavar="NAME", help="Look at it as this machine of the file would run it.")
-@click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
+@click.option("--machine", metavar="NAME", help="Check it as this machine of the file would run it.")
+@click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-@click.option("-v", "--verbose", is_flag=True, help="Tell of publishers that nobody hears, too.")
+@click.option("-v", "--verbose", is_flag=True, help="Also list unmatched publishers.")
 def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbose: bool) -> int:
-    """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is.
+    """Find everything wrong with FILE and its nodes, without running them; exit code 3 if something is wrong.
 
-    Of several files each is looked at alone; NAME:=VALUE is for those that have such an argument.
+    Several files are checked one by one; NAME:=VALUE goes to each file that has such an argument.
     """
     from busflow.cli.terminal.output import print_answer, print_problems
 
@@ -44,24 +44,24 @@ def check(given: Given, machine: str | None, strict: bool, as_json: bool, verbos
     reports: list[dict[str, object]] = []
     failed = False
     for each in files:
-        with click.Context(click.get_current_context().command):  # what a file states of the environment ends with it
+        with click.Context(click.get_current_context().command):  # the variables that a file sets are restored after it
             found = _problems(each, machine, strict=strict)
         is_wrong = any(problem.severity is Severity.ERROR for problem in found)
         failed = failed or is_wrong
-        told = [problem for problem in found if verbose or problem.severity is not Severity.INFO]
+        shown = [problem for problem in found if verbose or problem.severity is not Severity.INFO]
         reports.append(
-            {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in told]}
+            {"file": str(each.file), "ok": not is_wrong, "problems": [problem.as_json() for problem in shown]}
         )
         if not as_json:
-            print_problems(told)
-            click.echo(f"{printable(each.file)}: {_count(told)}" if len(files) > 1 else _count(told))
+            print_problems(shown)
+            click.echo(f"{printable(each.file)}: {_count(shown)}" if len(files) > 1 else _count(shown))
     if as_json:
         print_answer({"ok": not failed, "files": reports} if len(files) > 1 else reports[0])
     return ExitCode.DIFFERENT if failed else ExitCode.OK
 
 
 def _files(given: Given) -> list[Given]:
-    """Each of the files that are given, with the arguments that it has; the first one with those that none has."""
+    """Return each file with the assignments that it declares; the first one also gets those that no file declares."""
     more = [each for each in given.assignments if ":=" not in each and (_YAML.search(each) or Path(each).is_file())]
     if not more:
         return [given]
@@ -72,7 +72,7 @@ def _files(given: Given) -> list[Given]:
     declared = [_declared(file) for file in files]
     known = set[str]().union(*(names for names in declared if names is not None))
     of_each = [[each for each in assignments if _name(each) in (names or ())] for names in declared]
-    if None not in declared:  # what cannot be read may have it
+    if None not in declared:  # a file that cannot be read may declare it
         of_each[0] += [each for each in assignments if _name(each) not in known]
     return [replace(given, file=file, assignments=tuple(own)) for file, own in zip(files, of_each, strict=True)]
 
@@ -82,7 +82,7 @@ def _name(assignment: str) -> str:
 
 
 def _declared(file: Path) -> set[str] | None:
-    """The arguments that a file declares; None where it cannot be read, which its own report tells."""
+    """Return the arguments that a file declares; None if it cannot be read, which the file's own report says."""
     from busflow.launchfile.yaml.document import read_file
 
     try:
@@ -92,7 +92,7 @@ def _declared(file: Path) -> set[str] | None:
 
 
 def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Problem]:
-    """What is wrong with the file, with the nodes of what is right in it, and with what a run of it needs beside."""
+    """Return the problems of the file, of the nodes in its valid part, and of what a run needs besides."""
     with importing():
         from busflow.launchfile.model.placement import placed
         from busflow.launchfile.model.problems import in_order
@@ -119,10 +119,10 @@ def _problems(given: Given, machine: str | None, *, strict: bool) -> list[Proble
 
 
 def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[LaunchDescription, list[Problem]]:
-    """The description as a machine runs it, and what is wrong with what its machines show each other.
+    """Return the description as a machine runs it, and the problems of the machines' credentials.
 
-    Where it is not said which machine this is, all of the graph is looked at as one, and of every machine what is here:
-    what is not may be where it belongs.
+    Without a machine, the whole graph is checked as one, with the credentials of every machine. A credential file that
+    is missing here is only a warning, as it may be on its own machine.
     """
     from busflow.clock import SystemClock
     from busflow.launchfile.check.credentials import credential_problems
@@ -139,15 +139,15 @@ def _as_seen(description: LaunchDescription, machine: str | None) -> tuple[Launc
         return description, []
     found: list[Problem] = []
     for name in network.machines:
-        told = list(credential_problems(network, name, SystemClock().now()))
-        missing = [replace(each, severity=Severity.WARNING) for each in told if each.code == "missing-file"]
+        problems = list(credential_problems(network, name, SystemClock().now()))
+        missing = [replace(each, severity=Severity.WARNING) for each in problems if each.code == "missing-file"]
         found += missing[:1] if name == MAIN else []
-        found += [each for each in told if each.code != "missing-file"]
+        found += [each for each in problems if each.code != "missing-file"]
     return description, found
 
 
 def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator[Problem]:
-    """Whether what the file says to record could be, as things are now."""
+    """Yield a problem if the recording that the file asks for could not be written now."""
     from busflow.errors import RecordingRefused
     from busflow.launchfile.model.problems import problem_at
     from busflow.recording.recorder.destination import foresee

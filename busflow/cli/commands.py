@@ -1,7 +1,7 @@
-"""What commands of other distributions may use of busflow, beside its public names, `errors`, `text` and `clock`.
+"""The interface for commands of other distributions, beside busflow's public names, `errors`, `text` and `clock`.
 
-docs/commands.md lists these names; decision 13 says what is promised of them. Each is imported when it is first used,
-so that a command's `--help` costs nothing.
+docs/commands.md lists these names; decision 13 says how stable they are. Each is imported when it is first used, so
+that a command's `--help` costs nothing.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -45,9 +45,9 @@ _HOMES = {
     "wire.client.listener": ("Listener",),
     "wire.client.speaker": ("Speaker",),
 }
-"""Each module with those of its names that are here too."""
+"""The modules, each with its names that this module offers."""
 _ORIGINALS = {"decode_json": "decode", "tell": "print_message"}
-"""Those that are called otherwise in their module."""
+"""The names that differ from the name in their module."""
 
 __all__ = [
     "EndView",

@@ -1,4 +1,4 @@
-"""`busflow completion`: the script by which a shell completes commands, options, and the names of what runs."""
+"""`busflow completion`: the script that lets a shell complete commands, options, and names in running graphs."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import click
 
 _SHELLS = ("bash", "zsh", "fish")
 _MENDED = {
-    # A shell whose startup file does not load zsh's completion would say `command not found: compdef`, each time.
+    # Without zsh's completion loaded, the shell would print `command not found: compdef` at each start.
     "#compdef busflow\n": "#compdef busflow\n(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }\n",
-    # fish would show of a description what is before its first comma.
+    # fish would cut a description at its first comma.
     'string split "," $completion': 'string split --max 1 "," $completion',
 }
-"""What click's scripts say, and what they have to say."""
+"""Lines of click's scripts, and their replacements."""
 _EXAMPLES = """\b
 Examples:
   busflow completion bash >> ~/.bashrc
@@ -23,18 +23,18 @@ Examples:
 @click.argument("shell", type=click.Choice(_SHELLS))
 @click.pass_context
 def completion(context: click.Context, shell: str) -> None:
-    """Print the script that makes SHELL complete busflow's commands, and the runs, nodes and topics there are.
+    """Print the script that makes SHELL complete busflow's commands, and the names of runs, nodes and topics.
 
-    It asks busflow itself, each time the tab key is pressed.
+    The script runs busflow each time the tab key is pressed.
     """
     from click.shell_completion import get_completion_class
 
     found = get_completion_class(shell)
-    if found is None:  # one of click's own three
+    if found is None:  # _SHELLS has the three that click knows
         raise click.UsageError(f"click cannot complete in {shell}")
     root = context.find_root().command
     made = found(root, {}, "busflow", "_BUSFLOW_COMPLETE")
-    # What click's bash class does besides is to run bash and look at its version, which the reader knows.
+    # `source()` of click's bash class would also run bash, to check its version.
     script = made.source_template % made.source_vars()
     for written, mended in _MENDED.items():
         script = script.replace(written, mended)

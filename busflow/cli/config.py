@@ -1,4 +1,4 @@
-"""`busflow config`: the resolved launch file, and where each value came from."""
+"""`busflow config`: the resolved launch file, and the origin of each value."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Examples:
 def config(given: Given, as_json: bool) -> None:
     """Show FILE with its includes, arguments and `--set` values put in, and where each value came from.
 
-    Parameters that nobody states are shown with the default that their plugin gives them.
+    Parameters without a value are shown with the default of their plugin.
     """
     from busflow.cli.terminal.output import print_answer
     from busflow.launchfile.check.resolved import lines, origins, resolve

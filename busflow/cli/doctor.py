@@ -1,4 +1,4 @@
-"""`busflow doctor`: what there is on this machine, whether each run answers, and what is wrong in it."""
+"""`busflow doctor`: checks versions, run directories, and whether each run answers and what is wrong in it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import click
 import busflow
 from busflow.cli.options.run import complete_runs
 from busflow.cli.root import Root
-from busflow.cli.terminal.output import near, print_answer, print_problems
+from busflow.cli.terminal.output import print_answer, print_problems, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Problem, Severity
 from busflow.text import counted
@@ -31,9 +31,13 @@ Examples:
   busflow doctor --run lab1 --json | jq '.findings[].message'"""
 
 
+_Findings = list[tuple[str | None, Problem]]
+"""Problems, each with the name of its run, or None."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Examined:
-    """One run, and what was found wrong in it."""
+    """One run with its problems."""
 
     present: PresentRun
     clock: str
@@ -46,26 +50,26 @@ class _Examined:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
 def doctor(context: click.Context, run: str | None, as_json: bool) -> int:
-    """Tell versions, run directories and runs, and what is wrong in each graph that runs; exit code 3 if something is.
+    """Show versions, run directories and runs, and what is wrong in each; exit code 3 if something is wrong.
 
-    Directories that dead runs have left are removed.
+    Directories left behind by dead runs are removed.
     """
     from busflow.wire.zenoh.run_directory import folders
 
     places = folders()
-    findings = [*_about_versions(), *_about_commands(context), *_about(places)]
+    findings = _Findings((None, each) for each in (*_about_versions(), *_about_commands(context), *_about(places)))
     examined = [_examine(present) for present in _present(run, findings)]
-    findings += [problem for each in examined for problem in each.findings]
+    findings += [(each.present.run.name, problem) for each in examined for problem in each.findings]
     if as_json:
-        told = [{"run": name, **problem.as_json()} for name, problem in _by_run(findings, examined)]
+        rows = [{"run": name, **problem.as_json()} for name, problem in findings]
         runs = [_run_json(each) for each in examined]
-        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": told})
+        print_answer({"ok": not findings, **_surroundings(places), "runs": runs, "findings": rows})
     else:
         _print(places, examined, findings)
     return ExitCode.DIFFERENT if findings else ExitCode.OK
 
 
-def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
+def _present(run: str | None, findings: _Findings) -> Iterator[PresentRun]:
     from busflow.wire.client.runs import ask_run, ask_runs
 
     if run is not None:
@@ -76,7 +80,7 @@ def _present(run: str | None, findings: list[Problem]) -> Iterator[PresentRun]:
     try:
         yield from ask_runs()
     except InspectionUnavailable:
-        if not findings:  # an unsafe folder is told of already
+        if not findings:  # an unsafe folder is reported already
             raise
 
 
@@ -97,7 +101,7 @@ def _about_versions() -> Iterator[Problem]:
     try:
         require_zenoh()
     except InspectionUnavailable as error:
-        yield Problem("no-zenoh", f"runs cannot be looked into: {error}", "pip install eclipse-zenoh")
+        yield Problem("no-zenoh", f"runs cannot be inspected: {error}", "pip install eclipse-zenoh")
 
 
 def _about_commands(context: click.Context) -> Iterator[Problem]:
@@ -109,7 +113,7 @@ def _about_commands(context: click.Context) -> Iterator[Problem]:
 def _about(folders: list[Folder]) -> Iterator[Problem]:
     for each in folders:
         if each.fault:
-            yield Problem("unsafe-folder", each.fault, f"look who made it: ls -ld {each.path}")
+            yield Problem("unsafe-folder", each.fault, f"see who owns it: ls -ld {each.path}")
 
 
 def _examine(present: PresentRun) -> _Examined:
@@ -140,7 +144,7 @@ def _examine(present: PresentRun) -> _Examined:
 def _about_machines(present: PresentRun) -> Iterator[Problem]:
     for name, reason in present.missing.items():
         text = f"the machine {name} is not linked" + (f": {reason}" if reason else "")
-        fix = f"start it there: busflow run {near(present.run.card.file)} --machine {name}"
+        fix = f"start it there: busflow run {short_path(present.run.card.file)} --machine {name}"
         yield Problem("machine-missing", text, fix.removesuffix(" --machine main"), severity=Severity.WARNING)
 
 
@@ -148,7 +152,7 @@ def _about_processes(present: PresentRun) -> Iterator[Problem]:
     for each in present.processes:
         if restarts := each.get("restarts", 0):
             text = f"the process {each['process']} was started anew {counted(restarts, 'time')}"
-            fix = "busflow log --level warning tells why; its nodes' figures began anew as well"
+            fix = "busflow log --level warning shows why; the counts of its nodes began again at 0"
             yield Problem("process-restarted", text, fix, severity=Severity.WARNING)
 
 
@@ -156,18 +160,13 @@ def _about_age(present: PresentRun) -> Iterator[Problem]:
     theirs = present.run.card.version
     if theirs != busflow.__version__:
         text = f"it runs busflow {theirs or 'of an unknown version'}, and this is {busflow.__version__}"
-        yield Problem("other-version", text, "start it anew, or use its own busflow", severity=Severity.WARNING)
-
-
-def _by_run(findings: list[Problem], examined: list[_Examined]) -> Iterator[tuple[str | None, Problem]]:
-    names = {id(problem): each.present.run.name for each in examined for problem in each.findings}
-    yield from ((names.get(id(problem)), problem) for problem in findings)
+        yield Problem("other-version", text, "restart it, or use its version of busflow", severity=Severity.WARNING)
 
 
 # Showing.
 
 
-def _print(folders: list[Folder], examined: list[_Examined], findings: list[Problem]) -> None:
+def _print(folders: list[Folder], examined: list[_Examined], findings: _Findings) -> None:
     versions = _versions()
     print_table(
         [
@@ -182,14 +181,10 @@ def _print(folders: list[Folder], examined: list[_Examined], findings: list[Prob
     )
     if not examined:
         click.echo("nothing is running")
-    for name, problems in groupby(_by_run(findings, examined), key=itemgetter(0)):
+    for name, problems in groupby(findings, key=itemgetter(0)):
         click.echo(f"\n{name}:" if name else "")
         print_problems(problem for _, problem in problems)
-    click.echo(f"\n{_count(len(findings))}")
-
-
-def _count(findings: int) -> str:
-    return counted(findings, "finding") if findings else "nothing is wrong"
+    click.echo(f"\n{counted(len(findings), 'finding') if findings else 'nothing is wrong'}")
 
 
 def _state(folder: Folder) -> str:
@@ -209,11 +204,11 @@ def _sentence(each: _Examined) -> str:
 
 
 def _surroundings(folders: list[Folder]) -> Mapping[str, Any]:
-    told = [
+    rows = [
         {"path": str(each.path), "exists": each.exists, "safe": not each.fault, "removed": list(each.remains)}
         for each in folders
     ]
-    return {"versions": _versions(), "folders": told}
+    return {"versions": _versions(), "folders": rows}
 
 
 def _run_json(each: _Examined) -> dict[str, Any]:

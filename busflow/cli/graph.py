@@ -1,4 +1,4 @@
-"""`busflow graph`: who publishes what to whom, in a graph that runs or in a launch file."""
+"""`busflow graph`: draws the nodes, topics and services of a running graph or of a launch file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Examples:
 )
 @click.option("--json", "as_json", is_flag=True, help="The same as --format json.")
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="The run to draw, where there are several.")
-@click.option("-a", "--all", "all_", is_flag=True, help="Of a run: hidden nodes, and what every node has, too.")
+@click.option("-a", "--all", "all_", is_flag=True, help="Of a run: also hidden nodes, and what every node has.")
 @click.pass_context
 def graph(
     context: click.Context,
@@ -38,7 +38,7 @@ def graph(
     run: str | None,
     all_: bool,
 ) -> None:
-    """Draw the nodes and topics of the graph that runs; with FILE those of a launch file, without running it."""
+    """Draw the nodes and topics of the running graph; with FILE those of a launch file, without running it."""
     if given is not None and (run is not None or all_):
         raise click.UsageError("--run and --all are for graphs that run, which FILE does not", context)
     drawing = _of_run(run, all_=all_) if given is None else _of_file(given)

@@ -1,4 +1,4 @@
-"""`busflow interface`: the message and service types that busflow brings, and those of a running graph."""
+"""`busflow interface`: shows busflow's built-in message and service types, and those of a running graph."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ interface = LazyGroup("interface", _VERBS, help="Look at message and service typ
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """Every type by its full name, and what the running graph tells of its own."""
+    """The known types: all full names, and the descriptions that the running graph gives of its own types."""
 
     names: tuple[str, ...]
-    told: Mapping[str, Mapping[str, Any]]
+    described: Mapping[str, Mapping[str, Any]]
 
     def of_kind(self, kind: str) -> list[str]:
-        """The names of the messages, or of the services."""
+        """Return the names of the message types (`msg`) or of the service types (`srv`)."""
         return [name for name in self.names if f"/{kind}/" in name]
 
 
 @completer
 def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tuple[str, None]]:
-    """The types there are."""
+    """Yield the names of the known types."""
     yield from ((name, None) for name in _known(context.params.get("run")).names)
 
 
@@ -58,7 +58,7 @@ def complete_interfaces(context: click.Context, _incomplete: str) -> Iterator[tu
 @click.option("-s", "--only-srvs", "services", is_flag=True, help="Only services.")
 @joins
 def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> None:
-    """List the types that busflow brings, and those of the graph that runs, if one does."""
+    """List busflow's built-in types, and those of the running graph, if there is one."""
     known = _known(run)
     chosen = [kind for kind, wanted in (("msg", messages), ("srv", services)) if wanted] or list(_KINDS)
     if as_json:
@@ -72,10 +72,10 @@ def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> Non
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
 @click.option("--no-comments", is_flag=True, help="Only the fields.")
-@click.option("--all-comments", is_flag=True, help="The comments of the types inside, too.")
+@click.option("--all-comments", is_flag=True, help="Also the comments of nested types.")
 @joins
 def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> None:
-    """Show TYPE as a .msg or .srv file has it, with the types inside it indented."""
+    """Show TYPE in the form of a .msg or .srv file, with nested types indented."""
     known = _builtin() if run is None else _known(run)
     try:
         full = _full(name, known)
@@ -114,33 +114,33 @@ def packages(run: str | None, as_json: bool) -> None:
     print_found({"packages": found}, found, as_json=as_json)
 
 
-# Which types there are.
+# The known types.
 
 
 def _builtin() -> _Known:
-    """What busflow brings."""
+    """Return the built-in types."""
     builtin = builtin_types()
     return _Known((*builtin.messages, *builtin.services), {})
 
 
 def _known(run: str | None) -> _Known:
-    """What busflow brings, and what the run says; without a name no run has to be there."""
-    told: dict[str, Mapping[str, Any]] = {}
+    """Return the built-in types and those of the run; without a run's name there need not be one."""
+    described: dict[str, Mapping[str, Any]] = {}
     try:
         with joined(run) as peer:
             for question in ("types", "services"):
                 for answer in peer.ask(question):
-                    told |= answer
-    except BusflowError:  # none has to run, and one that hangs keeps nobody from looking at what is built in
+                    described |= answer
+    except BusflowError:  # there need not be a run, and one that hangs must not hide the built-in types
         if run is not None:
             raise
-    services = {each["type"]: each for each in told.values() if "request" in each}
-    told = {name: each for name, each in told.items() if "request" not in each} | services
-    return _Known(tuple(sorted({*_builtin().names, *told})), told)
+    services = {each["type"]: each for each in described.values() if "request" in each}
+    described = {name: each for name, each in described.items() if "request" not in each} | services
+    return _Known(tuple(sorted({*_builtin().names, *described})), described)
 
 
 def _full(name: str, known: _Known) -> str:
-    """The full name of a type, whose middle may be left out: sensor_msgs/Imu."""
+    """Return the full name of a type, whose middle part may be left out: sensor_msgs/Imu."""
     package, _, last = name.partition("/")
     for full in (name, f"{package}/msg/{last}", f"{package}/srv/{last}"):
         if full in known.names:
@@ -153,26 +153,26 @@ def _packages(known: _Known) -> list[str]:
 
 
 def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
-    """The description of a message; of a service those of its two halves."""
+    """Yield the description of a message type; for a service type, those of its request and response."""
     builtin = builtin_types()
     if name in builtin.messages:
         yield name, builtin.description(name)
     elif name in builtin.services:
         yield from ((f"{name}_{part}", builtin.description(f"{name}_{part}")) for part in ("Request", "Response"))
-    elif "request" in known.told[name]:
-        halves = known.told[name]
+    elif "request" in known.described[name]:
+        halves = known.described[name]
         yield from ((f"{name}_{part}", halves[part.lower()]["description"]) for part in ("Request", "Response"))
     else:
-        yield name, known.told[name]["description"]
+        yield name, known.described[name]["description"]
 
 
-# How a type is shown.
+# Showing a type.
 
 
 def _lines(name: str, description: TypeDescription, depth: int) -> list[str]:
-    """A type as its file has it, the types inside indented by tabs; `depth` is to where comments are shown."""
+    """Return the lines of a type's file, nested types indented by tabs; comments are shown down to `depth` levels."""
     if "type_description" not in description:
-        import json  # what ROS has no words for is described by a JSON Schema
+        import json  # a type that ROS cannot describe has a JSON Schema
 
         return json.dumps(description, indent=2).split("\n")
     inner = {each["type_name"]: each for each in description["referenced_type_descriptions"]}
@@ -201,12 +201,12 @@ def _type_lines(
 
 
 def _comment_lines(name: str) -> list[str]:
-    """What the source says of a type, and an empty line."""
+    """Return the comment of a type, and an empty line."""
     return [*(f"# {line}".rstrip() for line in _comments(name).text.split("\n")), ""]
 
 
 def _comments(name: str) -> Comments:
     try:
         return builtin_types().comments(name)
-    except KeyError:  # a type of the user's: the run does not tell its comments
+    except KeyError:  # a type of the user: a run does not send comments
         return Comments()

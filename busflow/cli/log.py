@@ -1,4 +1,4 @@
-"""`busflow log`: the log of a running graph, its last lines and those that follow."""
+"""`busflow log`: shows the last lines of a running graph's log, and follows it."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ _COLOURS = {10: "bright_black", 20: "green", 30: "yellow", 40: "red", 50: "brigh
 _NS_PER_S = 1_000_000_000
 _KEPT = 1000
 _FOLLOWED = 10
-"""How many lines there are before those that follow, as `tail -f` has it."""
+"""How many earlier lines --follow shows first, as `tail -f` does."""
 _MAIN = "main"
 _LOOK_S = 0.2
-"""How often it is looked whether the run still lives, while no line comes."""
+"""The interval at which to check that the run is alive, while no line arrives."""
 
 Line = Mapping[str, Any]
 """`{stamp_ns, level, node, text, process}`."""
 
 
 @click.command(epilog=_EXAMPLES)
-@click.option("-f", "--follow", is_flag=True, help="Go on with the lines that follow, until the run ends.")
+@click.option("-f", "--follow", is_flag=True, help="Show new lines as they are logged, until the run ends.")
 @click.option("-n", "count", type=click.IntRange(0), metavar="N", help="At most the last N lines.  [default: all kept]")
-@click.option("--node", metavar="NODE", shell_complete=complete_nodes, help="Only what this node logs.")
-@click.option("--level", type=click.Choice(list(_LEVELS)), default="debug", help="Only lines from this level on.")
+@click.option("--node", metavar="NODE", shell_complete=complete_nodes, help="Only the lines of this node.")
+@click.option("--level", type=click.Choice(list(_LEVELS)), default="debug", help="Only lines of this level or above.")
 @joins
 def log(run: str | None, follow: bool, count: int | None, node: str | None, level: str, as_json: bool) -> None:
     """Show the log of a running graph: its last lines, of which the run keeps 1000.
 
-    With -f it goes on until the run ends, after the last 10 lines or as many as -n says. Debug lines are there if the
-    graph was started with -v.
+    With -f it first shows the last 10 lines, or as many as -n says, and then new lines until the run ends. Debug lines
+    exist if the graph was started with -v.
     """
     show = print_line if as_json else _show
     least = _LEVELS[level]
@@ -67,12 +67,12 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
                     show(line)
         missed = listener.dropped + listener.lost
         if missed:
-            told = counted(missed, "line is", "lines are")
-            print_message(f"warning: {told} missing: more came than could be shown")
+            lines = counted(missed, "line is", "lines are")
+            print_message(f"warning: {lines} missing: more came than could be shown")
 
 
 def _known(peer: Peer, node: str | None) -> str | None:
-    """The full name of a node that logs; `busflow` is the run itself."""
+    """Return the full name of a node that logs; `busflow` stands for the run itself."""
     if node is None or node == "busflow":
         return node
     full = f"/{node.removeprefix('/')}"
@@ -84,9 +84,9 @@ def _known(peer: Peer, node: str | None) -> str | None:
 
 
 def _kept(peer: Peer, count: int, node: str | None, level: int) -> list[Line]:
-    """The last lines of every process of the run."""
+    """Return the last lines of every process of the run, sorted by time."""
     answers = peer.ask("log", count=count, node=node, level=level)
-    # The main process has the lines of the others of its machine too, and is not the one that logged them.
+    # The main process also has the lines of its machine's other processes, which did log them: they go first.
     answers.sort(key=lambda answer: answer.get("process", _MAIN).endswith(_MAIN))
     found: dict[object, Line] = {}
     for answer in answers:
@@ -97,7 +97,7 @@ def _kept(peer: Peer, count: int, node: str | None, level: int) -> list[Line]:
 
 
 def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Line]:
-    """The lines that come after those that were kept, until the run has ended."""
+    """Yield the lines that are logged after the kept ones, until the run has ended."""
     decode = peer.type("rcl_interfaces/msg/Log").decode
     shown = {_identity(line) for line in kept}
     processes: dict[bytes, str] = {}
@@ -121,7 +121,7 @@ def _following(peer: Peer, listener: Listener, kept: list[Line]) -> Iterator[Lin
 
 
 def _process_of(gid: bytes, known: dict[bytes, str], peer: Peer) -> str:
-    """The process that publishes with this signature; it is looked up once."""
+    """Return the process of the publisher with this GID; it is looked up once."""
     if gid not in known:
         processes = peer.processes()
         known |= {token.gid: processes.get(token.session, _MAIN) for token in peer.tokens()}
@@ -133,7 +133,7 @@ def _identity(line: Line) -> tuple[object, ...]:
 
 
 def _show(line: Line) -> None:
-    """A line as the run itself writes it, in UTC."""
+    """Print a line as the run itself writes it, in UTC."""
     seconds, nanoseconds = divmod(line["stamp_ns"], _NS_PER_S)
     word = next((word for word, number in _LEVELS.items() if number == line["level"]), str(line["level"]))
     level = click.style(f"{word:<8}", fg=_COLOURS.get(line["level"]))

@@ -1,4 +1,4 @@
-"""`busflow new`: a small project that runs and whose tests pass, from the templates beside this file."""
+"""`busflow new`: makes a small project that runs and whose tests pass, from the templates beside this file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FILES = {
     "tests/test_driver.py": "test_driver.py.txt",
 }
 _TEMPLATE_NAME = "my_robot"
-"""What the templates call the project, in their file names too."""
+"""The project's name in the templates, also in their file names."""
 _NAME = re.compile(r"[a-z](?:_?[a-z0-9])*")
 _LONGEST = 60
 
@@ -40,14 +40,14 @@ def new(directory: Path) -> None:
     try:
         _write(directory, name)
     except OSError as error:
-        shutil.rmtree(directory, ignore_errors=True)  # half a project would stand in the way of the next attempt
+        shutil.rmtree(directory, ignore_errors=True)  # half a project would make the next attempt fail
         raise click.ClickException(f"cannot write {error.filename or directory}: {error.strerror}") from None
     click.echo(f"Made {printable(directory)}: plugins/driver.py, configs/{name}.yaml, tests/test_driver.py. Next:")
     click.echo(f"  cd {printable(directory)}\n  busflow run configs/{name}.yaml --for 5s\n  pytest")
 
 
 def _checked_name(directory: Path) -> str:
-    """The project's name, which is the directory's and also that of the ROS package of its messages."""
+    """Return the project's name, which is the directory's name and also the ROS package of its messages."""
     name = directory.name
     if name in {"", ".."} and directory.exists():
         raise click.ClickException(f"{directory} is there already: name a new folder, such as my_robot")
@@ -56,7 +56,7 @@ def _checked_name(directory: Path) -> str:
     proposal = re.sub(r"[^a-z0-9]+", "_", name.lower()).lstrip("_0123456789")[:_LONGEST].rstrip("_")
     raise click.ClickException(
         f"{name[:_LONGEST]!r} cannot name a project: use at most {_LONGEST} lower-case letters, digits and single '_', "
-        f"a letter first, and no word of Python's or busflow's" + (f"; try {proposal}" if _is_name(proposal) else "")
+        f"a letter first, and neither a keyword nor busflow" + (f"; try {proposal}" if _is_name(proposal) else "")
     )
 
 

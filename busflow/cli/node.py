@@ -1,4 +1,4 @@
-"""`busflow node`: the nodes of a running graph, and the ends of one."""
+"""`busflow node`: lists the nodes of a running graph, and shows the endpoints of one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _VERBS = {
     "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),
-    "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and how it is."),
+    "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and its state."),
 }
 _EXAMPLES = """\b
 Examples:
@@ -41,9 +41,9 @@ node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", e
 
 
 @click.command("list", epilog=_EXAMPLES)
-@click.option("-a", "--all", "all_", is_flag=True, help="Hidden nodes too: a name, or a part of it, begins with _.")
-@click.option("-c", "--count-nodes", "count", is_flag=True, help="Only how many there are.")
-@click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of ends.")
+@click.option("-a", "--all", "all_", is_flag=True, help="Also hidden nodes: a name, or a part of it, begins with _.")
+@click.option("-c", "--count-nodes", "count", is_flag=True, help="Only the number of nodes.")
+@click.option("-v", "--verbose", is_flag=True, help="With plugin, state, process and the number of endpoints.")
 @joins
 def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool) -> None:
     """List the nodes of a running graph, by name; failed ones are named on standard error."""
@@ -58,19 +58,19 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
         print_table(map(_row, nodes), *_COLUMNS)
     else:
         click.echo("".join(f"{printable(each.name)}\n" for each in nodes), nl=False)
-    _tell_failures(nodes)
+    _print_failures(nodes)
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="NODE", shell_complete=complete_nodes)
-@click.option("--include-hidden", is_flag=True, help="Hidden topics and services too.")
+@click.option("--include-hidden", is_flag=True, help="Also hidden topics and services.")
 @joins
 def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> None:
     """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
     with joined(run) as peer:
         found = peer.graph().node(name)
-        told = peer.ask("parameters", node=found.name)
-    parameters = sum(len(each.get(found.name, ())) for each in told)
+        answers = peer.ask("parameters", node=found.name)
+    parameters = sum(len(each.get(found.name, ())) for each in answers)
     ends = {
         "Subscribers": found.subscriptions,
         "Publishers": found.publishers,
@@ -94,37 +94,37 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
         click.echo(f"  Parameters: {parameters}")
         if details.get("restarts"):
             click.echo(f"  Restarts: {details['restarts']}")
-    _tell_failures([found])
+    _print_failures([found])
 
 
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
-    """Topic and type of each, by name; of two on one topic one is enough."""
+    """Return topic and type of the endpoints, sorted and without duplicates."""
     found = {(end.token.topic, end.token.type) for end in ends}
     return sorted(each for each in found if hidden or not is_hidden(each[0]))
 
 
 def _state(node: NodeView) -> str:
-    """Where a node is in its life; nobody tells of one that is not busflow's."""
+    """Return a node's state, which is unknown unless the node is busflow's."""
     return str(node.details.get("state", "unknown"))
 
 
 def _row(node: NodeView) -> tuple[object, ...]:
-    told = node.details
+    details = node.details
     ends = len(node.publishers), len(node.subscriptions)
-    process = told.get("process", "-"), told.get("pid", "-")
-    return (node.name, _state(node), told.get("plugin", "-"), *process, *ends, told.get("restarts", "-"))
+    process = details.get("process", "-"), details.get("pid", "-")
+    return (node.name, _state(node), details.get("plugin", "-"), *process, *ends, details.get("restarts", "-"))
 
 
 def _row_json(node: NodeView) -> dict[str, Any]:
-    told = node.details
+    details = node.details
     return {
         "name": node.name,
         "state": _state(node),
-        "plugin": told.get("plugin"),
-        "process": told.get("process"),
-        "pid": told.get("pid"),
-        "restarts": told.get("restarts", 0),
-        "failures": told.get("failures", []),
+        "plugin": details.get("plugin"),
+        "process": details.get("process"),
+        "pid": details.get("pid"),
+        "restarts": details.get("restarts", 0),
+        "failures": details.get("failures", []),
         "publishers": len(node.publishers),
         "subscriptions": len(node.subscriptions),
     }
@@ -139,7 +139,7 @@ def _info_json(node: NodeView, ends: dict[str, list[tuple[str, str]]]) -> dict[s
     return _row_json(node) | named
 
 
-def _tell_failures(nodes: Sequence[NodeView]) -> None:
+def _print_failures(nodes: Sequence[NodeView]) -> None:
     for each in nodes:
         why = "; ".join(each.details.get("failures", []))
         if _state(each) == "failed":

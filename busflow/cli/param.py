@@ -1,6 +1,6 @@
-"""`busflow param`: the parameters of running nodes: what each is, what it may be, and where its value came from.
+"""`busflow param`: shows the parameters of running nodes: type, value, constraints and source.
 
-The verbs that change something are in `param_changes`.
+The verbs that set, compare, save and watch are in `param_changes`.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ _ROS_TYPES = (
 """ROS 2's words for the constants of `rcl_interfaces/msg/ParameterType`."""
 
 Row = Mapping[str, Any]
-"""A parameter as its process tells of it."""
+"""A parameter in the form in which its process reports it."""
 
 param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes, and set them.", epilog=_EXAMPLES)
 
 
 @completer
 def complete_parameters(context: click.Context, _incomplete: str) -> Iterator[tuple[str, str]]:
-    """The parameters of the node that is already typed."""
+    """Yield the parameters of the node on the command line, with their descriptions."""
     with joined_to_complete(context) as peer:
         rows = parameters_of(peer, context.params["node"])
     yield from ((row["name"], row["description"]) for row in rows)
@@ -92,7 +92,7 @@ def list_(run: str | None, node: str | None, types: bool, as_json: bool) -> None
 @click.option("--hide-type", is_flag=True, help="Only the value.")
 @joins
 def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -> None:
-    """Show the value of the parameter NAME of NODE; a nested one has a dotted name."""
+    """Show the value of the parameter NAME of NODE; a nested parameter has a dotted name."""
     with joined(run) as peer:
         (row,) = _named(parameters_of(peer, node), [name], node)
     if as_json:
@@ -113,7 +113,7 @@ def get(run: str | None, node: str, name: str, hide_type: bool, as_json: bool) -
 @click.argument("names", nargs=-1, shell_complete=complete_parameters)
 @joins
 def describe(run: str | None, node: str, names: tuple[str, ...], as_json: bool) -> None:
-    """Show what the parameters NAMES of NODE are, all of them where none is named."""
+    """Describe the parameters NAMES of NODE, or all of them without NAMES."""
     with joined(run) as peer:
         rows = parameters_of(peer, node)
     chosen = _named(rows, names, node) if names else rows
@@ -159,15 +159,15 @@ def sources(run: str | None, node: str | None, as_json: bool) -> None:
     for name, rows in found.items():
         if node is None:
             click.echo(f"{printable(name)}:")
-        told = [(row["name"], _value(row), row["source"]) for row in rows]
-        print_table(told, Column(), Column(folds=True), Column(folds=True), indent="  ")
+        cells = [(row["name"], _value(row), row["source"]) for row in rows]
+        print_table(cells, Column(), Column(folds=True), Column(folds=True), indent="  ")
 
 
-# What the run tells.
+# Asking the run.
 
 
 def _by_node(peer: Peer, node: str | None) -> dict[str, list[Row]]:
-    """The parameters of every node by its name, or of one."""
+    """Return the parameters of every node by its name, or of one node."""
     if node is not None:
         return {full_name(node): parameters_of(peer, node)}
     found: dict[str, list[Row]] = {}
@@ -177,7 +177,7 @@ def _by_node(peer: Peer, node: str | None) -> dict[str, list[Row]]:
 
 
 def parameters_of(peer: Peer, node: str) -> list[Row]:
-    """The parameters of a node, as its process tells of them.
+    """Return the parameters of a node, as its process reports them.
 
     Raises:
         NoSuchTarget: There is no such node, or it is not busflow's.
@@ -186,12 +186,12 @@ def parameters_of(peer: Peer, node: str) -> list[Row]:
     for answer in peer.ask("parameters", node=full):
         if full in answer:
             return answer[full]
-    peer.graph().node(node)  # which is raised for a name that nobody has
-    raise NoSuchTarget(f"{printable(full)} is not busflow's: its parameters are behind its services alone")
+    peer.graph().node(node)  # raises for an unknown node
+    raise NoSuchTarget(f"{printable(full)} is not busflow's: its parameters can only be read through its services")
 
 
 def _named(rows: Sequence[Row], names: Iterable[str], node: str) -> list[Row]:
-    """The parameters of these names, in the order in which they are asked for."""
+    """Return the parameters of these names, in the order of the names."""
     known = {row["name"]: row for row in rows}
     for name in names:
         if name not in known:
@@ -199,11 +199,11 @@ def _named(rows: Sequence[Row], names: Iterable[str], node: str) -> list[Row]:
     return [known[name] for name in names]
 
 
-# How it is shown.
+# Showing.
 
 
 def full_name(node: str) -> str:
-    """A node's name with the slash that may be left out."""
+    """Return a node's name with its leading slash, which the user may leave out."""
     return f"/{node.removeprefix('/')}"
 
 
@@ -217,7 +217,7 @@ def _value(row: Row) -> str:
 
 
 def _description(row: Row) -> Iterator[str]:
-    """A parameter in the lines of ROS 2, and three more."""
+    """Yield the lines that ROS 2 prints of a parameter, and three more."""
     yield f"Parameter name: {printable(row['name'])}"
     yield f"  Type: {_ros_type(row)}"
     if row["description"]:
@@ -244,7 +244,7 @@ def _constraints(row: Row) -> Iterator[str]:
 
 
 def _nested(rows: Iterable[Row]) -> dict[str, Any]:
-    """The values by name, those of dotted names one level down each."""
+    """Return the values by name, with a level of nesting for each dot."""
     tree: dict[str, Any] = {}
     for row in rows:
         *groups, name = row["name"].split(".")

@@ -1,4 +1,4 @@
-"""The verbs of `busflow param` that change something: what a node is told now, and what its launch file says."""
+"""The verbs of `busflow param` that set parameters, compare them with the launch file, save and watch them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.param import complete_parameters, full_name, parameters_of
-from busflow.cli.terminal.output import near, print_answer, print_line, print_message
+from busflow.cli.terminal.output import print_answer, print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import counted, printable
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 _POLL_S = 0.2
 _NEGATIVE = re.compile(r"-\.?(\d|inf)", re.IGNORECASE)
 _PAUSE = Event()
-"""Never set: waiting for it is how the watch pauses."""
+"""An event that is never set: `watch` waits on it between two questions."""
 _node = click.argument("node", shell_complete=complete_nodes)
 
 
 class _Assigning(click.Command):
-    """A command whose values may be negative numbers, which are no options."""
+    """A command that takes negative numbers as values, not as options."""
 
     ignore_unknown_options = True
 
@@ -50,7 +50,7 @@ class _Assigning(click.Command):
 )
 @joins
 def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool) -> int:
-    """Set parameters of NODE: all of them, or none and the reasons.
+    """Set parameters of NODE: all of them, or none, with the reasons.
 
     A value is written as in a launch file: 0.5, true, imu_link, "[1.0, 2.0]".
     """
@@ -70,7 +70,7 @@ def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool
 def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
     """Set the parameters of NODE that FILE states, all of them or none.
 
-    FILE is what `busflow param dump` and `ros2 param dump` write, or the parameters alone.
+    FILE has the form that `busflow param dump` and `ros2 param dump` write, or holds the parameters alone.
     """
     from busflow.launchfile.yaml.document import read_file
 
@@ -85,16 +85,16 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 @_node
 @joins
 def diff(run: str | None, node: str, as_json: bool) -> int:
-    """Show which parameters of NODE differ from what its launch file comes to; exit code 3 where any does."""
+    """Show the parameters of NODE that differ from its resolved launch file; exit code 3 if any does."""
     with joined(run) as peer:
-        found = _drifts(peer, node, Path(near(peer.run.card.file)))
+        found = _drifts(peer, node, Path(short_path(peer.run.card.file)))
     if as_json:
         rows = [{"name": each.name, "stated": each.stated, "value": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "differences": rows})
     else:
-        told = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
+        rows = [(each.name, _shown(each.stated), "→", _shown(each.value), f"({each.origin})") for each in found]
         value = Column(folds=True)
-        print_table(told, Column(), value, Column(), value, value)
+        print_table(rows, Column(), value, Column(), value, value)
     return ExitCode.DIFFERENT if found else ExitCode.OK
 
 
@@ -104,11 +104,11 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
     "--into",
     metavar="FILE",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write into this launch file, which is there and has the node.",
+    help="Write into this launch file, which must exist and have the node.",
 )
 @joins
 def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
-    """Write the parameters of NODE that were changed back into its launch file; comments and order stay."""
+    """Write the changed parameters of NODE back into its launch file; comments and order stay."""
     from busflow.launchfile.check.drift import written_back
 
     if into is not None and not into.exists():
@@ -118,7 +118,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
             param_hint="--into",
         )
     with joined(run) as peer:
-        file = into or Path(near(peer.run.card.file))
+        file = into or Path(short_path(peer.run.card.file))
         found = _drifts(peer, node, file)
     with file.open(encoding="utf-8", newline="") as stream:
         text = stream.read()
@@ -142,7 +142,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
 @click.argument("node", required=False, shell_complete=complete_nodes)
 @joins
 def watch(run: str | None, node: str | None, as_json: bool) -> int:
-    """Show each change of a parameter of NODE, or of any node, as it is made, until Ctrl-C or the end of the run."""
+    """Show each change of a parameter of NODE, or of any node, until Ctrl-C or the end of the run."""
     with joined(run) as peer:
         if node is not None:
             parameters_of(peer, node)
@@ -163,8 +163,8 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
 
 
 def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) -> int:
-    """Set parameters, and tell what came of it."""
-    parameters_of(peer, node)  # which is raised for a node that there is not
+    """Set parameters, and print the result."""
+    parameters_of(peer, node)  # raises for an unknown node
     results = peer.ask("set_parameters", node=full_name(node), values=values)
     changed, faults = results[0]["changed"], results[0]["faults"]
     if as_json:
@@ -182,7 +182,7 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) 
 
 
 def _of_node(stated: object, node: str) -> object:
-    """The parameters of a node in a file that states those of several, or the whole."""
+    """Return the parameters of one node from a file that may state several nodes, or else the whole content."""
     if isinstance(stated, dict):
         members = cast("dict[str, Any]", stated)
         for key in (full_name(node), node.removeprefix("/"), "/**"):
@@ -199,7 +199,7 @@ def _value(text: str) -> object:
     return parse_value(text, "command line").data
 
 
-# Against the launch file.
+# Comparing with the launch file.
 
 
 def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
@@ -213,15 +213,15 @@ def _drifts(peer: Peer, node: str, file: Path) -> tuple[Drift, ...]:
     raise NoSuchTarget(f"{printable(file)} has no node {printable(full_name(node))}")
 
 
-# How it is shown.
+# Showing.
 
 
 def _print_changes(answer: Mapping[str, Any], known: dict[str, int], node: str | None, *, as_json: bool) -> None:
-    """Print what one process tells, and remember how far that went."""
+    """Print the changes that one process reports, and remember the last one."""
     first = answer["changes"][0]["sequence"] if answer["changes"] else answer["last"] + 1
     missed = first - known.get(answer["process"], 0) - 1
     if missed:
-        print_message(f"warning: {counted(missed, 'change was', 'changes were')} forgotten before any could be shown")
+        print_message(f"warning: {counted(missed, 'change was', 'changes were')} discarded before they could be shown")
     known[answer["process"]] = answer["last"]
     for change in answer["changes"]:
         if node is not None and change["node"] != full_name(node):

@@ -1,4 +1,4 @@
-"""`busflow plugins`: which plugins there are, and what one takes and offers."""
+"""`busflow plugins`: lists the available plugins, and describes one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Examples:
 
 _DEFAULT = (Path("plugins"),)
 
-plugins = LazyGroup("plugins", _VERBS, help="List the plugins there are, or describe one.", epilog=_EXAMPLES)
+plugins = LazyGroup("plugins", _VERBS, help="List the available plugins, or describe one.", epilog=_EXAMPLES)
 
 
 def _options(command: Callable[..., int]) -> Callable[..., int]:
@@ -80,7 +80,7 @@ def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
 
 
 def _unread(folders: Sequence[Path]) -> ExitCode:
-    """Tell which of the folders cannot be looked into."""
+    """Print which of the folders cannot be read; return the exit code for that."""
     faults = [fault for fault in map(unreadable, folders) if fault is not None]
     print_problems(faults, error_stream=True)
     return ExitCode.USAGE if faults else ExitCode.OK

@@ -1,4 +1,4 @@
-"""`busflow ps`: what runs on this machine, since when, and from which file."""
+"""`busflow ps`: lists the runs on this machine, with file, process, age and state."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.terminal.output import near, print_line, print_message
+from busflow.cli.terminal.output import print_line, print_message, short_path
 from busflow.cli.terminal.table import Column, print_table
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _NS_PER_S = 1_000_000_000
 @click.command(epilog=_EXAMPLES)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, one object a line for each run.")
 def ps(as_json: bool) -> None:
-    """List the runs of this user on this machine; exit code 0 also where there are none.
+    """List the runs of this user on this machine; the exit code is 0 also if there are none.
 
     A run whose event loop is blocked, or whose process is stopped, is listed as one that does not answer.
     """
@@ -42,7 +42,7 @@ def ps(as_json: bool) -> None:
 
     if as_json:
         for each in ask_runs():
-            print_line(_told(each))
+            print_line(_as_json(each))
         return
     found = list(ask_runs())
     if not found:
@@ -54,7 +54,7 @@ def ps(as_json: bool) -> None:
             print_message(f"warning: {each.run.name}, process {each.run.card.pid}: {each.silence}")
 
 
-def _told(present: PresentRun) -> dict[str, Any]:
+def _as_json(present: PresentRun) -> dict[str, Any]:
     card = present.run.card
     return {
         "run": present.run.name,
@@ -76,16 +76,16 @@ def _row(present: PresentRun) -> tuple[object, ...]:
     from busflow.clock import SystemClock
 
     card = present.run.card
-    since = _moment(card.since_ns).astimezone()  # whoever reads it lives in local time
+    since = _moment(card.since_ns).astimezone()  # shown in local time
     age_s = (SystemClock().now().nanoseconds - card.since_ns) // _NS_PER_S
     nodes = "?" if present.nodes is None else present.nodes
     pids = ",".join(_pid(each) for each in present.processes) or card.pid
-    file = near(card.file) if card.file else "-"
+    file = short_path(card.file) if card.file else "-"
     return present.run.name, file, pids, f"{since:%Y-%m-%d %H:%M:%S}", _age(age_s), nodes, present.state
 
 
 def _pid(process: Mapping[str, Any]) -> str:
-    """A process's number, and its machine where that is another one than the main.
+    """Return a process's number, with its machine unless that is the main machine.
 
     >>> _pid({"process": "eyes", "pid": 7}), _pid({"process": "arm:eyes", "pid": 7})
     ('7', 'arm:7')
@@ -99,7 +99,7 @@ def _moment(ns: int) -> datetime:
 
 
 def _age(seconds: int) -> str:
-    """A duration in its two largest units.
+    """Return a duration in its two largest units.
 
     >>> _age(7), _age(130), _age(7_260), _age(200_000), _age(-3)
     ('7s', '2min 10s', '2h 1min', '2d 7h', '0s')

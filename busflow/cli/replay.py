@@ -1,4 +1,4 @@
-"""`busflow replay`: nodes run anew on a recording, and what they publish compared with what was recorded."""
+"""`busflow replay`: runs nodes again on a recording, and compares what they publish with what was recorded."""
 
 from __future__ import annotations
 
@@ -25,31 +25,29 @@ _SHOWN = 10
 
 def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
     if isnan(given):
-        raise click.BadParameter("nan is no number: nothing would be within it", ctx, param)
+        raise click.BadParameter("nan is no tolerance: no difference would be within it", ctx, param)
     return given
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("recording", metavar="RECORDING", type=click.Path(path_type=Path))
 @launch_file(required=False, file_="[FILE]")
-@click.option("--node", "nodes", multiple=True, metavar="NAME", help="A node of FILE to run anew; all by default.")
+@click.option("--node", "nodes", multiple=True, metavar="NAME", help="A node of FILE to run again; all by default.")
 @click.option("--plugin", metavar="NAME", help="A plugin to run in place of FILE, under the name of --node or its own.")
 @click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path), default=None,
-              help="Where --plugin is.  [default: plugins, and what is installed]")  # fmt: skip
+              help="The plugin folder of --plugin.  [default: plugins, and what is installed]")  # fmt: skip
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0),
     callback=_number,
     default=0.0,
-    help="How far numbers may be apart: 1e-6.",
+    help="How far apart numbers may be: 1e-6.",
 )
 @click.option("--time-tolerance", "time_tolerance_s", type=DURATION,
-              help="How far times may be apart.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
+              help="How far apart times may be.  [default: 0 in simulated time, else 100ms]")  # fmt: skip
 @click.option("--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the replay itself.")
-@click.option(
-    "--incomplete", "allow_incomplete", is_flag=True, help="Replay what there is of a recording that is not complete."
-)
-@click.option("--show", type=click.IntRange(min=0), default=_SHOWN, show_default=True, help="How many differences.")
+@click.option("--incomplete", "allow_incomplete", is_flag=True, help="Replay a recording although it is not complete.")
+@click.option("--show", type=click.IntRange(min=0), default=_SHOWN, show_default=True, help="Differences to show.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.pass_context
 def replay(
@@ -63,10 +61,10 @@ def replay(
     as_json: bool,
     **how: Any,
 ) -> int:
-    """Run nodes of FILE anew on what was recorded, and compare what they publish with what was recorded.
+    """Run nodes of FILE again on a recording, and compare what they publish with what was recorded.
 
-    Inputs, ticks, parameters and calls come as they did, in the recorded order and time. Exit code 0 where all is the
-    same, 3 where something differs.
+    Inputs, ticks, parameters and calls come in the recorded order, at the recorded times. The exit code is 0 if
+    everything is the same, and 3 if something differs.
     """
     from busflow.recording.replay.replay import replay as run_anew
 
@@ -75,10 +73,10 @@ def replay(
         raise click.UsageError(f"name a launch file, or a plugin with --plugin{both}", context)
     what = given.description() if given is not None else _alone(str(plugin), nodes, folder, context)
     outcome = run_anew(recording, what, nodes=nodes, keep=0, **how)
-    return _told(outcome, show, as_json=as_json)
+    return _print_outcome(outcome, show, as_json=as_json)
 
 
-def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
+def _print_outcome(outcome: Replay, show: int, *, as_json: bool) -> int:
     from busflow.cli.terminal.output import print_answer, print_message
     from busflow.errors import ExitCode
 
@@ -90,7 +88,7 @@ def _told(outcome: Replay, show: int, *, as_json: bool) -> int:
 
 
 def _alone(plugin: str, nodes: tuple[str, ...], folder: Path | None, context: click.Context) -> What:
-    """A graph of one node of a plugin, as a launch file would say it."""
+    """Return the description of a graph with one node of a plugin, as a launch file would state it."""
     from busflow.launchfile.model.description import LaunchDescription, NodeSpec
     from busflow.launchfile.yaml.value import Origin, StatedBy, Value
     from busflow.node.node import default_name

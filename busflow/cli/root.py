@@ -1,7 +1,7 @@
-"""Root: the group of all commands, busflow's own and those that other distributions offer by entry points.
+"""Root: the group of all commands, those of busflow and those that other distributions offer by entry points.
 
-An entry point of the group `busflow.commands` has the verb for a name and a click command for a value. It is imported
-when the verb is used, and not to list it. No distribution replaces a verb of busflow's own.
+An entry point of the group `busflow.commands` has the verb as its name and a click command as its value. It is imported
+when the verb is used, not when it is listed. No distribution replaces a verb of busflow.
 """
 
 from __future__ import annotations
@@ -23,62 +23,62 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 GROUP = "busflow.commands"
-"""The entry point group under which an installed distribution offers its commands."""
+"""The entry point group of the commands that installed distributions offer."""
 
 
 class Root(LazyGroup):
     """The commands of busflow and of the distributions that are installed beside it."""
 
     def __init__(self, lazy: Mapping[str, tuple[str, str]], apart: Mapping[str, str], **settings: Any) -> None:
-        """The group `busflow`.
+        """Create the group `busflow`.
 
         Args:
-            lazy: busflow's commands, as `LazyGroup` has them; of those in `apart`, what is imported is not looked at.
-            apart: the verbs that another distribution of this project provides, each with its folder in the clone.
-            settings: those of a click group.
+            lazy: busflow's commands, in the form of `LazyGroup`; the import path of a verb in `apart` is not used.
+            apart: the verbs that another distribution of this project provides, each with its folder in the repository.
+            settings: the settings of a click group.
         """
         super().__init__("busflow", lazy, **settings)
         self._apart, self._own = apart, lazy.keys() - apart.keys()
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """Each command with its line of help, those of unknown distributions last."""
+        """Each command with its line of help; commands of unknown distributions come last."""
         others = [(verb, _summary(found)) for verb, found in self._offers.items() if verb not in self._lazy]
         return [*super().rows, *others]
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands, those of unknown distributions last."""
+        """List the commands; those of unknown distributions come last."""
         return list(dict.fromkeys([*super().list_commands(ctx), *self._offers]))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command, imported now.
+        """Import and return the command.
 
         Raises:
-            PluginError: its distribution is not installed, or cannot be used.
+            PluginError: Its distribution is not installed, or cannot be used.
         """
         if cmd_name in self._own:
             return super().get_command(ctx, cmd_name)
         try:
             return self._load(cmd_name)
         except PluginError:
-            if ctx.resilient_parsing:  # a shell completes, and would show the error in the middle of what is typed
+            if ctx.resilient_parsing:  # during completion the shell would show the error in the middle of the input
                 return None
             raise
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands, and below them what is installed and cannot be used."""
+        """List the commands, and below them the installed commands that cannot be used."""
         super().format_commands(ctx, formatter)
         for problem in self.problems():
             formatter.write_paragraph()
             formatter.write_text(problem.render().replace("\n", ";"))
 
     def owner(self, verb: str | None) -> str:
-        """Whose mistake it is if a command does not work: busflow, or the distribution that provides it."""
+        """Return the name of the distribution that provides a command: busflow, or another one."""
         found = self._offers.get(verb or "")
         return "busflow" if found is None or verb in self._own else _distribution(found[0])
 
     def problems(self) -> Iterator[Problem]:
-        """The entry points that are not used, and why."""
+        """Yield a problem for each entry point that is not used."""
         for verb, found in self._offers.items():
             if verb in self._own:
                 names = " and ".join(map(_distribution, found))
@@ -91,7 +91,7 @@ class Root(LazyGroup):
 
     @cached_property
     def _offers(self) -> dict[str, list[EntryPoint]]:
-        """The entry points by their verbs, in the order of the alphabet."""
+        """The entry points by verb, in alphabetical order."""
         found: dict[str, list[EntryPoint]] = {}
         for each in sorted(entry_points(GROUP), key=lambda entry: (entry.name, _distribution(entry), entry.value)):
             found.setdefault(each.name, []).append(each)
@@ -118,12 +118,12 @@ def _imported(entry: EntryPoint) -> click.Command:
         from busflow.validation import tracebacks
 
         message = f"busflow {entry.name} cannot be imported from {where}: {tracebacks.reason(error)}"
-        fix = f"install it anew, or do without: {_removal(entry)}"
+        fix = f"reinstall it, or remove it: {_removal(entry)}"
         if isinstance(error, ModuleNotFoundError) and error.name:
             fix = f"install what provides {error.name!r} into the environment {sys.prefix}"
         raise PluginError(Problem("command-import", message, fix, tracebacks.user_line(error))) from error
     if not isinstance(command, click.Command):
-        message = f"busflow {entry.name} cannot be used: in {where} is no click command"
+        message = f"busflow {entry.name} cannot be used: {where} is no click command"
         raise PluginError(Problem("no-command", message, _removal(entry)))
     return command
 
@@ -143,7 +143,7 @@ def _removal(entry: EntryPoint) -> str:
 
 
 def _summary(found: list[EntryPoint]) -> str:
-    """What a command's docstring says first, read and not imported; without one, whose command it is."""
+    """Return the first line of a command's docstring, without importing it; without one, name the distribution."""
     import ast
 
     entry = found[0]

@@ -1,4 +1,4 @@
-"""`busflow run`: a launch file's nodes, until Ctrl-C, a time, or a failure."""
+"""`busflow run`: runs a launch file's nodes until Ctrl-C, for a time, or until a failure."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ Examples:
     "--seed", type=click.IntRange(min=0), help="Seed of the nodes' random generators, in place of the file's."
 )
 @click.option("--sim", is_flag=True, help="On simulated time, as fast as it goes and the same every time.")
-@click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write what the run came to, as JSON.")
-@click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for all that happens.")
+@click.option("--report", metavar="FILE", type=click.Path(path_type=Path), help="Write the run's report as JSON.")
+@click.option("--trace", metavar="FILE", type=click.Path(path_type=Path), help="Write a line for each event.")
 @click.option("--record", metavar="FILE", help="Record the run: run.mcap, or 'runs/{name}-{start}.mcap'.")
 @click.option(
     "--record-topics", metavar="PATTERN", multiple=True, help="Record only these topics and services: /imu/*, /arm/**."
 )
 @click.option("--log-format", type=click.Choice(["console", "json"]), default="console", show_default=True)
-@click.option("--strict", is_flag=True, help="A subscription whose topic nobody publishes is an error.")
-@click.option("--run", "name", metavar="NAME", help="What other terminals call the run; else its name in FILE.")
-@click.option("--no-inspect", is_flag=True, help="Cannot be looked into from other terminals.")
+@click.option("--strict", is_flag=True, help="Make unmatched subscriptions and clients errors.")
+@click.option("--run", "name", metavar="NAME", help="The name of the run for other terminals; else its name in FILE.")
+@click.option("--no-inspect", is_flag=True, help="Do not let other terminals inspect the run.")
 @click.option(
     "--watchdog",
     "watchdog_s",
@@ -57,11 +57,11 @@ Examples:
     show_default=True,
     help="The event loop of every process of the run; uvloop is an extra.",
 )
-@click.option("--machine", metavar="NAME", help="Run what FILE places on this machine; else what it places on none.")
-@click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: each node in its own.")
+@click.option("--machine", metavar="NAME", help="Run FILE's nodes on this machine; else those on no machine.")
+@click.option("--processes", type=click.Choice(["file", "auto"]), default="file", help="auto: one for each node.")
 @click.option("--one-process", is_flag=True, help="All nodes in one process, whatever FILE says.")
 @click.option("--process", hidden=True, help="How busflow starts the processes of a run.")
-@click.option("--voice", type=int, hidden=True)
+@click.option("--voice", "pipe", type=int, hidden=True)
 @click.option("--watch", is_flag=True, help="Follow FILE when it is edited: set parameters, start and stop nodes.")
 @click.option("-v", "--verbose", is_flag=True, help="Log debug lines too.")
 @click.option("-h", "--help", "show_help", is_flag=True, help="Show this message; with FILE, its own arguments too.")
@@ -76,25 +76,25 @@ def run(
     processes: str,
     one_process: bool,
     process: str | None,
-    voice: int | None,
+    pipe: int | None,
     show_help: bool,
     **options: Any,
 ) -> int:
     """Run the nodes of FILE until Ctrl-C.
 
-    Logs go to standard error; at the end a table on standard output tells what became of every message.
+    Logs go to standard error. At the end a table on standard output accounts for every message.
     """
     if show_help:
         return _help(context, given.file if given is not None else None)
     if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
-    if process is not None or voice is not None:
+    if process is not None or pipe is not None:
         with importing():
             from busflow.processes.worker import work
 
-        return work(given.description, voice)
+        return work(given.description, pipe)
     if one_process and processes == "auto":
-        raise click.UsageError("--one-process and --processes auto say the opposite: not both", context)
+        raise click.UsageError("--one-process and --processes auto exclude each other", context)
     with importing():
         from busflow.cli.running import Run
 
@@ -116,7 +116,7 @@ def _help(context: click.Context, file: Path | None) -> int:
 
 
 def _row(argument: Argument) -> tuple[object, ...]:
-    """One argument of the launch file: how to write it, its type, default and range, its help."""
+    """Return the row of one launch file argument: its name, type, default, range and help."""
     from busflow.validation.annotations import Bounds
 
     allowed = " | ".join(map(str, argument.choices)) if argument.choices else ""

@@ -1,4 +1,4 @@
-"""One run from the command line: where its log goes, its report, its table, its exit code."""
+"""One run from the command line: its log, report, trace, tables and exit code."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Run:
-    """A graph that is about to run."""
+    """A graph that is run from the command line."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Run:
         watch: bool = False,
         event_loop: str = "busflow",
     ) -> None:
-        """A run whose log goes to standard error, for people or as JSON."""
+        """Prepare a run; its log goes to standard error, for people or as JSON."""
         # Standard error is None where the shell closed it: `2>&-`.
         stream = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115  # it lives as long as the process
         coloured = stream.isatty() if (wanted := colour()) is None else wanted
@@ -72,9 +72,9 @@ class Run:
         self._record = _record_spec(description.record, record, record_topics)
         self._simulated = sim or is_simulated(description)
         self._event_loop, self._new_loop = event_loop, chosen_loop(event_loop, simulated=self._simulated)
-        # So is one in several processes, which have no time in common but the system's.
+        # Simulated time needs one process: several have only the system's time in common.
         self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(spread))
-        self._crew: ProcessGroup | None = None
+        self._group: ProcessGroup | None = None
         self._watch = watch
         if watch and self._simulated:
             raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
@@ -84,28 +84,28 @@ class Run:
         self._inspect: bool | str = name or True if inspect else False
 
     def go(self, for_s: float | None, report: Path | None, trace: Path | None = None) -> int:
-        """Run it to its end, tell what it came to, and return the exit code.
+        """Run the graph to its end, print its report, and return the exit code.
 
         Raises:
-            LaunchError: It cannot run.
+            LaunchError: The graph cannot run.
         """
         if self._spreads:
             self._refuse(trace is not None, "--trace", "it follows one process")
-            self._refuse(self._inspect is False, "--no-inspect", "the processes of a run look into each other")
+            self._refuse(self._inspect is False, "--no-inspect", "the processes of a run inspect each other")
         _refuse_overwriting(self._description.files, report, trace)
         made = [path for path, option in ((report, "--report"), (trace, "--trace")) if path and _made(path, option)]
         try:
             with self._graph() as (graph, loop_factory), _traced(graph, trace) as traced:
-                if self._crew is None and self._record is not None:  # a crew has each process record itself
+                if self._group is None and self._record is not None:  # with others, each process records itself
                     from busflow.recording.recorder.recorder import record_graph
 
                     record_graph(graph, self._record)
                 code = self._run(graph, for_s, loop_factory)
         except LaunchError:
             for path in made:
-                path.unlink(missing_ok=True)  # nothing ran, so there is nothing to tell
+                path.unlink(missing_ok=True)  # nothing ran, so there is nothing to report
             raise
-        outcome = self._crew.run_report() if self._crew else graph.report()
+        outcome = self._group.run_report() if self._group else graph.report()
         lost = [(traced and traced.error, trace), (_written(outcome, report), report)]
         code = code or (ExitCode.FAILED if any(error for error, _ in lost) else ExitCode.OK)
         print_summary(replace(outcome, exit_code=ExitCode(code)))
@@ -115,10 +115,10 @@ class Run:
         return code
 
     def _graph(self) -> AbstractContextManager[tuple[Graph, LoopFactory]]:
-        # On simulated time a run is over before anybody could look, and has to be the same every time; one that follows
-        # /clock lasts as long as whoever says what time it is.
+        # A simulated run is over before another terminal could inspect it, and has to be the same every time. One that
+        # follows /clock lasts as long as the publisher of /clock.
         if self._spreads:
-            return nullcontext((self._manned(), self._new_loop))
+            return nullcontext((self._with_processes(), self._new_loop))
         if not self._simulated:
             graph = Graph([self._description], **self._options)
             if self._watch:
@@ -131,7 +131,7 @@ class Run:
         return simulated_graph([self._description], show=show, **self._options)
 
     def _show(self, graph: Graph) -> None:
-        """Let other terminals look into the graph, unless that is not wanted."""
+        """Let other terminals inspect the graph, unless --no-inspect was given."""
         if self._inspect is not False:
             from busflow.wire.mirror.membership import inspectable
 
@@ -142,14 +142,14 @@ class Run:
         if stated:
             raise click.BadParameter(f"{why}; add --one-process", param_hint=option)
 
-    def _manned(self) -> Graph:
-        """The graph of this process, with the other processes of the run."""
+    def _with_processes(self) -> Graph:
+        """Return the graph of this process, and create the group of the run's other processes."""
         from busflow.processes.process_group import ProcessGroup
 
         graph = Graph([self._description], **self._options)
         arguments = ["run", *self._given.arguments()]
         network = self._description.network if self._description.here is not None else None
-        self._crew = ProcessGroup(
+        self._group = ProcessGroup(
             graph,
             self._placement,
             name=self._name,
@@ -170,15 +170,15 @@ class Run:
         except (IncompleteRecording, Stray) as error:
             print_message(f"error: {error}")
         finally:
-            if self._crew:
-                self._crew.finish()
-            for text in self._crew.failures if self._crew else ():
+            if self._group:
+                self._group.finish()
+            for text in self._group.failures if self._group else ():
                 print_message(f"error: {text}")
         return graph.exit_code
 
 
 def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[str]) -> RecordSpec | None:
-    """What is to be recorded: what the launch file says, with the command line over it."""
+    """Return what to record: the launch file's section, overridden by the command line."""
     if file is None and topics and stated is None:
         raise click.UsageError("--record-topics says what goes into a recording; add --record FILE")
     if file is not None:
@@ -187,20 +187,20 @@ def _record_spec(stated: RecordSpec | None, file: str | None, topics: Sequence[s
 
 
 class _Lines:
-    """A file that is written line by line while the graph runs, until it takes no more."""
+    """A file that is written line by line while the graph runs; the first error ends the writing."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("w", encoding="utf-8", newline="\n")
         self.error: OSError | None = None
-        """Why it took no more: a full disk must not be a fault of the graph."""
+        """The first error, such as a full disk; it does not stop the graph."""
 
     def write(self, line: str) -> None:
-        """Write a line."""
+        """Write a line, unless an error has occurred."""
         if self.error is None:
             self._attempt(lambda: self._file.write(line))
 
     def close(self) -> None:
-        """Write what is left."""
+        """Flush and close the file."""
         self._attempt(self._file.close)
 
     def _attempt(self, act: Callable[[], object]) -> None:
@@ -223,7 +223,7 @@ def _traced(graph: Graph, path: Path | None) -> Generator[_Lines | None]:
 
 
 def _written(outcome: Report, path: Path | None) -> OSError | None:
-    """Write the report, and return why it could not be."""
+    """Write the report; return the error if that fails."""
     try:
         if path is not None:
             path.write_text(json_text(outcome.as_json()) + "\n", encoding="utf-8")
@@ -233,7 +233,7 @@ def _written(outcome: Report, path: Path | None) -> OSError | None:
 
 
 def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path | None) -> None:
-    """Refuse a report or a trace in place of what is run, and both in one file."""
+    """Refuse a report or trace that would overwrite a file of the run, and both in one file."""
     for path, option in ((report, "--report"), (trace, "--trace")):
         if path and any(_same(path, each) for each in files):
             raise click.BadParameter(f"{path} is a file of this run: name another one", param_hint=option)
@@ -244,12 +244,12 @@ def _refuse_overwriting(files: Sequence[Path], report: Path | None, trace: Path 
 def _same(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
-    except OSError:  # one is yet to be made
+    except OSError:  # one of them does not exist yet
         return one.resolve() == other.resolve()
 
 
 def _made(path: Path, option: str) -> bool:
-    """Find out before the run that a file can be written; True where it was not there before."""
+    """Check before the run that a file can be written; True if it did not exist before."""
     new = not path.exists()
     try:
         path.open("a", encoding="utf-8").close()

@@ -1,4 +1,4 @@
-"""`busflow schema`: the JSON Schema by which an editor completes and checks a launch file."""
+"""`busflow schema`: the JSON Schema with which an editor completes and checks a launch file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def schema(file: Path, write: bool) -> None:
 
 
 def _schema_of(file: Path) -> dict[str, object]:
-    """The schema with every plugin that can be loaded; of the others it is told why they are missing."""
+    """Return the schema with every plugin that can be loaded; print why the others are missing."""
     from busflow.cli.terminal.output import print_message
     from busflow.errors import LaunchError, PluginError
     from busflow.launchfile.load.load import examine
@@ -44,7 +44,7 @@ def _schema_of(file: Path) -> dict[str, object]:
     from busflow.node.plugins import find, load
 
     description, problems = examine(file)
-    if description is None:  # what is merely wrong in a file does not keep an editor from helping to mend it
+    if description is None:  # a file with other mistakes still gets a schema, with which the editor helps to fix them
         raise LaunchError(problems)
     folders = [folder.path for folder in description.folders]
     known: list[PluginSchema] = []

@@ -1,4 +1,4 @@
-"""`busflow service`: the services of a running graph: who answers them, and asking them."""
+"""`busflow service`: lists, describes and calls the services of a running graph."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import TopicView
 
 _VERBS = {
-    "list": ("busflow.cli.service:list_", "List the services there are."),
-    "type": ("busflow.cli.service:type_", "Tell a service's type."),
+    "list": ("busflow.cli.service:list_", "List the services."),
+    "type": ("busflow.cli.service:type_", "Show a service's type."),
     "find": ("busflow.cli.service:find", "List the services of a type."),
-    "info": ("busflow.cli.service:info", "Tell who answers and who asks a service, and what became of the calls."),
-    "call": ("busflow.cli.service:call", "Ask a service."),
+    "info": ("busflow.cli.service:info", "Show a service's servers and clients, and what became of the calls."),
+    "call": ("busflow.cli.service:call", "Call a service."),
 }
 _EXAMPLES = """\b
 Examples:
@@ -34,13 +34,13 @@ Examples:
   busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2"""
 _ANSWER = "5s"
 
-service = LazyGroup("service", _VERBS, help="Look at the services of a running graph, and ask them.", epilog=_EXAMPLES)
+service = LazyGroup("service", _VERBS, help="Look at the services of a running graph, and call them.", epilog=_EXAMPLES)
 _name = click.argument("name", shell_complete=complete_services)
 
 
 @click.command("list", epilog=_EXAMPLES)
-@click.option("-t", "--show-types", is_flag=True, help="Show each service's type too.")
-@click.option("-c", "--count-services", "count", is_flag=True, help="Only tell how many there are.")
+@click.option("-t", "--show-types", is_flag=True, help="Also show each service's type.")
+@click.option("-c", "--count-services", "count", is_flag=True, help="Only show the number of services.")
 @joins
 def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> None:
     """List the services of a running graph."""
@@ -59,7 +59,7 @@ def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> None
 @_name
 @joins
 def type_(run: str | None, name: str, as_json: bool) -> None:
-    """Tell the type of the service NAME."""
+    """Show the type of the service NAME."""
     with joined(run) as peer:
         found = peer.graph().service(name)
     print_found({"name": found.name, "types": found.types}, found.types, as_json=as_json)
@@ -84,11 +84,11 @@ def find(run: str | None, type_name: str, as_json: bool) -> None:
 @_name
 @joins
 def info(run: str | None, name: str, as_json: bool) -> None:
-    """Tell who answers and who asks the service NAME, and what became of the calls."""
+    """Show the servers and clients of the service NAME, and what became of the calls."""
     with joined(run) as peer:
         found = peer.graph().service(name)
-        told = [answer[found.name] for answer in peer.ask("services", names=[found.name]) if found.name in answer]
-    accounts = {word: [each for answer in told for each in answer[word]] for word in ("servers", "clients")}
+        answers = [answer[found.name] for answer in peer.ask("services", names=[found.name]) if found.name in answer]
+    accounts = {word: [each for answer in answers for each in answer[word]] for word in ("servers", "clients")}
     if as_json:
         print_answer({"run": peer.run.name, **_as_json(found), "accounts": accounts})
         return
@@ -113,7 +113,7 @@ def info(run: str | None, name: str, as_json: bool) -> None:
 )
 @joins
 def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> None:
-    """Ask the service NAME of type TYPE, and show its answer.
+    """Call the service NAME of type TYPE, and show its response.
 
     VALUES is the request as YAML; fields that it leaves out have their defaults.
     """
@@ -139,11 +139,11 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
 
 
 def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
-    """The service that is meant, if it is of the type that is meant and somebody answers it."""
+    """Return the service, or raise if it has another type or no server."""
     found = peer.graph().service(name)
     if type_name not in found.types:
         message = f"{found.name} has the type {found.type}, not {printable(type_name)}"
-        raise InvalidInput(Problem("type", message, f"busflow interface show {found.types[0]} tells its fields"))
+        raise InvalidInput(Problem("type", message, f"busflow interface show {found.types[0]} shows its fields"))
     if not found.publishers:
         raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
     return found

@@ -1,4 +1,4 @@
-"""`busflow test`: a launch file's expectations, checked on simulated time with many seeds."""
+"""`busflow test`: checks a launch file's expectations on simulated time, with one seed or many."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Examples:
   busflow test configs/lab1.yaml rate_hz:=50 --seed 17 --json"""
 
 DURATION_S = 60.0
-"""How long each run is where neither the command line nor the file says."""
+"""The length of each run, unless the command line or the file states one."""
 
 
 @click.command(epilog=_EXAMPLES)
@@ -37,7 +37,7 @@ def test(
     seed: int | None,
     as_json: bool,
 ) -> int:
-    """Run FILE on simulated time and check its `expect:` section; exit code 1 where it does not hold.
+    """Run FILE on simulated time and check its `expect:` section; exit code 1 if it does not hold.
 
     A node that fails is wrong in any case.
     """
@@ -45,7 +45,7 @@ def test(
     from busflow.testing.expectations import Trials, expectation_problems, expectations_of
 
     if seeds is not None and seed is not None:
-        raise click.UsageError("--seed is one alone, --seeds are several: not both", click.get_current_context())
+        raise click.UsageError("--seed and --seeds exclude each other", click.get_current_context())
     description, plan = given.plan()
     if unknown := expectation_problems(description, plan.members):
         raise LaunchError(unknown)
@@ -54,8 +54,8 @@ def test(
     trials.run(range(seeds or 1) if seed is None else [seed])
     found = trials.problems()
     if as_json:
-        told = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
-        print_answer({**told, "problems": [each.as_json() for each in found]})
+        result = {"file": str(given.file), "ok": not found, "seeds": trials.seeds, "for_s": for_s}
+        print_answer({**result, "problems": [each.as_json() for each in found]})
     else:
         print_problems(found)
         runs = f"{counted(len(trials.seeds), 'run')} of {show_duration(for_s)}"

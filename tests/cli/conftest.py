@@ -46,10 +46,10 @@ from busflow.msgs.std_msgs import Float64
 
 
 class Listener(Node):
-    """Says what it hears."""
+    """Logs what it receives."""
 
     @subscription("numbers")
-    def hear(self, number: Float64) -> None:
+    def receive(self, number: Float64) -> None:
         self.log.info("heard", number=number.data)
 '''
 
@@ -151,7 +151,7 @@ class Note(Message, package="odd"):
 
 
 class Odds(Node):
-    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, heard by nobody."""
+    """Topics as they are not in the lab: large, latched, kept, foreign to ROS, flooded, without a subscription."""
 
     image = publisher(Image, "camera/image")
     talk = publisher(String, "talk")
@@ -159,7 +159,7 @@ class Odds(Node):
     name_of_map = publisher(String, "map_name", qos=QoS(durability="transient_local"))
     numbers = publisher(Int64, "numbers")
     flood = publisher(Int64, "flood")
-    heard = publisher(Float64, "heard")
+    commanded = publisher(Float64, "commanded")
     unused = publisher(Int64, "_hidden/count")
     count = 0
 
@@ -186,7 +186,7 @@ class Odds(Node):
 
     @subscription("cmd")
     def on_command(self, command: Float64) -> None:
-        self.heard.publish(command)
+        self.commanded.publish(command)
 '''
 
 ODD_LAB = """\
@@ -265,11 +265,11 @@ class Place:
         self.environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(path)}
 
     def run(self, folder: Path, *arguments: str) -> LiveRun:
-        """Start a run that is found here."""
+        """Start a run in this runtime directory."""
         return LiveRun(folder, *arguments, environment=self.environment)
 
     def look(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Let commands of this process see what runs here, and nothing else."""
+        """Let commands of this process find the runs of this directory, and no others."""
         monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(self.path))
 
 
@@ -277,7 +277,7 @@ class Place:
 def standing(
     folder: Path, name: str, launch_file: str, plugins: Mapping[str, str], *options: str
 ) -> Iterator[tuple[Place, LiveRun]]:
-    """A run of a launch file and its plugins, alone in a place of its own, for as long as the block lasts."""
+    """Run a launch file with its plugins, in a place of its own, while the block lasts."""
     (folder / "plugins").mkdir()
     for plugin, source in plugins.items():
         (folder / f"plugins/{plugin}.py").write_text(source)
@@ -293,7 +293,7 @@ def standing(
 
 @pytest.fixture(scope="module")
 def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tuple[Place, LiveRun]]]:
-    """Starts a run, alone in a place of its own, that lasts as long as the file's tests do: they only look at it."""
+    """Return a function that starts a run in a place of its own, for all tests of a module, which do not change it."""
     with ExitStack() as stack:
 
         def start(name: str, launch_file: str, plugins: Mapping[str, str]) -> tuple[Place, LiveRun]:
@@ -304,9 +304,9 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tu
 
 @pytest.fixture(scope="session")
 def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
-    """Where the lab of ROS 2's captures runs, alone, for as long as the tests do."""
+    """The place of a run of the lab of ROS 2's captures, for the whole session."""
     plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
-    options = ("-v", "--watchdog", "off")  # which would tell of a busy machine, in a log that is compared
+    options = ("-v", "--watchdog", "off")  # which would log a busy machine, in a log that is compared
     with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, *options) as (place, run):
         run.wait_for("works")
         yield place
@@ -314,14 +314,14 @@ def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
 
 @pytest.fixture
 def lab(imu_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
-    """The lab runs, and commands of this process see it."""
+    """The running lab, found by commands of this process."""
     imu_lab.look(monkeypatch)
     return imu_lab
 
 
 @pytest.fixture(scope="module")
 def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
-    """Where the run with the odd topics runs, alone; it takes much of a processor, so it ends with the file."""
+    """The place of the run with the odd topics; it takes much of a processor, so it ends with the module."""
     with standing(tmp_path_factory.mktemp("odd_lab"), "odd_lab", ODD_LAB, {"odds": ODDS}) as (place, run):
         run.wait_for("ready")
         yield place
@@ -329,14 +329,14 @@ def odd_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
 
 @pytest.fixture
 def odds(odd_lab: Place, monkeypatch: pytest.MonkeyPatch) -> Place:
-    """That run is there, and commands of this process see it."""
+    """The run with the odd topics, found by commands of this process."""
     odd_lab.look(monkeypatch)
     return odd_lab
 
 
 @pytest.fixture(scope="module")
 def lab1() -> Iterator[tuple[Place, LiveRun]]:
-    """Where the project's own lab runs, alone, for as long as the file's tests do."""
+    """The place of a run of the project's own lab, for all tests of a module."""
     with tempfile.TemporaryDirectory(prefix="busflow-") as path:
         place = Place(Path(path))
         run = place.run(Path(__file__).parents[2], "configs/lab1.yaml")
@@ -349,7 +349,7 @@ def lab1() -> Iterator[tuple[Place, LiveRun]]:
 
 @pytest.fixture
 def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
-    """A place where nothing runs yet, which commands of this process look at."""
+    """An empty place, where commands of this process look for runs."""
     with tempfile.TemporaryDirectory(prefix="busflow-") as path:
         found = Place(Path(path))
         found.look(monkeypatch)
@@ -358,7 +358,7 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
 
 @pytest.fixture
 def start_run(place: Place) -> Iterator[Callable[..., LiveRun]]:
-    """Starts runs in that place, and stops them when the test is over."""
+    """Return a function that starts runs in that place; they are stopped after the test."""
     with ExitStack() as started:
 
         def start(folder: Path, *arguments: str) -> LiveRun:
@@ -371,12 +371,12 @@ def start_run(place: Place) -> Iterator[Callable[..., LiveRun]]:
 
 ROS2 = Path(__file__).parents[1] / "cases/ros2cli"
 _ROS_ALONE = ("rcl_interfaces/", "type_description", "use_sim_time")
-"""What every node of ROS 2 brings and ours do not: topics, parameters and services of its own."""
+"""Topics, parameters and services that every node of ROS 2 has and ours do not."""
 
 
 @pytest.fixture
 def ros2_said() -> Callable[[str], str]:
-    """What a command of ROS 2 printed of the same lab, without what only ROS 2's nodes bring."""
+    """Return the output of a ROS 2 command in the same lab, without what only ROS 2's nodes have."""
 
     def said(name: str) -> str:
         lines = (ROS2 / f"{name}.txt").read_text(encoding="utf-8").splitlines()[1:-1]
@@ -387,7 +387,7 @@ def ros2_said() -> Callable[[str], str]:
 
 @pytest.fixture
 def ros2_file() -> Callable[[str], str]:
-    """All that a command of ROS 2 printed of the same lab."""
+    """Return the whole output of a ROS 2 command in the same lab."""
 
     def read(name: str) -> str:
         return "".join(f"{line}\n" for line in (ROS2 / f"{name}.txt").read_text(encoding="utf-8").splitlines()[1:-1])
@@ -397,7 +397,7 @@ def ros2_file() -> Callable[[str], str]:
 
 @pytest.fixture
 def in_terminal() -> Callable[..., list[str]]:
-    """Runs the command in a real terminal of so many columns; the lines that it writes there."""
+    """Return a function that runs a command in a terminal of some width and returns the printed lines."""
 
     def run(columns: int, *arguments: str) -> list[str]:
         screen, terminal = pty.openpty()
@@ -409,7 +409,7 @@ def in_terminal() -> Callable[..., list[str]]:
             command, stdout=terminal, stderr=subprocess.DEVNULL, env={**environment, "TERM": "xterm"}
         ) as process:
             os.close(terminal)
-            with suppress(OSError):  # how Linux says that nobody has the terminal any more
+            with suppress(OSError):  # how Linux reports a closed terminal
                 while part := os.read(screen, 65536):
                     shown += part
         os.close(screen)

@@ -1,4 +1,4 @@
-"""`busflow certs`: what is made, what is told, and what is told where nothing can be made."""
+"""`busflow certs`: makes certificates, and reports why one cannot be made."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ def certs(*arguments: str) -> int:
     return main(["certs", *arguments])
 
 
-def test_an_authority_and_its_certificates_are_made_and_shown(tmp_path: Path, monkeypatch, capsys):
+def test_authority_and_certificates_are_made_and_shown(tmp_path: Path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert certs("new") == 0
     assert "Made certs/ca.pem and certs/ca.key" in capsys.readouterr().out
@@ -29,7 +29,7 @@ def test_an_authority_and_its_certificates_are_made_and_shown(tmp_path: Path, mo
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["NAME", "arm", "viewer"]
 
 
-def test_what_is_there_is_not_written_over(tmp_path: Path, monkeypatch, capsys):
+def test_existing_certificates_are_not_overwritten(tmp_path: Path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert certs("new") == 0
     assert certs("new") == 2
@@ -39,12 +39,12 @@ def test_what_is_there_is_not_written_over(tmp_path: Path, monkeypatch, capsys):
     assert "--replace" in capsys.readouterr().err
 
 
-def test_without_cryptography_one_line_says_what_to_install(tmp_path: Path):
+def test_missing_cryptography_is_reported_with_the_fix(tmp_path: Path):
     script = (
         "import sys; sys.modules['cryptography'] = None; from busflow.cli import main; sys.exit(main(['certs', 'new']))"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 2
-    told = "error: certificates are made with cryptography, which is not installed here"
-    assert done.stderr == f"{told}; in a clone of busflow: pip install '.[certs]'\n"
+    message = "error: certificates are made with cryptography, which is not installed here"
+    assert done.stderr == f"{message}; in a clone of busflow: pip install '.[certs]'\n"
     assert list(tmp_path.iterdir()) == []

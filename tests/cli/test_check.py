@@ -1,4 +1,4 @@
-"""`busflow check` and `busflow graph` look at a launch file without running it."""
+"""`busflow check` and `busflow graph` on a launch file, without running it."""
 
 import json
 from pathlib import Path
@@ -19,12 +19,12 @@ def replace(old: str, new: str) -> None:
     Path("talk.yaml").write_text(text.replace(old, new))
 
 
-def test_a_file_that_is_right_is_exit_code_0(capsys: Captured):
+def test_valid_file_has_exit_code_0(capsys: Captured):
     assert main(["check", "talk.yaml"]) == 0
     assert capsys.readouterr().out == "no problems\n"
 
 
-def test_all_problems_are_told_at_once_with_place_and_fix(capsys: Captured):
+def test_all_problems_are_reported_with_place_and_fix(capsys: Captured):
     replace("plugin: talker", "plugin: talkr")
     replace("plugin: listener", "plugin: listener\n    remap: {number: other}")
     assert main(["check", "talk.yaml"]) == 3
@@ -35,7 +35,7 @@ def test_all_problems_are_told_at_once_with_place_and_fix(capsys: Captured):
     assert out.endswith("2 errors\n")
 
 
-def test_a_folder_of_plugins_that_the_file_does_not_name_is_pointed_out(capsys: Captured):
+def test_unlisted_plugin_folder_is_pointed_out(capsys: Captured):
     replace("plugins: [plugins]\n", "")
     assert main(["check", "talk.yaml"]) == 3
     fix = "fix: its file is in a folder that this one does not name: add plugins: "
@@ -46,7 +46,7 @@ def test_a_folder_of_plugins_that_the_file_does_not_name_is_pointed_out(capsys: 
     assert capsys.readouterr().out.count(f"{fix}[../plugins]") == 2
 
 
-def test_a_folder_of_plugins_that_the_file_names_is_not_pointed_out(capsys: Captured):
+def test_listed_plugin_folder_is_not_pointed_out(capsys: Captured):
     replace("plugin: talker", 'plugin: "talker:Talkr"')
     assert main(["check", "talk.yaml"]) == 3
     out = capsys.readouterr().out
@@ -54,7 +54,7 @@ def test_a_folder_of_plugins_that_the_file_names_is_not_pointed_out(capsys: Capt
     assert "fix: did you mean 'Talker'?" in out
 
 
-def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(capsys: Captured):
+def test_file_problems_do_not_hide_node_problems(capsys: Captured):
     replace("name: talk", "nmae: talk")
     replace("plugin: listener", "plugin: listner")
     assert main(["check", "talk.yaml"]) == 3
@@ -66,13 +66,13 @@ def test_what_is_wrong_with_the_file_does_not_hide_what_is_wrong_with_its_nodes(
 def test_json_holds_every_problem(capsys: Captured):
     replace("plugin: talker", "plugin: talkr")
     assert main(["check", "talk.yaml", "--json"]) == 3
-    told = json.loads(capsys.readouterr().out)
-    assert (told["file"], told["ok"]) == ("talk.yaml", False)
-    first = told["problems"][0]
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["file"], answer["ok"]) == ("talk.yaml", False)
+    first = answer["problems"][0]
     assert (first["code"], first["file"], first["line"], first["column"]) == ("unknown-plugin", "talk.yaml", 7, 13)
 
 
-def test_strict_makes_a_topic_that_nobody_publishes_an_error(capsys: Captured):
+def test_strict_makes_an_unpublished_topic_an_error(capsys: Captured):
     replace("plugin: listener", "plugin: listener\n    remap: {numbers: other}")
     assert main(["check", "talk.yaml"]) == 0
     assert "nobody publishes" in capsys.readouterr().out
@@ -80,7 +80,7 @@ def test_strict_makes_a_topic_that_nobody_publishes_an_error(capsys: Captured):
     assert main(["run", "talk.yaml", "--strict"]) == 2
 
 
-def test_a_topic_that_nobody_hears_is_told_on_request(capsys: Captured):
+def test_unreceived_topic_is_listed_with_verbose(capsys: Captured):
     replace("  listener:\n    plugin: listener\n", "")
     assert main(["check", "talk.yaml"]) == 0
     assert capsys.readouterr().out == "no problems\n"
@@ -93,7 +93,7 @@ def test_a_missing_file_is_a_problem_too(capsys: Captured):
     assert "cannot read missing.yaml" in capsys.readouterr().out
 
 
-def test_the_graph_shows_who_publishes_what_to_whom(capsys: Captured):
+def test_graph_shows_topics_with_their_endpoints(capsys: Captured):
     assert main(["graph", "talk.yaml"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "/talker  (talker)",
@@ -102,7 +102,7 @@ def test_the_graph_shows_who_publishes_what_to_whom(capsys: Captured):
     ]
 
 
-def test_the_graph_shows_what_nobody_publishes_or_hears(capsys: Captured):
+def test_graph_shows_unmatched_topics(capsys: Captured):
     replace("plugin: listener", "plugin: listener\n    remap: {numbers: other}")
     assert main(["graph", "talk.yaml"]) == 0
     assert capsys.readouterr().out.splitlines() == [
@@ -138,7 +138,7 @@ def test_the_graph_as_mermaid_dot_and_json(capsys: Captured):
     ]
 
 
-def test_the_graph_shows_who_asks_whom(capsys: Captured):
+def test_graph_shows_services_with_their_clients(capsys: Captured):
     replace('\n    parameters: {rate_hz: "${args.rate_hz}"}', "")
     Path("plugins/talker.py").write_text(
         "from busflow import Node, client, service\n"
@@ -231,9 +231,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("body", "remedy", "line"), MISTAKES, ids=[body for body, *_ in MISTAKES])
-def test_a_mistake_in_a_node_is_told_at_its_line_with_what_to_write(
-    body: str, remedy: str, line: int, capsys: Captured
-):
+def test_node_error_shows_its_line_and_fix(body: str, remedy: str, line: int, capsys: Captured):
     Path("plugins/wrong.py").write_text(
         "from busflow import DeadlineMissed, Node, on_event, publisher, subscription, timer\n"
         "from busflow.msgs.std_msgs import Float64\n"
@@ -252,7 +250,7 @@ def test_a_mistake_in_a_node_is_told_at_its_line_with_what_to_write(
     assert "InvalidDeclaration" not in first
 
 
-def test_a_node_that_is_broken_lets_nothing_wrong_be_said_of_the_others(capsys: Captured):
+def test_broken_node_causes_no_further_problems(capsys: Captured):
     Path("plugins/talker.py").write_text("import nothing_like_this\n")
     assert main(["check", "talk.yaml", "--strict"]) == 3
     out = capsys.readouterr().out
@@ -261,7 +259,7 @@ def test_a_node_that_is_broken_lets_nothing_wrong_be_said_of_the_others(capsys: 
     assert out.endswith("1 error\n")
 
 
-def test_an_argument_that_nothing_uses_is_worth_a_warning(capsys: Captured):
+def test_unused_argument_is_a_warning(capsys: Captured):
     replace("args:", "args:\n  gain: {type: float, default: 1.0}")
     assert main(["check", "talk.yaml"]) == 0
     assert capsys.readouterr().out == (
@@ -274,14 +272,14 @@ def test_an_argument_that_nothing_uses_is_worth_a_warning(capsys: Captured):
 
 
 @pytest.mark.parametrize("use", ["name: ${args.gain}", "name: x${args.rate_hz or args.gain}"])
-def test_an_argument_is_used_wherever_an_expression_names_it(use: str, capsys: Captured):
+def test_argument_in_any_expression_is_used(use: str, capsys: Captured):
     replace("args:", "args:\n  gain: {type: str, default: talk}")
     replace("name: talk", use)
     main(["check", "talk.yaml"])
     assert "nothing uses" not in capsys.readouterr().out
 
 
-def test_the_words_of_a_qos_policy_are_those_that_a_profile_may_state(capsys: Captured):
+def test_qos_words_are_those_of_profiles(capsys: Captured):
     replace("plugin: listener", "plugin: listener\n    subscriptions: {numbers: {reliability: often, liveliness: 3}}")
     assert main(["check", "talk.yaml"]) == 3
     out = capsys.readouterr().out
@@ -290,7 +288,7 @@ def test_the_words_of_a_qos_policy_are_those_that_a_profile_may_state(capsys: Ca
     assert "best_available" not in out
 
 
-def test_a_misspelt_argument_does_not_make_the_others_useless(capsys: Captured):
+def test_misspelt_argument_does_not_affect_others(capsys: Captured):
     replace("${args.rate_hz}", "${args.rate_hzz}")
     assert main(["check", "talk.yaml"]) == 3
     out = capsys.readouterr().out
@@ -299,7 +297,7 @@ def test_a_misspelt_argument_does_not_make_the_others_useless(capsys: Captured):
 
 
 @pytest.mark.parametrize(
-    ("stated", "made", "column", "told"),
+    ("stated", "made", "column", "expected"),
     [
         ("runs/{name}.mcap", "", 9, "cannot record to runs/talk.mcap: make its folder first: mkdir -p runs"),
         ("{to: run.mcap}", "run.mcap", 14, "run.mcap is there already, and a recording overwrites nothing"),
@@ -308,17 +306,17 @@ def test_a_misspelt_argument_does_not_make_the_others_useless(capsys: Captured):
         ("run.bag", "", 9, "a recording is an MCAP file: write run.bag.mcap"),
     ],
 )
-def test_a_recording_that_could_not_begin_is_an_error(stated, made, column, told, capsys: Captured):
+def test_impossible_recording_is_an_error(stated, made, column, expected, capsys: Captured):
     text = Path("talk.yaml").read_text()
     Path("talk.yaml").write_text(f"{text}record: {stated}\n")
     line = len(text.splitlines()) + 1
     if made:
         Path(made).touch()
     assert main(["check", "talk.yaml"]) == 3
-    assert f"talk.yaml:{line}:{column}: error: {told}" in capsys.readouterr().out
+    assert f"talk.yaml:{line}:{column}: error: {expected}" in capsys.readouterr().out
 
 
-def test_a_recording_that_can_begin_is_no_problem_and_leaves_nothing_behind(capsys: Captured):
+def test_possible_recording_leaves_nothing_behind(capsys: Captured):
     before = sorted(Path().iterdir())
     Path("talk.yaml").write_text(f"{Path('talk.yaml').read_text()}record: run.mcap\n")
     assert main(["check", "talk.yaml"]) == 0
@@ -343,14 +341,14 @@ def certs(project: object) -> None:  # noqa: ARG001  # its folder is where we ar
 
 
 @pytest.mark.usefixtures("certs")
-def test_certificates_that_are_good_are_no_problem_on_whichever_machine(capsys: Captured):
+def test_valid_certificates_are_no_problem_on_any_machine(capsys: Captured):
     for asked in ([], ["--machine", "main"], ["--machine", "arm"]):
         assert main(["check", "talk.yaml", *asked]) == 0
         assert capsys.readouterr().out == "no problems\n"
 
 
 @pytest.mark.usefixtures("certs")
-def test_what_is_wrong_with_the_certificate_of_a_machine_is_an_error_at_its_line(capsys: Captured):
+def test_wrong_certificate_is_an_error_at_its_line(capsys: Captured):
     Path("certs/arm.key").write_bytes(Path("certs/main.key").read_bytes())
     line = len(Path("talk.yaml").read_text().splitlines())
     assert main(["check", "talk.yaml"]) == 3
@@ -363,7 +361,7 @@ def test_what_is_wrong_with_the_certificate_of_a_machine_is_an_error_at_its_line
 
 
 @pytest.mark.usefixtures("certs")
-def test_a_certificate_that_is_not_here_is_an_error_only_where_it_would_be_needed(capsys: Captured):
+def test_missing_certificate_matters_only_on_its_machine(capsys: Captured):
     Path("certs/arm.pem").unlink()
     assert main(["check", "talk.yaml"]) == 0, "it is where it belongs"
     assert main(["check", "talk.yaml", "--machine", "arm"]) == 3
@@ -377,12 +375,12 @@ def test_a_certificate_that_is_not_here_is_an_error_only_where_it_would_be_neede
 
 
 @pytest.mark.usefixtures("certs")
-def test_a_machine_that_is_not_there_is_an_error(capsys: Captured):
+def test_unknown_machine_is_an_error(capsys: Captured):
     assert main(["check", "talk.yaml", "--machine", "amr"]) == 3
     assert "talk has no machine amr" in capsys.readouterr().out
 
 
-def told(capsys: Captured) -> list[str]:
+def problem_lines(capsys: Captured) -> list[str]:
     """The errors and warnings of a report, without the name of the file."""
     return [
         line.removeprefix("talk.yaml:")
@@ -391,7 +389,7 @@ def told(capsys: Captured) -> list[str]:
     ]
 
 
-def test_what_a_wrong_parameter_or_profile_leaves_known_is_told_with_it_in_the_order_of_the_file(capsys: Captured):
+def test_problems_beside_wrong_parameters_keep_file_order(capsys: Captured):
     replace(
         "plugin: talker\n", "plugin: talker\n    remap: {nmbers: x}\n    publishers: {numbers: loud, nubers: loud}\n"
     )
@@ -400,7 +398,7 @@ def test_what_a_wrong_parameter_or_profile_leaves_known_is_told_with_it_in_the_o
     with Path("talk.yaml").open("a") as file:
         file.write("topics:\n  /nmbrs: {qos: sensr}\n")
     assert main(["check", "talk.yaml"]) == 3
-    errors = [line for line in told(capsys) if "warning" not in line]
+    errors = [line for line in problem_lines(capsys) if "warning" not in line]
     assert [int(line.partition(":")[0]) for line in errors] == [8, 9, 9, 9, 10, 13, 13, 15, 15]
     assert "the remap of nmbers matches no topic" in errors[0]
     assert [("no QoS profile loud" in line, "does not publish nubers" in line) for line in errors[1:4]].count(
@@ -419,7 +417,7 @@ def test_what_a_wrong_parameter_or_profile_leaves_known_is_told_with_it_in_the_o
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("nodes:", "include: none.yaml\nnodes:"),  # what it holds nobody knows
+        ("nodes:", "include: none.yaml\nnodes:"),  # its content is not known
         ("plugin: talker\n", "plugin: talker\n    namespace: ${args.side}\n"),
         ("plugin: talker\n", 'plugin: talker\n    remap: {numbers: "${args.side}"}\n'),
         ("plugin: talker\n", "plugin: talker\n    remap: {nmbers: other}\n"),
@@ -430,24 +428,24 @@ def test_what_a_wrong_parameter_or_profile_leaves_known_is_told_with_it_in_the_o
         ("  talker:\n", "  tal-ker:\n"),
     ],
 )
-def test_nothing_is_told_that_would_vanish_with_the_first_mistake(old: str, new: str, capsys: Captured):
+def test_consequential_problems_are_not_reported(old: str, new: str, capsys: Captured):
     replace(old, new)
     replace("plugin: listener\n", "plugin: listener\n    depends_on: {talker: started}\n    remap: {numbers: other}\n")
     with Path("talk.yaml").open("a") as file:
         file.write("topics:\n  /other: {qos: sensor_data}\nexpect: {topics: {/other: {max_dropped: 1}}}\n")
     assert main(["check", "talk.yaml"]) == 3
-    assert len(told(capsys)) == 1
+    assert len(problem_lines(capsys)) == 1
 
 
 @pytest.mark.parametrize("stated", ["parameters: {limit: '${args.lmit}'}", "parameters_from: none.yaml"])
-def test_a_parameter_that_was_stated_in_vain_is_not_missing(stated: str, capsys: Captured):
+def test_misplaced_parameter_is_not_reported_missing(stated: str, capsys: Captured):
     Path("plugins/needy.py").write_text(
         "from busflow import Node, Parameters\n\n\nclass NeedyParameters(Parameters):\n    limit: float\n\n\n"
         "class Needy(Node):\n    parameters: NeedyParameters\n"
     )
     replace("plugin: listener\n", f"plugin: listener\n  needy:\n    plugin: needy\n    {stated}\n")
     assert main(["check", "talk.yaml"]) == 3
-    assert len(told(capsys)) == 1
+    assert len(problem_lines(capsys)) == 1
 
 
 @pytest.fixture
@@ -460,7 +458,7 @@ def other() -> Path:
     return path
 
 
-def test_several_files_are_looked_at_each_alone_and_the_worst_counts(capsys: Captured, other: Path):
+def test_several_files_are_checked_separately(capsys: Captured, other: Path):
     assert main(["check", "talk.yaml", "other.yaml"]) == 0
     assert capsys.readouterr().out == "talk.yaml: no problems\nother.yaml: no problems\n"
     other.write_text(other.read_text().replace("plugin: talker", "plugin: talkr"))
@@ -490,13 +488,13 @@ def test_several_files_as_json_are_a_report_each(capsys: Captured, other: Path):
     ("argument", "wrong"),
     [("rate_hz:=2000", ["talk.yaml"]), ("hertz:=2000", ["other.yaml"]), ("rat_hz:=1", ["talk.yaml"]), ("hertz:=5", [])],
 )
-def test_an_argument_is_for_the_files_that_have_it(argument: str, wrong: list[str], capsys: Captured, other: Path):
+def test_argument_applies_to_files_that_declare_it(argument: str, wrong: list[str], capsys: Captured, other: Path):
     assert main(["check", "talk.yaml", argument, str(other), "--json"]) == (3 if wrong else 0)
     report = json.loads(capsys.readouterr().out)
     assert [each["file"] for each in report["files"] if not each["ok"]] == wrong
 
 
-def test_what_one_file_says_of_the_environment_does_not_hold_for_the_next(capsys: Captured, other: Path):
+def test_environment_of_one_file_ends_with_it(capsys: Captured, other: Path):
     replace("name: talk", "name: talk\nenv: {LAB_NAME: here}")
     other.write_text(other.read_text().replace("name: talk", "name: ${env.LAB_NAME}"))
     assert main(["check", "talk.yaml", "other.yaml"]) == 3

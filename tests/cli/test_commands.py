@@ -15,7 +15,7 @@ def test_every_name_is_there(name: str):
     assert getattr(commands, name).__doc__ or callable(getattr(commands, name))
 
 
-def test_types_are_checked_with_what_is_imported():
+def test_type_checker_sees_the_same_names():
     module = ast.parse(Path(commands.__file__).read_text("utf-8"))
     guarded = next(each for each in module.body if isinstance(each, ast.If))
     imports = [each for each in guarded.body if isinstance(each, ast.ImportFrom)]
@@ -25,7 +25,7 @@ def test_types_are_checked_with_what_is_imported():
         assert getattr(commands, name) is getattr(sys.modules[home], original)
 
 
-def test_a_name_that_is_not_there_is_an_attribute_error():
+def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nothing"):
         _ = commands.nothing
 

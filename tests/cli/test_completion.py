@@ -25,7 +25,7 @@ def test_the_shell_understands_it(capsys: Captured, shell: str):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_zsh_without_a_startup_file_of_its_own_completes(capsys: Captured):
+def test_zsh_completes_without_a_startup_file(capsys: Captured):
     main(["completion", "zsh"])
     first, second, *_ = capsys.readouterr().out.splitlines()
     assert first == "#compdef busflow"  # which zsh reads only there

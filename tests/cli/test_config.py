@@ -39,7 +39,7 @@ documents = st.dictionaries(
 
 
 @given(documents)
-def test_what_is_printed_reads_back_as_the_same_data(data: dict[str, object]):
+def test_printed_config_reads_back_equal(data: dict[str, object]):
     node = {"plugin": "talker", "parameters": data}
     printed = "\n".join(lines(Value.of({"nodes": {"talker": node}}, Origin(StatedBy.DEFAULT))))
     assert all(" " <= each < "\x7f" or each == "\n" or each >= "\xa0" for each in printed)
@@ -63,7 +63,7 @@ def test_a_text_stays_text_for_every_reader(word: str):
 
 @pytest.mark.usefixtures("project")
 class TestCommand:
-    def test_each_value_says_where_it_came_from(self, capsys: Captured):
+    def test_each_value_shows_its_origin(self, capsys: Captured):
         arguments = ["rate_hz:=50", "--set", "nodes.listener.restart=always"]
         assert main(["config", "talk.yaml", *arguments]) == 0
         found = dict(line.rsplit("# from ", 1) for line in capsys.readouterr().out.splitlines() if "# from" in line)
@@ -73,18 +73,18 @@ class TestCommand:
         assert origins["restart: always"] == "command line"
         assert origins["fail_at: 0"] == "default"
 
-    def test_a_node_whose_plugin_does_not_load_is_shown_as_stated(self, capsys: Captured):
+    def test_unloadable_plugin_is_shown_as_stated(self, capsys: Captured):
         Path("plugins/talker.py").write_text("raise ValueError")
         assert main(["config", "talk.yaml"]) == 0
         assert "plugin: talker" in capsys.readouterr().out
 
     def test_json_has_the_data_and_the_origins(self, capsys: Captured):
         assert main(["config", "talk.yaml", "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert told["config"]["nodes"]["talker"]["parameters"]["rate_hz"] == 100.0
-        assert told["origins"]["nodes.talker.plugin"] == "talk.yaml:7:13"
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["config"]["nodes"]["talker"]["parameters"]["rate_hz"] == 100.0
+        assert answer["origins"]["nodes.talker.plugin"] == "talk.yaml:7:13"
 
-    def test_what_it_prints_runs(self, capsys: Captured):
+    def test_printed_config_can_be_run(self, capsys: Captured):
         assert main(["config", "talk.yaml", "rate_hz:=50"]) == 0
         Path("resolved.yaml").write_text(capsys.readouterr().out)
         assert main(["check", "resolved.yaml"]) == 0

@@ -37,7 +37,7 @@ def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], 
 
 
 @pytest.mark.e2e
-def test_what_another_process_does_wrong_is_found_with_a_fix(
+def test_problems_of_other_processes_have_a_fix(
     project: Path, start_run: Callable[..., Any], capsys: Captured, string: ForeignType
 ):
     start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
@@ -47,13 +47,13 @@ def test_what_another_process_does_wrong_is_found_with_a_fix(
             assert main(["doctor"]) == 3
             out = capsys.readouterr().out
             assert main(["doctor", "--json"]) == 3
-            told = json.loads(capsys.readouterr().out)
+            answer = json.loads(capsys.readouterr().out)
     assert "talk:\nerror: /numbers carries std_msgs/msg/" in out
     assert "reliability: best_effort is offered, reliable is requested" in out
     assert "  fix: set reliability: best_effort on the subscription" in out
-    assert {each["code"] for each in told["findings"]} >= {"type-mismatch", "qos-mismatch"}
-    assert {each["run"] for each in told["findings"]} == {"talk"}
-    assert (told["version"], told["ok"]) == (1, False)
+    assert {each["code"] for each in answer["findings"]} >= {"type-mismatch", "qos-mismatch"}
+    assert {each["run"] for each in answer["findings"]} == {"talk"}
+    assert (answer["version"], answer["ok"]) == (1, False)
 
 
 GRIPPER = '''
@@ -76,9 +76,7 @@ class Gripper(Node):
 
 
 @pytest.mark.e2e
-def test_calls_that_fail_and_a_service_that_nobody_answers_are_found(
-    project: Path, start_run: Callable[..., Any], capsys: Captured
-):
+def test_failing_calls_and_missing_servers_are_found(project: Path, start_run: Callable[..., Any], capsys: Captured):
     (project / "plugins/gripper.py").write_text(GRIPPER)
     (project / "hand.yaml").write_text("name: hand\nplugins: [plugins]\nnodes: {gripper: {plugin: gripper}}\n")
     start_run(project, "hand.yaml").wait_for("ready")
@@ -113,9 +111,7 @@ def test_messages_lost_on_the_way_in_are_found(project: Path, start_run: Callabl
 
 
 @pytest.mark.e2e
-def test_remains_of_a_dead_run_are_told_and_removed(
-    project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured
-):
+def test_remains_of_dead_runs_are_removed(project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     os.kill(run.process.pid, signal.SIGKILL)
@@ -127,7 +123,7 @@ def test_remains_of_a_dead_run_are_told_and_removed(
     assert not (place.path / "talk").exists()
 
 
-def test_a_folder_that_others_can_open_is_a_finding(place: Any, capsys: Captured):
+def test_folder_open_to_others_is_a_finding(place: Any, capsys: Captured):
     place.path.chmod(0o755)
     assert main(["doctor"]) == 3
     assert "can be opened by others (mode 0755); chmod 700 it" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""`busflow graph`: a graph that runs, and one in a file."""
+"""`busflow graph`: drawings of a running graph and of a launch file."""
 
 import json
 
@@ -25,12 +25,12 @@ def test_without_a_file_the_running_graph_is_drawn(capsys: Captured):
 
 
 @pytest.mark.usefixtures("lab")
-def test_all_is_what_every_node_has_too(capsys: Captured):
+def test_all_includes_what_every_node_has(capsys: Captured):
     assert main(["graph", "-a", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["version"] == 1
-    assert "/rosout" in [topic["name"] for topic in told["topics"]]
-    assert "/imu_publisher/get_parameters" in [service["name"] for service in told["services"]]
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["version"] == 1
+    assert "/rosout" in [topic["name"] for topic in answer["topics"]]
+    assert "/imu_publisher/get_parameters" in [service["name"] for service in answer["services"]]
 
 
 @pytest.mark.usefixtures("project", "place")

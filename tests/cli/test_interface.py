@@ -36,13 +36,13 @@ class Gripper(Node):
 
 @pytest.mark.usefixtures("place")
 class TestShippedTypes:
-    def test_show_has_the_fields_of_ros2_in_its_form(self, capsys: Captured, ros2_said: Callable[[str], str]):
+    def test_show_prints_the_fields_as_ros2(self, capsys: Captured, ros2_said: Callable[[str], str]):
         assert main(["interface", "show", "sensor_msgs/msg/Imu", "--no-comments"]) == 0
         there = [re.sub(r" #.*|( [\d.]+)$", "", line) for line in ros2_said("62_interface_show").splitlines()]
         ours = [re.sub(r" [\d.]+$", "", line) for line in capsys.readouterr().out.splitlines()]
         assert ours == [line for line in there if line and not line.startswith("#")]
 
-    def test_comments_are_shown_of_the_type_itself_or_of_all(self, capsys: Captured):
+    def test_comments_are_shown_to_the_chosen_depth(self, capsys: Captured):
         assert main(["interface", "show", "sensor_msgs/Imu"]) == 0
         out = capsys.readouterr().out
         assert out.startswith("# What an inertial measurement unit measures.\n#\n# A covariance of zeros")
@@ -67,24 +67,24 @@ class TestShippedTypes:
 
     def test_json_is_the_description(self, capsys: Captured):
         assert main(["interface", "show", "std_msgs/Float64", "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert (told["version"], told["name"]) == (1, "std_msgs/msg/Float64")
-        assert told["description"]["type_description"]["fields"][0]["name"] == "data"
+        answer = json.loads(capsys.readouterr().out)
+        assert (answer["version"], answer["name"]) == (1, "std_msgs/msg/Float64")
+        assert answer["description"]["type_description"]["fields"][0]["name"] == "data"
 
     @pytest.mark.parametrize(
-        ("command", "told"),
+        ("command", "expected"),
         [
             ("show sensor_msgs/msg/Imuu", "there is no type sensor_msgs/msg/Imuu; did you mean 'sensor_msgs/msg/Imu'?"),
             ("package sensor_msg", "no package sensor_msg has types; did you mean 'sensor_msgs'?"),
         ],
     )
-    def test_a_name_that_is_not_there_is_told_with_the_nearest(self, capsys: Captured, command: str, told: str):
+    def test_unknown_name_gets_the_nearest(self, capsys: Captured, command: str, expected: str):
         assert main(["interface", *command.split()]) == 4
-        assert capsys.readouterr() == ("", f"error: {told}\n")
+        assert capsys.readouterr() == ("", f"error: {expected}\n")
 
 
 @pytest.mark.e2e
-def test_types_of_the_user_are_those_of_the_run(project: Path, start_run: Callable[..., Any], capsys: Captured):
+def test_user_types_come_from_the_run(project: Path, start_run: Callable[..., Any], capsys: Captured):
     (project / "plugins/gripper.py").write_text(OWN)
     (project / "talk.yaml").write_text((project / "talk.yaml").read_text() + "  gripper:\n    plugin: gripper\n")
     start_run(project, "talk.yaml").wait_for("ready")

@@ -1,4 +1,4 @@
-"""`busflow new` makes a project that is right as it stands, or nothing at all."""
+"""`busflow new`: makes a project that is right as it stands, or nothing."""
 
 import os
 import resource
@@ -20,7 +20,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_project_checks_runs_and_passes_its_own_test(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+def test_project_passes_check_run_and_tests(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
     assert main(["new", "rover"]) == 0
     out = capsys.readouterr().out
     assert "busflow run configs/rover.yaml" in out
@@ -35,7 +35,7 @@ def test_the_project_checks_runs_and_passes_its_own_test(capsys: Captured, monke
     assert "async with harness(" in Path("tests/test_driver.py").read_text(), "its test is on virtual time"
 
 
-def test_a_test_of_the_project_may_import_its_plugins(monkeypatch: pytest.MonkeyPatch):
+def test_project_tests_can_import_plugins(monkeypatch: pytest.MonkeyPatch):
     assert main(["new", "rover"]) == 0
     monkeypatch.chdir("rover")
     Path("plugins/__init__.py").touch()  # or those of this clone, which are such a package, would be found instead
@@ -64,7 +64,7 @@ def test_the_project_bears_its_name_everywhere():
 
 
 def test_the_project_satisfies_linter_and_formatter():
-    pytest.importorskip("ruff", reason="who only runs the tests has no linter")
+    pytest.importorskip("ruff", reason="running the tests alone needs no linter")
     assert main(["new", "rover"]) == 0
     for check in (
         ["check", "--select", "E,F,I,B,UP", "--line-length", "120"],
@@ -91,15 +91,15 @@ def test_nothing_is_overwritten(capsys: Captured, present: str):
         ("My-Robot", "; try my_robot\n"),
         ("9lives", "; try lives\n"),
         ("a__b", "; try a_b\n"),
-        ("class", "Python's or busflow's\n"),
-        ("busflow", "Python's or busflow's\n"),
+        ("class", "neither a keyword nor busflow\n"),
+        ("busflow", "neither a keyword nor busflow\n"),
         ("größe", "; try gr_e\n"),
         ("x" * 300, ""),
         ("\x1b[31m", r"'\x1b[31m' cannot name a project"),
         ("a/..", "cannot name a project"),
     ],
 )
-def test_a_bad_name_is_answered_with_a_good_one(capsys: Captured, here: Path, name: str, hint: str):
+def test_invalid_name_gets_a_proposal(capsys: Captured, here: Path, name: str, hint: str):
     assert main(["new", name]) == 2
     assert hint in capsys.readouterr().err
     assert list(here.iterdir()) == []
@@ -117,7 +117,7 @@ def test_half_a_project_is_not_left_behind(here: Path):
     assert list(here.iterdir()) == []
 
 
-def test_where_nothing_can_be_written_it_says_so(capsys: Captured):
+def test_unwritable_folder_is_reported(capsys: Captured):
     assert main(["new", "/proc/rover"]) == 2
     assert capsys.readouterr().err.startswith("error: cannot make /proc/rover: ")
 

@@ -1,4 +1,4 @@
-"""`busflow node`: beside what `ros2 node` printed of the same lab."""
+"""`busflow node`: its output beside that of `ros2 node` in the same lab."""
 
 import json
 from collections.abc import Callable
@@ -32,12 +32,12 @@ def test_info_begins_as_that_of_ros2(capsys: Captured, ros2_said: Said, name: st
     assert main(["node", "info", name]) == 0
     lines = capsys.readouterr().out.splitlines(keepends=True)
     ours = "".join(line for line in lines if "rcl_interfaces/" not in line)
-    # ROS 2 has an empty line after an end of which there is none, and so have we: what is left out left none here.
+    # Both print an empty line after a kind without endpoints; the lines removed above left none behind.
     assert ours.replace("\n\n", "\n").startswith(ros2_said(capture).replace("\n\n", "\n"))
 
 
 @in_the_lab
-def test_info_lists_the_services_of_parameters_as_ros2_does(capsys: Captured):
+def test_info_lists_parameter_services_as_ros2(capsys: Captured):
     assert main(["node", "info", "imu_publisher"]) == 0
     ours = [line for line in capsys.readouterr().out.splitlines() if "/srv/" in line]
     there = (ROS2 / "44_node_info_imu_publisher.txt").read_text().splitlines()
@@ -45,7 +45,7 @@ def test_info_lists_the_services_of_parameters_as_ros2_does(capsys: Captured):
 
 
 @in_the_lab
-def test_info_tells_state_plugin_process_and_parameters(capsys: Captured):
+def test_info_shows_state_plugin_process_and_parameters(capsys: Captured):
     assert main(["node", "info", "imu_publisher"]) == 0
     state, plugin, process, parameters = capsys.readouterr().out.splitlines()[-4:]
     assert (state, plugin, parameters) == ("  State: running", "  Plugin: imu_publisher", "  Parameters: 3")
@@ -53,7 +53,7 @@ def test_info_tells_state_plugin_process_and_parameters(capsys: Captured):
 
 
 @in_the_lab
-def test_the_long_list_has_a_row_for_each_node(capsys: Captured):
+def test_verbose_list_has_a_row_per_node(capsys: Captured):
     assert main(["node", "list", "-v"]) == 0
     head, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
     assert head == ["NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB", "RESTARTS"]
@@ -66,33 +66,33 @@ def test_the_long_list_has_a_row_for_each_node(capsys: Captured):
 @in_the_lab
 def test_json_says_the_same(capsys: Captured):
     assert main(["node", "list", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["version"], told["run"]) == (1, "imu_lab")
-    assert [(node["name"], node["state"]) for node in told["nodes"]] == [
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["run"]) == (1, "imu_lab")
+    assert [(node["name"], node["state"]) for node in answer["nodes"]] == [
         ("/imu_publisher", "running"),
         ("/processor", "running"),
     ]
     assert main(["node", "info", "processor", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["publishers"][0] == {"name": "/balance_state", "type": "std_msgs/msg/Float64"}
-    assert [each["name"] for each in told["subscriptions"]] == ["/imu/data", "/joint_states"]
-    assert (told["clients"], told["parameters"]) == ([], 0)
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["publishers"][0] == {"name": "/balance_state", "type": "std_msgs/msg/Float64"}
+    assert [each["name"] for each in answer["subscriptions"]] == ["/imu/data", "/joint_states"]
+    assert (answer["clients"], answer["parameters"]) == ([], 0)
 
 
 @in_the_lab
-def test_a_node_that_is_not_there_is_told_with_the_nearest(capsys: Captured):
+def test_unknown_node_gets_the_nearest_name(capsys: Captured):
     assert main(["node", "info", "procesor"]) == 4
     assert capsys.readouterr() == ("", "error: there is no node /procesor; did you mean '/processor'?\n")
 
 
 @pytest.mark.usefixtures("place")
-def test_without_a_run_it_says_what_to_type(capsys: Captured):
+def test_missing_run_is_explained(capsys: Captured):
     assert main(["node", "list"]) == 4
     assert capsys.readouterr().err == "error: nothing is running; start a graph in another terminal: busflow run FILE\n"
 
 
 @pytest.mark.e2e
-def test_a_node_that_is_started_anew_is_said_so(project: Path, start_run: Callable[..., Any], capsys: Captured):
+def test_restarting_node_is_reported(project: Path, start_run: Callable[..., Any], capsys: Captured):
     policy = "    restart: {policy: on-failure, backoff: [30s, 30s]}\n"
     (project / "talk.yaml").write_text(
         (project / "talk.yaml").read_text().replace("  listener:\n", f"{policy}  listener:\n")

@@ -1,4 +1,4 @@
-"""`busflow param`: beside what `ros2 param` printed of the same lab."""
+"""`busflow param`: its output beside that of `ros2 param` in the same lab."""
 
 import json
 from collections.abc import Callable
@@ -31,7 +31,7 @@ def test_the_output_is_that_of_ros2(capsys: Captured, ros2_said: Said, command: 
     assert capsys.readouterr() == (ros2_said(capture), "")
 
 
-def test_describe_has_the_lines_of_ros2_and_says_where_the_value_is_from(capsys: Captured, ros2_said: Said):
+def test_describe_prints_ros2_lines_and_source(capsys: Captured, ros2_said: Said):
     assert main(["param", "describe", "imu_publisher", "rate_hz", "frame_id", "joint_count"]) == 0
     ours = capsys.readouterr().out.splitlines()
     more = ("  Default: ", "  Value: ", "  Source: ")
@@ -40,7 +40,7 @@ def test_describe_has_the_lines_of_ros2_and_says_where_the_value_is_from(capsys:
     assert "  Source: default" in ours
 
 
-def test_sources_says_where_each_value_is_from(capsys: Captured):
+def test_sources_shows_each_origin(capsys: Captured):
     assert main(["param", "sources"]) == 0
     publisher, *rows, processor = capsys.readouterr().out.splitlines()
     assert (publisher, processor) == ("/imu_publisher:", "/processor:")
@@ -60,30 +60,30 @@ def test_a_dump_goes_to_a_file(tmp_path: Path, capsys: Captured):
 
 def test_json_says_all_of_a_parameter(capsys: Captured):
     assert main(["param", "get", "imu_publisher", "rate_hz", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    answer = json.loads(capsys.readouterr().out)
     assert {"version": 1, "run": "imu_lab", "node": "/imu_publisher", "value": 10.0, "ros_type": "double"}.items() <= (
-        told.items()
+        answer.items()
     )
-    assert told["bounds"]["maximum"] == 1000
+    assert answer["bounds"]["maximum"] == 1000
     assert main(["param", "list", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [(node["name"], len(node["parameters"])) for node in told["nodes"]] == [
+    answer = json.loads(capsys.readouterr().out)
+    assert [(node["name"], len(node["parameters"])) for node in answer["nodes"]] == [
         ("/imu_publisher", 3),
         ("/processor", 0),
     ]
 
 
 @pytest.mark.parametrize(
-    ("command", "told"),
+    ("command", "expected"),
     [
         ("get imu_publisher rate", "/imu_publisher has no parameter 'rate'; did you mean 'rate_hz'?"),
         ("list imu_publishr", "there is no node /imu_publishr; did you mean '/imu_publisher'?"),
         ("list --run imu", "there is no run 'imu'; did you mean 'imu_lab'?"),
     ],
 )
-def test_a_name_that_is_not_there_is_told_with_the_nearest(capsys: Captured, command: str, told: str):
+def test_unknown_name_gets_the_nearest(capsys: Captured, command: str, expected: str):
     assert main(["param", *command.split()]) == 4
-    assert capsys.readouterr() == ("", f"error: {told}\n")
+    assert capsys.readouterr() == ("", f"error: {expected}\n")
 
 
 def test_names_are_completed_from_the_run(monkeypatch: pytest.MonkeyPatch, capsys: Captured):

@@ -1,4 +1,4 @@
-"""`busflow param set|load|diff|save|watch`: a running node is told something else, and its launch file too."""
+"""`busflow param set|load|diff|save|watch`: sets parameters of a running node and writes them to its launch file."""
 
 import json
 import subprocess
@@ -48,7 +48,7 @@ nodes:
 
 @pytest.fixture(scope="module")
 def sensors(stand: Callable[..., Any]) -> Any:
-    """Where a node runs that is told nothing it takes, alone."""
+    """The place of a run whose node no test changes."""
     place, run = stand("sensors", LAUNCH, {"sensor": PUBLISHER})
     run.wait_for("works")
     return place
@@ -56,13 +56,13 @@ def sensors(stand: Callable[..., Any]) -> Any:
 
 @pytest.fixture
 def steady(sensors: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It runs, and commands of this process see it."""
+    """That run, found by commands of this process."""
     sensors.look(monkeypatch)
 
 
 @pytest.fixture
 def launch_file(tmp_path: Path, start_run: Callable[..., Any]) -> Path:
-    """A run of one node; commands of this process see it."""
+    """The launch file of a run of one node, found by commands of this process."""
     (tmp_path / "plugins").mkdir()
     (tmp_path / "plugins/sensor.py").write_text(PUBLISHER)
     file = tmp_path / "sensors.yaml"
@@ -96,7 +96,7 @@ def test_several_are_set_together_or_not_at_all(capsys: Captured):
 
 
 @pytest.mark.usefixtures("steady")
-def test_what_cannot_be_set_is_said_with_the_reason(capsys: Captured):
+def test_refused_value_is_explained(capsys: Captured):
     for name, value, reason in (
         ("rate_hz", "abc", "rate_hz must be a number, got text 'abc'"),
         ("rate_hzz", "1", "did you mean 'rate_hz'?"),
@@ -113,11 +113,11 @@ def test_what_cannot_be_set_is_said_with_the_reason(capsys: Captured):
 @pytest.mark.usefixtures("steady")
 def test_a_refusal_is_data_too(capsys: Captured):
     assert main(["param", "set", "sensor", "noise.imu", "99", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["version"], told["changed"], told["faults"][0]["code"]) == (1, [], "range")
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["changed"], answer["faults"][0]["code"]) == (1, [], "range")
 
 
-def test_what_dump_wrote_is_loaded(launch_file: Path, capsys: Captured):
+def test_dumped_parameters_can_be_loaded(launch_file: Path, capsys: Captured):
     dump = launch_file.with_name("dump.yaml")
     assert main(["param", "set", "sensor", "rate_hz", "20"]) == 0
     assert main(["param", "dump", "sensor", "--output", str(dump)]) == 0
@@ -132,7 +132,7 @@ def test_what_dump_wrote_is_loaded(launch_file: Path, capsys: Captured):
     assert "a mapping is needed" in capsys.readouterr().err
 
 
-def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Path, capsys: Captured):
+def test_diff_and_save_work_on_the_launch_file(launch_file: Path, capsys: Captured):
     assert main(["param", "diff", "sensor"]) == 0
     assert main(["param", "set", "sensor", "rate_hz", "20", "noise.imu", "2.5"]) == 0
     capsys.readouterr()
@@ -154,7 +154,7 @@ def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Pat
 
 @pytest.mark.usefixtures("steady")
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "expected"),
     [
         (["noise.imu", "-1"], 1, "noise.imu must be at least 0, got -1\n"),
         (["noise.imu", "-.5e3", "--json"], 1, ""),
@@ -166,9 +166,9 @@ def test_diff_and_save_compare_with_the_launch_file_and_mend_it(launch_file: Pat
         (["noise.imu=0.5"], 2, "noise.imu=0.5 has no value: write noise.imu 0.5\n"),
     ],
 )
-def test_a_negative_number_is_a_value_and_no_option(capsys: Captured, arguments: list[str], code: int, told: str):
+def test_negative_number_is_a_value(capsys: Captured, arguments: list[str], code: int, expected: str):
     assert main(["param", "set", "sensor", *arguments]) == code
-    assert told in capsys.readouterr().err
+    assert expected in capsys.readouterr().err
 
 
 def test_a_watch_says_that_its_run_has_ended(tmp_path: Path, start_run: Callable[..., Any]):
@@ -189,22 +189,22 @@ def test_a_watch_says_that_its_run_has_ended(tmp_path: Path, start_run: Callable
 
 
 @pytest.mark.usefixtures("launch_file")
-def test_watch_tells_each_change_as_it_is_made_and_ends_with_the_run():
+def test_watch_prints_changes_until_the_run_ends():
     command = [sys.executable, "-u", "-m", "busflow", "param", "watch", "sensor", "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as watch:
-        heard = None
+        line = None
         for value in range(20, 200):  # until it has joined, what is set is not for it
             assert main(["param", "set", "sensor", "rate_hz", str(value)]) == 0
-            heard = _line(watch)
-            if heard:
+            line = _line(watch)
+            if line:
                 break
-        told = json.loads(heard or "{}")
-        assert (told["version"], told["node"], told["name"]) == (1, "/sensor", "rate_hz")
+        answer = json.loads(line or "{}")
+        assert (answer["version"], answer["node"], answer["name"]) == (1, "/sensor", "rate_hz")
         watch.terminate()
 
 
 def _line(process: "subprocess.Popen[str]") -> str:
-    """A line of output, if one comes within a moment."""
+    """Return a line of output, if one arrives within a moment."""
     import select
 
     assert process.stdout is not None
@@ -212,8 +212,8 @@ def _line(process: "subprocess.Popen[str]") -> str:
     return process.stdout.readline() if ready else ""
 
 
-def test_parameters_are_saved_only_into_a_launch_file_that_is_there(capsys: Captured):
+def test_save_needs_an_existing_launch_file(capsys: Captured):
     assert main(["param", "save", "talker", "--into", "new.yaml"]) == 2
-    told = capsys.readouterr().err
-    assert "there is no new.yaml; it has to be a launch file that has the node" in told
-    assert "busflow param dump talker --output new.yaml" in told
+    output = capsys.readouterr().err
+    assert "there is no new.yaml; it has to be a launch file that has the node" in output
+    assert "busflow param dump talker --output new.yaml" in output

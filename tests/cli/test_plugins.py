@@ -37,7 +37,7 @@ class Choosy(Node):
     ready = publisher(Bool, "~/ready")
 
     @subscription("numbers")
-    def hear(self, number: Float64) -> None: ...
+    def receive(self, number: Float64) -> None: ...
 
     other = client(Trigger, "other")
 
@@ -54,7 +54,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
     assert main(["plugins", "list"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "broken    cannot be read: SyntaxError: invalid syntax",
-        "listener  Says what it hears.",
+        "listener  Logs what it receives.",
         "talker    Counts aloud.",
         PLAYER,
     ]
@@ -65,23 +65,23 @@ def test_a_list_as_json(capsys: Captured):
     first = json.loads(capsys.readouterr().out)["plugins"][0]
     assert first == {
         "name": "listener",
-        "summary": "Says what it hears.",
+        "summary": "Logs what it receives.",
         "file": "plugins/listener.py",
         "line": 6,
         "fault": None,
     }
 
 
-def test_an_empty_list_says_where_was_looked(capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_empty_list_names_the_searched_folders(capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
     assert main(["plugins", "list"]) == 0
-    told = capsys.readouterr()
-    assert told.err == "no plugins in plugins, and none installed\n"
-    assert told.out.split()[0] == "player"
+    output = capsys.readouterr()
+    assert output.err == "no plugins in plugins, and none installed\n"
+    assert output.out.split()[0] == "player"
 
 
-def test_what_is_built_in_is_described_and_gives_way_to_a_plugin_of_its_name(capsys: Captured):
+def test_plugin_replaces_built_in_of_its_name(capsys: Captured):
     assert main(["plugins", "info", "player"]) == 0
     assert "file" in capsys.readouterr().out
     Path("plugins/player.py").write_text(Path("plugins/talker.py").read_text())
@@ -89,7 +89,7 @@ def test_what_is_built_in_is_described_and_gives_way_to_a_plugin_of_its_name(cap
     assert "Publishes a recording" not in capsys.readouterr().out
 
 
-def test_a_folder_that_is_not_there_is_an_error(capsys: Captured):
+def test_missing_folder_is_an_error(capsys: Captured):
     assert main(["plugins", "list", "--folder", "plugin"]) == 2
     assert "'plugin' does not exist" in capsys.readouterr().err
 
@@ -122,30 +122,30 @@ def test_info_needs_no_values_for_required_parameters(capsys: Captured):
     assert "/numbers  std_msgs/msg/Float64" in out
     assert "Serves:\n  /choosy/reset  std_srvs/srv/Trigger" in out
     assert "Calls:\n  /other  std_srvs/srv/Trigger" in out
-    assert "may decide about more topics" in out
+    assert "may add topics" in out
 
 
 def test_info_as_json(capsys: Captured):
     Path("plugins/choosy.py").write_text(CHOOSY)
     assert main(["plugins", "info", "choosy", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    side, gain = told["parameters"]
+    answer = json.loads(capsys.readouterr().out)
+    side, gain = answer["parameters"]
     assert (side["required"], side["choices"]) == (True, ["left", "right"])
     assert (gain["default"], gain["minimum"], gain["exclusive_minimum"], gain["maximum"]) == (1.0, 0, True, 10)
-    assert told["publishes"] == [{"topic": "/choosy/ready", "type": "std_msgs/msg/Bool"}]
-    assert told["serves"] == [{"service": "/choosy/reset", "type": "std_srvs/srv/Trigger"}]
-    assert told["calls"] == [{"service": "/other", "type": "std_srvs/srv/Trigger"}]
-    assert told["complete"] is False
+    assert answer["publishes"] == [{"topic": "/choosy/ready", "type": "std_msgs/msg/Bool"}]
+    assert answer["serves"] == [{"service": "/choosy/reset", "type": "std_srvs/srv/Trigger"}]
+    assert answer["calls"] == [{"service": "/other", "type": "std_srvs/srv/Trigger"}]
+    assert answer["complete"] is False
 
 
-def test_info_of_an_unknown_plugin_is_answered_with_the_nearest(capsys: Captured):
+def test_info_of_unknown_plugin_names_the_nearest(capsys: Captured):
     assert main(["plugins", "info", "taker"]) == 2
     assert "did you mean 'talker'?" in capsys.readouterr().err
 
 
 @pytest.fixture
 def unprivileged(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder of plugins beside talk.yaml that this user may not look into, whoever it is."""
+    """A folder of plugins beside talk.yaml that this user may not read, root included."""
     main(["check", "talk.yaml"])  # which imports what it takes, while it can be read
     with TemporaryDirectory() as folder:
         place = Path(folder)
@@ -163,9 +163,7 @@ def unprivileged(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
             monkeypatch.undo()
 
 
-def test_a_folder_of_plugins_that_cannot_be_read_is_told_once_where_the_file_names_it(
-    unprivileged: Path, capsys: Captured
-):
+def test_unreadable_plugin_folder_is_reported_once(unprivileged: Path, capsys: Captured):
     capsys.readouterr()
     assert main(["check", "talk.yaml"]) == 3
     assert capsys.readouterr().out == (

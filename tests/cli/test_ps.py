@@ -1,4 +1,4 @@
-"""`busflow ps`: which runs there are, and which of them do not answer."""
+"""`busflow ps`: lists runs, and those that do not answer."""
 
 import json
 import os
@@ -28,7 +28,7 @@ class Blocker(Node):
 
 
 @pytest.mark.usefixtures("lab")
-def test_a_run_is_listed_with_file_process_age_and_state(capsys: Captured):
+def test_run_has_file_process_age_and_state(capsys: Captured):
     assert main(["ps"]) == 0
     head, row = capsys.readouterr().out.splitlines()
     assert head.split() == ["RUN", "FILE", "PID", "SINCE", "AGE", "NODES", "STATE"]
@@ -41,16 +41,16 @@ def test_a_run_is_listed_with_file_process_age_and_state(capsys: Captured):
 def test_json_is_one_object_a_run(capsys: Captured):
     assert main(["ps", "--json"]) == 0
     (line,) = capsys.readouterr().out.splitlines()
-    told = json.loads(line)
-    (process,) = told["processes"]
-    assert (told["version"], told["run"], told["nodes"], told["state"]) == (1, "imu_lab", 2, "running")
-    assert Path(told["file"]).is_absolute()
-    assert told["since"].endswith("+00:00")
-    assert process == {"name": "main", "pid": told["pid"], "nodes": 2, "restarts": 0}
+    answer = json.loads(line)
+    (process,) = answer["processes"]
+    assert (answer["version"], answer["run"], answer["nodes"], answer["state"]) == (1, "imu_lab", 2, "running")
+    assert Path(answer["file"]).is_absolute()
+    assert answer["since"].endswith("+00:00")
+    assert process == {"name": "main", "pid": answer["pid"], "nodes": 2, "restarts": 0}
 
 
 @pytest.mark.usefixtures("place")
-def test_where_nothing_runs_it_says_so_and_is_fine(capsys: Captured):
+def test_no_runs_are_no_error(capsys: Captured):
     assert main(["ps"]) == 0
     assert capsys.readouterr() == ("", "nothing is running; start a graph in another terminal: busflow run FILE\n")
     assert main(["ps", "--json"]) == 0
@@ -58,9 +58,7 @@ def test_where_nothing_runs_it_says_so_and_is_fine(capsys: Captured):
 
 
 @pytest.mark.e2e
-def test_a_run_whose_loop_is_blocked_is_said_not_to_answer(
-    project: Path, start_run: Callable[..., Any], capsys: Captured
-):
+def test_blocked_run_does_not_answer(project: Path, start_run: Callable[..., Any], capsys: Captured):
     (project / "plugins/blocker.py").write_text(BLOCKER)
     text = (project / "talk.yaml").read_text() + "  blocker:\n    plugin: blocker\n"
     (project / "talk.yaml").write_text(text)
@@ -72,23 +70,19 @@ def test_a_run_whose_loop_is_blocked_is_said_not_to_answer(
 
 
 @pytest.mark.e2e
-def test_a_run_whose_process_is_stopped_is_said_not_to_answer(
-    project: Path, start_run: Callable[..., Any], capsys: Captured
-):
+def test_stopped_run_does_not_answer(project: Path, start_run: Callable[..., Any], capsys: Captured):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     run.process.send_signal(signal.SIGSTOP)
     assert main(["ps", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["state"], told["nodes"], told["processes"]) == ("does not answer", None, [])
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["state"], answer["nodes"], answer["processes"]) == ("does not answer", None, [])
     assert main(["ps"]) == 0
     assert "its process is stopped or hangs" in capsys.readouterr().err
 
 
 @pytest.mark.e2e
-def test_of_a_run_that_was_killed_nothing_is_left(
-    project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured
-):
+def test_killed_run_leaves_nothing(project: Path, start_run: Callable[..., Any], place: Any, capsys: Captured):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     os.kill(run.process.pid, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""`busflow replay`: the proof that a change of code is harmless, from the command line."""
+"""`busflow replay`: shows on the command line whether a change of code changes behaviour."""
 
 import json
 from pathlib import Path
@@ -33,21 +33,21 @@ def buggy_plugins(tmp_path):
 def test_an_unchanged_node_is_the_same(capsys, bag):
     capsys.readouterr()
     assert main(["replay", bag, LAB, "--node", "sensor_processor"]) == 0
-    told = capsys.readouterr()
-    assert told.out == (
+    output = capsys.readouterr()
+    assert output.out == (
         f"/sensor_processor: the same as in {bag}; compared: 100 on /balance_state, 100 on /stability_index\n"
     )
 
 
-def test_all_nodes_are_run_where_none_is_named(capsys, bag):
+def test_all_nodes_are_replayed_by_default(capsys, bag):
     assert main(["replay", bag, LAB, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["same"]
-    assert told["nodes"] == ["/sensor_publisher", "/sensor_processor"]
-    assert told["compared"]["/imu/data"] == 100
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["same"]
+    assert answer["nodes"] == ["/sensor_publisher", "/sensor_processor"]
+    assert answer["compared"]["/imu/data"] == 100
 
 
-def test_a_bug_is_found_with_the_field_and_the_exit_code(capsys, bag, tmp_path):
+def test_bug_is_found_with_field_and_exit_code(capsys, bag, tmp_path):
     folder = buggy_plugins(tmp_path)
     assert main(["replay", bag, "--plugin", "sensor_processor", "--folder", str(folder), "--show", "1"]) == 3
     first, second, rest = capsys.readouterr().out.splitlines()
@@ -59,28 +59,28 @@ def test_a_bug_is_found_with_the_field_and_the_exit_code(capsys, bag, tmp_path):
 def test_a_bug_as_json(capsys, bag, tmp_path):
     folder = buggy_plugins(tmp_path)
     assert main(["replay", bag, "--plugin", "sensor_processor", "--folder", str(folder), "--json"]) == 3
-    told = json.loads(capsys.readouterr().out)
-    assert (told["same"], told["difference_count"]) == (False, 200)
-    first = told["differences"][0]
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["same"], answer["difference_count"]) == (False, 200)
+    first = answer["differences"][0]
     assert (first["kind"], first["topic"], first["number"]) == ("content", "/balance_state", 1)
     assert first["fields"][0]["path"] == "data"
 
 
-def test_a_plugin_runs_under_a_name_that_is_given(capsys, bag):
+def test_plugin_runs_under_the_given_name(capsys, bag):
     folder = str(ROOT / "plugins")
     assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "sensor_publisher"]) == 0
     assert main(["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "other"]) == 3
     assert "/other" in capsys.readouterr().out
 
 
-def test_a_node_that_has_nothing_to_do_with_the_recording_is_refused(capsys, bag, tmp_path):
+def test_node_without_recorded_topics_is_refused(capsys, bag, tmp_path):
     folder = str(ROOT / "plugins")
     out = tmp_path / "new.mcap"
     command = ["replay", bag, "--plugin", "sensor_publisher", "--folder", folder, "--node", "left/other"]
     assert main([*command, "--record", str(out)]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert "/left/other has nothing to do with this recording: none of its topics is there: /left/" in told.err
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert "/left/other has nothing to do with this recording: none of its topics is there: /left/" in output.err
     assert not out.exists()
 
 
@@ -92,7 +92,7 @@ def test_a_replay_is_recorded(capsys, bag, tmp_path):
     assert capsys.readouterr()
 
 
-def test_what_is_not_complete_is_refused(capsys, bag, tmp_path):
+def test_incomplete_recording_is_refused(capsys, bag, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(Path(bag).read_bytes()[:-3000])
     assert main(["replay", str(cut), LAB]) == 5
@@ -108,7 +108,7 @@ def test_what_is_not_complete_is_refused(capsys, bag, tmp_path):
         (["--plugin", "x", "--node", "a", "--node", "b"], "--plugin runs one node"),
         ([LAB, "--node", "sensor"], f"{LAB} has no node /sensor; known: /sensor_processor"),
         (["--plugin", "nothing"], "there is no plugin 'nothing'"),
-        ([LAB, "--tolerance", "nan"], "nan is no number"),
+        ([LAB, "--tolerance", "nan"], "nan is no tolerance"),
     ],
 )
 def test_wrong_usage(capsys, bag, arguments, why):

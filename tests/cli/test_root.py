@@ -1,4 +1,4 @@
-"""The commands of other distributions: found by entry points, imported when used, and explained where they fail."""
+"""Commands of other distributions: discovery by entry points, import on use, and errors."""
 
 import json
 import re
@@ -48,12 +48,12 @@ def fail() -> None:
 number = 5
 '''
 
-ANEW = "install it anew, or do without: pip uninstall mine"
+ANEW = "reinstall it, or remove it: pip uninstall mine"
 
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
-    """Makes a distribution of one module that offers commands, as if it was installed."""
+    """Return a function that installs a distribution of one module with commands."""
     monkeypatch.syspath_prepend(tmp_path)
 
     def install(distribution: str, *entry_points: str, source: str = LIDAR) -> Path:
@@ -69,7 +69,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return install
 
 
-def test_a_command_is_listed_without_importing_it_and_imported_when_it_is_used(install: Install, capsys: Captured):
+def test_command_is_imported_only_when_used(install: Install, capsys: Captured):
     install("mine", "spin = mine:spin", "number = mine:number")
     assert main(["--help"]) == 0
     out = capsys.readouterr().out
@@ -105,19 +105,19 @@ def test_a_command_of_its_own_imports_no_metadata(install: Install):
     assert done.stderr == "[]\n"
 
 
-def test_a_verb_that_is_mistyped_is_compared_with_installed_ones_too(install: Install, capsys: Captured):
+def test_misspelt_verb_is_compared_with_installed_commands(install: Install, capsys: Captured):
     install("mine", "spin = mine:spin")
     assert main(["spinn"]) == 2
     assert "there is no command 'spinn': did you mean 'spin'?" in capsys.readouterr().err
 
 
-def test_an_error_of_a_command_is_told_as_those_of_busflow_are(install: Install, capsys: Captured):
+def test_busflow_error_of_a_command_is_printed(install: Install, capsys: Captured):
     install("mine", "stop = mine:stop")
     assert main(["stop"]) == 4
     assert capsys.readouterr().err == "error: there is no lidar\n"
 
 
-def test_a_mistake_in_a_command_is_told_as_its_distributions(install: Install, capsys: Captured):
+def test_bug_names_the_distribution_of_the_command(install: Install, capsys: Captured):
     install("mine", "fail = mine:fail")
     assert main(["fail"]) == 1
     assert capsys.readouterr().err.splitlines()[-2:] == [
@@ -127,7 +127,7 @@ def test_a_mistake_in_a_command_is_told_as_its_distributions(install: Install, c
 
 
 @pytest.mark.parametrize(
-    ("source", "told", "fix"),
+    ("source", "expected", "fix"),
     [
         (
             "raise ValueError('no device')",
@@ -143,20 +143,18 @@ def test_a_mistake_in_a_command_is_told_as_its_distributions(install: Install, c
         ),
     ],
 )
-def test_a_command_that_cannot_be_imported_is_one_error(
-    install: Install, capsys: Captured, source: str, told: str, fix: str
-):
+def test_unimportable_command_is_one_error(install: Install, capsys: Captured, source: str, expected: str, fix: str):
     site = install("mine", "spin = mine:spin", source=source)
     assert main(["spin", "--help"]) == 2
     first, *_, last = capsys.readouterr().err.splitlines()
     place, _, message = first.partition(" error: ")
     assert re.fullmatch(rf"{re.escape(str(site))}/mine\.py:1:\d+:", place)
     where = "mine 1.0 (entry point busflow.commands: spin = mine:spin)"
-    assert message == f"busflow spin cannot be imported from {where}: {told}"
+    assert message == f"busflow spin cannot be imported from {where}: {expected}"
     assert last == f"  fix: {fix}"
 
 
-def test_the_traceback_of_a_failing_import_is_shown_on_request(install: Install, capsys: Captured):
+def test_traceback_shows_the_failing_import(install: Install, capsys: Captured):
     install("mine", "spin = mine:spin", source="raise ValueError('no device')")
     assert main(["--traceback", "spin"]) == 2
     err = capsys.readouterr().err
@@ -165,19 +163,19 @@ def test_the_traceback_of_a_failing_import_is_shown_on_request(install: Install,
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "expected"),
     [
         (
             "mine:none",
             "busflow spin cannot be imported from mine 1.0 (entry point busflow.commands: spin = mine:none): ",
         ),
-        ("mine:number", "in mine 1.0 (entry point busflow.commands: spin = mine:number) is no click command"),
+        ("mine:number", "mine 1.0 (entry point busflow.commands: spin = mine:number) is no click command"),
     ],
 )
-def test_what_is_no_command_is_refused(install: Install, capsys: Captured, value: str, told: str):
+def test_non_command_is_refused(install: Install, capsys: Captured, value: str, expected: str):
     install("mine", f"spin = {value}")
     assert main(["spin"]) == 2
-    assert told in capsys.readouterr().err
+    assert expected in capsys.readouterr().err
 
 
 def test_a_verb_that_two_distributions_offer_is_refused(install: Install, capsys: Captured):
@@ -201,8 +199,10 @@ def test_no_distribution_replaces_a_command_of_busflow(install: Install, capsys:
     assert '"plugins"' in capsys.readouterr().out
     assert "mine" not in sys.modules
     assert main(["--help"]) == 0
-    told = "warning: the command plugins of mine 1.0 is not used: busflow has one of this name; fix: pip uninstall mine"
-    assert told in " ".join(capsys.readouterr().out.split())
+    message = (
+        "warning: the command plugins of mine 1.0 is not used: busflow has one of this name; fix: pip uninstall mine"
+    )
+    assert message in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.usefixtures("place")
@@ -236,7 +236,7 @@ class TestCompletion:
         install("mine", "spin = mine:spin")
         assert self.completed(capsys, monkeypatch, "spin --s") == ["--speed"]
 
-    def test_a_command_that_cannot_be_imported_completes_to_nothing_in_silence(
+    def test_unimportable_command_completes_to_nothing(
         self, install: Install, capsys: Captured, monkeypatch: pytest.MonkeyPatch
     ):
         install("mine", "spin = mine:spin", source="raise ValueError('no device')")
@@ -244,9 +244,7 @@ class TestCompletion:
         assert "--speed" not in self.completed(capsys, monkeypatch, "spin --s")
 
 
-def test_a_command_of_a_distribution_that_is_not_installed_says_what_to_install(
-    capsys: Captured, monkeypatch: pytest.MonkeyPatch
-):
+def test_missing_distribution_is_named_with_its_installation(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("busflow.cli.root.entry_points", lambda _group: ())  # busflow-ui may be installed here
     assert main(["foxglove", "--port", "0"]) == 2
     captured = capsys.readouterr()

@@ -1,4 +1,4 @@
-"""`busflow run`: what it prints, reports and returns."""
+"""`busflow run`: its output, reports and exit codes."""
 
 import json
 import os
@@ -21,7 +21,7 @@ Captured = pytest.CaptureFixture[str]
 NEEDS_UVLOOP = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed")
 
 
-def test_a_run_logs_to_standard_error_and_ends_with_a_table(capsys: Captured):
+def test_run_logs_to_stderr_and_prints_tables(capsys: Captured):
     assert main(["run", "talk.yaml", "--for", "0.2"]) == 0
     captured = capsys.readouterr()
     assert "/listener: heard number=1.0" in captured.err
@@ -43,7 +43,7 @@ def test_the_report_accounts_for_every_message():
     assert report["timers"][0]["fired"] == topic["published"]
 
 
-def test_the_table_and_the_report_account_for_every_call(capsys: Captured):
+def test_table_and_report_account_for_every_call(capsys: Captured):
     Path("plugins/talker.py").write_text(
         "from busflow import Node, ServiceFailed, client, service, timer\n"
         "from busflow.msgs.std_srvs import Trigger\n\n\n"
@@ -70,9 +70,9 @@ def test_the_table_and_the_report_account_for_every_call(capsys: Captured):
     assert ["←", "/talker", "depth", "10", "3", "2", "1", "0"] in rows
     assert ["→", "/talker", "3", "2", "1", "0"] in rows  # nothing was lost or withdrawn, and has no column
     assert "failed in Talker.on_reset (service /talker/reset): ValueError: enough (plugins/talker.py:" in shown.err
-    (told,) = json.loads(Path("report.json").read_text())["services"]
-    assert (told["name"], told["type"]) == ("/talker/reset", "std_srvs/srv/Trigger")
-    assert (told["servers"][0]["served"], told["clients"][0]["errors"]) == (2, {"ServiceFailed": 1})
+    (answer,) = json.loads(Path("report.json").read_text())["services"]
+    assert (answer["name"], answer["type"]) == ("/talker/reset", "std_srvs/srv/Trigger")
+    assert (answer["servers"][0]["served"], answer["clients"][0]["errors"]) == (2, {"ServiceFailed": 1})
 
 
 def test_json_logs_are_one_object_a_line(capsys: Captured):
@@ -88,7 +88,7 @@ def test_arguments_and_set_change_the_run(capsys: Captured):
     assert "0.04 s" in capsys.readouterr().out
 
 
-def test_a_failing_node_is_told_in_one_block_and_the_run_still_accounts(capsys: Captured):
+def test_failing_node_is_reported_with_full_accounts(capsys: Captured):
     failing = ["--set", "nodes.talker.parameters.fail_at=3"]
     assert main(["run", "talk.yaml", *failing, "--report", "run.json"]) == 1
     captured = capsys.readouterr()
@@ -103,7 +103,7 @@ def test_a_failing_node_is_told_in_one_block_and_the_run_still_accounts(capsys: 
     assert {node["name"]: node["state"] for node in report["nodes"]}["/talker"] == "failed"
 
 
-def test_a_failing_node_is_told_to_machines_in_the_log(capsys: Captured):
+def test_json_log_has_the_failing_node(capsys: Captured):
     main(["run", "talk.yaml", "--set", "nodes.talker.parameters.fail_at=3", "--log-format", "json"])
     records = [json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{")]
     assert [(each["node"], each["level"]) for each in records if "lost count" in each["event"]] == [
@@ -111,7 +111,7 @@ def test_a_failing_node_is_told_to_machines_in_the_log(capsys: Captured):
     ]
 
 
-def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
+def test_invalid_file_leaves_no_report(capsys: Captured):
     assert main(["run", "talk.yaml", "--set", "nodes.talker.parameters.rate_hz=fast", "--report", "run.json"]) == 2
     captured = capsys.readouterr()
     assert "rate_hz" in captured.err
@@ -119,14 +119,14 @@ def test_a_file_that_cannot_run_is_told_and_leaves_no_report(capsys: Captured):
     assert not Path("run.json").exists()
 
 
-def test_a_machine_that_a_file_without_machines_cannot_have_is_left_out(capsys: Captured):
+def test_impossible_machine_is_left_out(capsys: Captured):
     assert main(["run", "talk.yaml", "--machine", "arm"]) == 2
-    told = "error: talk has no machine arm\n  fix: leave --machine out: the file names no machines\n"
-    assert capsys.readouterr() == ("", told)
+    message = "error: talk has no machine arm\n  fix: leave --machine out: the file names no machines\n"
+    assert capsys.readouterr() == ("", message)
 
 
 @pytest.mark.parametrize("option", ["--report", "--trace"])
-def test_a_disk_that_is_full_at_the_end_is_told_and_the_table_is_there(capsys: Captured, option: str):
+def test_disk_full_at_end_keeps_the_table(capsys: Captured, option: str):
     assert main(["run", "talk.yaml", "--sim", "--for", "2s", option, "/dev/full"]) == 1
     out, err = capsys.readouterr()
     assert "published" in out
@@ -136,14 +136,14 @@ def test_a_disk_that_is_full_at_the_end_is_told_and_the_table_is_there(capsys: C
 
 
 @pytest.mark.parametrize("path", ["/proc/run.json", "missing/run.json", "plugins"])
-def test_a_report_that_cannot_be_written_is_told_before_the_run(capsys: Captured, path: str):
+def test_unwritable_report_is_refused_before_the_run(capsys: Captured, path: str):
     assert main(["run", "talk.yaml", "--report", path]) == 2
     assert f"cannot write {path}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("option", ["--report", "--trace"])
 @pytest.mark.parametrize("path", ["whole.yaml", "plugins/../talk.yaml", "link.json"])
-def test_what_is_run_is_not_written_over(capsys: Captured, option: str, path: str):
+def test_input_files_are_not_overwritten(capsys: Captured, option: str, path: str):
     Path("whole.yaml").write_text("include: talk.yaml\n")
     Path("link.json").symlink_to("talk.yaml")
     before = Path(path).read_text()
@@ -161,7 +161,7 @@ def test_a_report_and_a_trace_are_two_files(capsys: Captured):
     assert main(["run", "talk.yaml", "--sim", "--for", "1s", "--report", "/dev/null", "--trace", "/dev/null"]) == 0
 
 
-def test_help_with_a_file_shows_the_files_own_arguments(capsys: Captured):
+def test_help_with_a_file_shows_its_arguments(capsys: Captured):
     assert main(["run", "talk.yaml", "--help"]) == 0
     out = capsys.readouterr().out
     assert "Usage: busflow run [OPTIONS] FILE" in out
@@ -177,7 +177,7 @@ def test_help_lists_arguments_that_have_no_value_yet(capsys: Captured):
 
 @pytest.mark.e2e
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_ends_it_in_order_with_its_table(number: signal.Signals, code: int):
+def test_signal_ends_the_run_with_its_table(number: signal.Signals, code: int):
     with subprocess.Popen(
         [*BUSFLOW, "run", "talk.yaml", "--report", "run.json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
@@ -226,7 +226,7 @@ class Talker(Node):
     ("watchdog", "loop"),
     [("100ms", "busflow"), ("off", "busflow"), pytest.param("100ms", "uvloop", marks=NEEDS_UVLOOP)],
 )
-def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captured, watchdog: str, loop: str):
+def test_restarts_and_blocks_are_in_the_report(capsys: Captured, watchdog: str, loop: str):
     Path("plugins/talker.py").write_text(FRAGILE)
     Path("fragile.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker, restart: on-failure}}\n")
     arguments = ["fragile.yaml", "--for", "1s", "--watchdog", watchdog, "--event-loop", loop, "--report", "run.json"]
@@ -235,13 +235,13 @@ def test_restarts_and_blocks_are_told_at_the_end_and_in_the_report(capsys: Captu
     assert "/talker: failed once and was started anew once; the last time it failed in Talker.talk" in captured.out
     (node,) = report["nodes"]
     assert (node["state"], node["restarts"], node["failures"]) == ("stopped", 1, 1)
-    told = "timer talk blocked the event loop once" in captured.out
-    assert told == ("plugins/talker.py:18 in talk" in captured.err) == (watchdog != "off")
-    assert [each["handler"] for each in report["blocks"]] == (["timer talk"] if told else [])
+    reported = "timer talk blocked the event loop once" in captured.out
+    assert reported == ("plugins/talker.py:18 in talk" in captured.err) == (watchdog != "off")
+    assert [each["handler"] for each in report["blocks"]] == (["timer talk"] if reported else [])
 
 
 @pytest.mark.parametrize("simulated", [True, False], ids=["simulated time", "not installed"])
-def test_an_event_loop_that_cannot_be_had_is_told_before_the_run(
+def test_missing_event_loop_is_refused_before_the_run(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, simulated: bool
 ):
     monkeypatch.setitem(sys.modules, "uvloop", None)
@@ -253,12 +253,12 @@ def test_an_event_loop_that_cannot_be_had_is_told_before_the_run(
     assert ("fix: in a clone of busflow: pip install '.[uvloop]'" in err) is not simulated
 
 
-def test_a_watchdog_s_bound_is_a_duration_or_off(capsys: Captured):
+def test_watchdog_takes_a_duration_or_off(capsys: Captured):
     assert main(["run", "talk.yaml", "--watchdog", "on"]) == 2
     assert "--watchdog" in capsys.readouterr().err
 
 
-def test_a_seed_below_0_is_refused_before_the_run(capsys: Captured):
+def test_negative_seed_is_refused(capsys: Captured):
     assert main(["run", "talk.yaml", "--sim", "--seed", "-1", "--for", "1s"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -266,19 +266,19 @@ def test_a_seed_below_0_is_refused_before_the_run(capsys: Captured):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
-        (["run", "talk.yaml", "--one-process", "--processes", "auto", "--for", "0.2s"], "say the opposite: not both"),
-        (["test", "talk.yaml", "--seeds", "2", "--seed", "5"], "--seed is one alone, --seeds are several: not both"),
+        (["run", "talk.yaml", "--one-process", "--processes", "auto", "--for", "0.2s"], "exclude each other"),
+        (["test", "talk.yaml", "--seeds", "2", "--seed", "5"], "--seed and --seeds exclude each other"),
         (
             ["run", "talk.yaml", "rate_hz:=5", "rate_hz:=6", "--for", "0.2s"],
             "command line:1:1: error: the argument rate_hz is given twice",
         ),
     ],
 )
-def test_of_two_things_that_exclude_each_other_none_wins_in_silence(arguments: list[str], told: str, capsys: Captured):
+def test_conflicting_options_are_refused(arguments: list[str], expected: str, capsys: Captured):
     assert main(arguments) == 2
-    assert told in capsys.readouterr().err
+    assert expected in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("command", "usage"), [("graph", "[FILE]"), ("replay", "RECORDING [FILE]"), ("run", "FILE")])

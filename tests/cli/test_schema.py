@@ -1,4 +1,4 @@
-"""`busflow schema` gives an editor the keys of a launch file and the parameters of the plugins beside it."""
+"""`busflow schema`: the keys of a launch file and the parameters of the plugins beside it."""
 
 import json
 from pathlib import Path
@@ -25,12 +25,12 @@ def all_keys(schema: Any) -> set[str]:
     return found
 
 
-def test_it_knows_the_keys_and_the_parameters_of_the_plugins(capsys: Captured):
+def test_schema_has_launch_keys_and_plugin_parameters(capsys: Captured):
     assert main(["schema", "talk.yaml"]) == 0
     assert {"nodes", "plugin", "rate_hz", "fail_at"} <= all_keys(json.loads(capsys.readouterr().out))
 
 
-def test_it_is_written_beside_the_file_and_told_how_to_use(capsys: Captured):
+def test_written_schema_comes_with_instructions(capsys: Captured):
     assert main(["schema", "talk.yaml", "--write"]) == 0
     captured = capsys.readouterr()
     assert captured.out == "Wrote talk.schema.json\n"
@@ -42,7 +42,7 @@ def test_it_is_written_beside_the_file_and_told_how_to_use(capsys: Captured):
     assert capsys.readouterr().err == ""
 
 
-def test_a_plugin_that_does_not_import_is_told_and_the_others_are_there(capsys: Captured):
+def test_unimportable_plugin_is_reported_and_left_out(capsys: Captured):
     with Path("plugins/listener.py").open("a") as file:
         file.write("raise ValueError('\x1b[31m')\n")
     assert main(["schema", "talk.yaml"]) == 0
@@ -60,6 +60,6 @@ def test_a_file_with_mistakes_still_gets_its_schema(capsys: Captured):
     assert "rate_hz" in all_keys(json.loads(capsys.readouterr().out))
 
 
-def test_a_file_that_cannot_be_read_is_told(capsys: Captured):
+def test_unreadable_file_is_reported(capsys: Captured):
     assert main(["schema", "missing.yaml"]) == 2
     assert "cannot read missing.yaml" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`busflow service`: beside what `ros2 service` printed of the same lab, and on a node that answers as it likes."""
+"""`busflow service`: its output beside that of `ros2 service`, and calls of a node that fails or does not answer."""
 
 import json
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class Lamp(Node):
 
 @pytest.fixture(scope="module")
 def room(stand: Callable[..., Any]) -> Any:
-    """Where a lamp runs, alone."""
+    """The place of a run of a lamp."""
     place, run = stand("room", "name: room\nplugins: [plugins]\nnodes:\n  lamp:\n    plugin: lamp\n", {"lamp": LAMP})
     run.wait_for("works")
     return place
@@ -51,7 +51,7 @@ def room(stand: Callable[..., Any]) -> Any:
 
 @pytest.fixture
 def lamp(room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It runs, and commands of this process see it."""
+    """The running lamp, found by commands of this process."""
     room.look(monkeypatch)
 
 
@@ -74,7 +74,7 @@ def test_every_service_that_ros2_listed_is_listed(capsys: Captured, ros2_file: S
 
 
 @pytest.mark.usefixtures("lab")
-def test_the_type_and_a_call_are_as_in_ros2(capsys: Captured, ros2_file: Said):
+def test_type_and_call_print_as_ros2(capsys: Captured, ros2_file: Said):
     assert asked(capsys, "type", "/imu_publisher/get_parameters") == (0, ros2_file("60_service_type"), "")
     call = ("call", "/imu_publisher/get_parameters", "rcl_interfaces/srv/GetParameters", "{names: [rate_hz]}")
     said = ros2_file("61_service_call").replace("double_value=20.0", "double_value=10.0")
@@ -93,7 +93,7 @@ def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
 
 
 @pytest.mark.usefixtures("lamp")
-def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
+def test_response_is_shown_and_escaped(capsys: Captured):
     code, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}")
     assert code == 0
     assert out.splitlines() == [
@@ -104,8 +104,8 @@ def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
         "",
     ]
     _, out, _ = asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}", "--json")
-    told = json.loads(out)
-    assert (told["version"], told["service"], told["response"]["success"]) == (1, "/lamp/switch", True)
+    answer = json.loads(out)
+    assert (answer["version"], answer["service"], answer["response"]["success"]) == (1, "/lamp/switch", True)
 
 
 @pytest.mark.usefixtures("lamp")
@@ -124,7 +124,7 @@ def test_an_answer_is_shown_and_cannot_steer_the_terminal(capsys: Captured):
         ("find std_srvs/SetBol", 4, "did you mean 'std_srvs/srv/SetBool'?"),
     ],
 )
-def test_what_goes_wrong_is_said_at_once(capsys: Captured, command: str, code: int, reason: str):
+def test_errors_are_reported_at_once(capsys: Captured, command: str, code: int, reason: str):
     words = [word.replace("\\ ", " ") for word in command.replace("\\ ", "\x00").split()]
     found, _, err = asked(capsys, *[word.replace("\x00", " ") for word in words])
     assert (found, reason in err) == (code, True), err

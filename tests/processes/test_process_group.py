@@ -203,7 +203,7 @@ def all_is_one_graph():
     ("arguments", "told"),
     [
         (["--trace", "trace.txt"], "--trace: it follows one process; add --one-process"),
-        (["--no-inspect"], "--no-inspect: the processes of a run look into each other; add --one-process"),
+        (["--no-inspect"], "--no-inspect: the processes of a run inspect each other; add --one-process"),
         (["--process", "left"], "--process is how busflow run starts its own processes; leave it out"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",

@@ -1,17 +1,17 @@
-"""`busflow bag`: recordings. The verbs are here by name; a file beside this has one or a few."""
+"""`busflow bag`: the verbs for recordings by name; each is in a module of this package."""
 
 from busflow.cli.options.lazy_group import LazyGroup
 
 _HERE = "busflow.cli.bag"
 _VERBS = {
     "record": (f"{_HERE}.record:record", "Record topics of a running graph."),
-    "info": (f"{_HERE}.info:info", "Tell what a recording holds, and whether it is complete."),
+    "info": (f"{_HERE}.info:info", "Show what a recording holds, and whether it is complete."),
     "echo": (f"{_HERE}.echo:echo", "Print the messages of a topic."),
     "play": (f"{_HERE}.play:play", "Publish a recording, in a run of its own or into another."),
-    "verify": (f"{_HERE}.verify:verify", "Read all of it, and tell what is wrong."),
+    "verify": (f"{_HERE}.verify:verify", "Read all of it, and report what is wrong."),
     "diff": (f"{_HERE}.diff:diff", "Compare two recordings message by message."),
     "convert": (f"{_HERE}.convert:convert", "Write it for ROS 2, as tables, or as JSON."),
-    "recover": (f"{_HERE}.recover:recover", "Make a whole file of what can be read of a damaged one."),
+    "recover": (f"{_HERE}.recover:recover", "Write what can be read of a damaged file to a new one."),
 }
 _EXAMPLES = """\b
 Examples:

@@ -1,4 +1,4 @@
-"""`busflow bag convert`: writes a recording in another form: for ROS 2, for a table, for a script."""
+"""`busflow bag convert`: writes a recording in another format: for ROS 2, as tables, or for a script."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.unwinding import unwound_by_signals
+from busflow.cli.bag.signal_handling import unwound_by_signals
 from busflow.cli.options.bag import listed, named, print_damage, reads, stretch, within
 from busflow.cli.terminal.output import line_of, print_answer, print_message
 from busflow.cli.terminal.progress import progress
@@ -26,8 +26,8 @@ Examples:
 @click.command(epilog=_EXAMPLES)
 @reads("in_")
 @click.argument("out", type=click.Path(path_type=Path))
-@click.option("--to", type=click.Choice(_FORMS), required=True, help="What OUT is to be.")
-@click.option("--topics", callback=listed, metavar="NAMES", help="Only these, with commas between them.")
+@click.option("--to", type=click.Choice(_FORMS), required=True, help="The format of OUT.")
+@click.option("--topics", callback=listed, metavar="NAMES", help="Only these topics, separated by commas.")
 @within
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def convert(
@@ -37,7 +37,7 @@ def convert(
 
     ros2bag is a directory that ros2 bag reads; csv and parquet are a directory with a table for each topic; jsonl is a
     file with a line for each message; mcap is a file for any reader of MCAP, also of a bag that was split or is a
-    database. The exit code is 5 where IN could not be read to its end. With - for OUT, jsonl goes to standard output.
+    database. The exit code is 5 if IN could not be read to its end. With - for OUT, jsonl goes to standard output.
     """
     to_stdout = str(out) == "-"
     if to_stdout and (to != "jsonl" or as_json):

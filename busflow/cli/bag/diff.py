@@ -33,16 +33,16 @@ Examples:
     default=0.0,
     help="How far apart floating-point numbers may be.  [default: 0]",
 )
-@click.option("--topics", callback=listed, metavar="NAMES", help="Compare only these, with commas between them.")
-@click.option("--times", is_flag=True, help="The times at which messages were recorded have to be the same, too.")
+@click.option("--topics", callback=listed, metavar="NAMES", help="Compare only these topics, separated by commas.")
+@click.option("--times", is_flag=True, help="Also compare the times at which messages were recorded.")
 @click.option(
     "--most", type=click.IntRange(min=1), default=3, help="Differing messages shown of a topic.  [default: 3]"
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, most: int, as_json: bool) -> int:
-    """Compare the recordings A and B: of each topic the first message with the first, and so on.
+    """Compare the recordings A and B: on each topic the first message with the first, and so on.
 
-    The exit code is 0 where they are the same, 3 where they differ, and 5 where one could not be read to its end.
+    The exit code is 0 if they are the same, 3 if they differ, and 5 if one could not be read to its end.
     """
     from busflow.recording.bag.bag import Bag
     from busflow.recording.tools.diff import diff as compared
@@ -53,7 +53,7 @@ def diff(a: Path, b: Path, tolerance: float, topics: list[str], times: bool, mos
         found = compared(left, right, Comparison(tolerance), chosen, times=times, most=most, on_message=step)
         damaged = [print_damage(bag) for bag in (left, right)]
     if as_json:
-        print_answer(_told(found, left, right))
+        print_answer(_as_json(found, left, right))
     else:
         for topic in found.topics:
             _show(topic, left, right)
@@ -93,7 +93,7 @@ def _pairs(count: int) -> str:
     return "no messages were" if count == 0 else counted(count, "message was", "messages were")
 
 
-def _told(found: BagDiff, left: Bag, right: Bag) -> dict[str, Any]:
+def _as_json(found: BagDiff, left: Bag, right: Bag) -> dict[str, Any]:
     return {
         "same": found.same,
         "messages": found.messages,

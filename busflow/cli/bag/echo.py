@@ -53,7 +53,7 @@ def echo(
 ) -> int:
     """Print the messages of TOPIC that the recording FILE holds, as YAML.
 
-    Where the recording is damaged or cut off, what comes before is printed, and the exit code is 5.
+    If the recording is damaged or cut off, everything before the damage is printed, and the exit code is 5.
     """
     from busflow.recording.bag.bag import Bag
 
@@ -69,18 +69,18 @@ def echo(
 
 
 def _texts(bag: Bag, printers: dict[Channel, Printer], times: tuple[int | None, int | None]) -> Iterator[str]:
-    """What is printed; of messages that cannot be read, why not."""
+    """Yield the messages as text; print a warning for messages that cannot be read."""
     from busflow.cli.terminal.field_paths import Absent
     from busflow.wire.client.listener import Received
 
-    told: set[str] = set()
+    printed: set[str] = set()
     for entry in bag.entries(printers.__contains__, *times):
         received = Received(entry.payload, entry.sequence, entry.publish_time_ns, b"")
         try:
             text = printers[entry.channel](received)
         except (MalformedMessage, Absent) as error:
-            if str(error) not in told and len(told) < _MOST_WARNINGS:
-                told.add(str(error))
+            if str(error) not in printed and len(printed) < _MOST_WARNINGS:
+                printed.add(str(error))
                 print_message(f"warning: message {entry.sequence} of {entry.channel.topic} is left out: {error}")
             continue
         if text is not None:

@@ -1,4 +1,4 @@
-"""`busflow bag info`: what a recording holds, how it came about, and whether it is complete."""
+"""`busflow bag info`: shows what a recording holds, how it was made, and whether it is complete."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ Examples:
 
 @click.command(epilog=_EXAMPLES)
 @reads()
-@click.option("--digest", "with_digest", is_flag=True, help="Tell the SHA-256 of all messages, their times and order.")
+@click.option("--digest", "with_digest", is_flag=True, help="Show the SHA-256 of all messages, their times and order.")
 @click.option("--launch-file", is_flag=True, help="Print the launch file that was recorded with it, and nothing else.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> None:
-    """Tell what the recording FILE holds: an .mcap file, or the directory of a bag of ROS 2.
+    """Show what the recording FILE holds: an .mcap file, or the directory of a ROS 2 bag.
 
-    Its summary is asked, so that large ones answer at once; busflow bag verify reads all of it.
+    The summary is read, which is fast for large files too; busflow bag verify reads all of it.
     """
     from busflow.errors import BagError
     from busflow.recording.bag.bag import Bag
@@ -47,17 +47,17 @@ def info(file: Path, with_digest: bool, launch_file: bool, as_json: bool) -> Non
                 raise BagError("there is no launch file in it", file=str(file))
             print_message(bag.facts.launch_file, error_stream=False)
             return
-        told = _told(bag)
+        contents = _contents(bag)
         if with_digest:
-            told["digest"] = bag.digest()
+            contents["digest"] = bag.digest()
         if as_json:
-            print_answer(told)
+            print_answer(contents)
         else:
-            _show(bag, told)
+            _show(bag, contents)
 
 
-def _told(bag: Bag) -> dict[str, Any]:
-    """All there is to tell."""
+def _contents(bag: Bag) -> dict[str, Any]:
+    """Return what a bag holds, as `--json` prints it."""
     spans: dict[tuple[str, ...], list[int]] = {}
     for each, span in bag.spans().items():
         spans.setdefault(_key(each), []).extend(span)
@@ -93,7 +93,7 @@ def _told(bag: Bag) -> dict[str, Any]:
 
 
 def _process(series: Series) -> dict[str, Any]:
-    """The file that a process has recorded of itself, in one of its lives."""
+    """Return the entry of a file that one process recorded of itself; a restarted process has several files."""
     reasons = list(series.incomplete())
     return {
         "process": series.facts and series.facts.process,
@@ -105,7 +105,7 @@ def _process(series: Series) -> dict[str, Any]:
 
 
 def _by_name(channels: Iterable[Channel]) -> Iterator[Channel]:
-    """Each topic once where all that differs is what its publishers in several processes have offered."""
+    """Yield the channels, merging those that differ only in the QoS that several processes' publishers offered."""
     found: dict[tuple[str, ...], Channel] = {}
     for each in channels:
         known = found.get(_key(each))
@@ -122,7 +122,7 @@ def _key(channel: Channel) -> tuple[str, ...]:
 
 
 def _topic(channel: Channel, bag: Bag, times: Sequence[int] | None) -> dict[str, Any]:
-    """A topic; its rate is that from its first to its last message, or over all of a bag that does not tell when."""
+    """Return the entry of a topic; its rate is from its first to its last message, or over the bag if not indexed."""
     count = channel.count or 0
     ends = times or [each for each in (bag.start_ns, bag.end_ns) if each is not None]
     span = (max(ends, default=0) - min(ends, default=0)) / 1e9
@@ -137,18 +137,18 @@ def _topic(channel: Channel, bag: Bag, times: Sequence[int] | None) -> dict[str,
     }
 
 
-def _show(bag: Bag, told: dict[str, Any]) -> None:
+def _show(bag: Bag, contents: dict[str, Any]) -> None:
     click.echo(f"{printable(bag.path.name)}")
-    rows = [row for row in _rows(bag, told) if row[1] not in (None, "")]
+    rows = [row for row in _rows(bag, contents) if row[1] not in (None, "")]
     print_table(rows, Column(), Column(folds=True), indent="  ")
-    if told["topics"]:
+    if contents["topics"]:
         click.echo()
-        rows = [(each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in told["topics"]]
+        rows = [(each["name"], each["type"], each["messages"], _rate(each["rate_hz"])) for each in contents["topics"]]
         print_table(rows, Column("topic"), Column("type", short=bare), Column("messages"), Column("rate"))
 
 
-def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
-    reasons = told["incomplete_because"]
+def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
+    reasons = contents["incomplete_because"]
     yield "state", "INCOMPLETE: " + "; ".join(reasons) if reasons else "complete"
     if bag.facts is not None:
         yield "run", bag.facts.run
@@ -158,24 +158,24 @@ def _rows(bag: Bag, told: dict[str, Any]) -> Iterator[tuple[str, object]]:
         yield "launch file", "recorded with it; --launch-file prints it" if bag.facts.launch_file else None
         yield "versions", ", ".join(f"{name} {version}" for name, version in bag.facts.versions.items())
     else:
-        yield "recorder", told["recorder"]
-    for each in told["processes"]:
+        yield "recorder", contents["recorder"]
+    for each in contents["processes"]:
         state = "complete" if each["complete"] else "INCOMPLETE"
         yield "process", f"{each['process']}: {each['file']}, {counted(each['messages'], 'message')}, {state}"
-    yield "start", _date(told["start_ns"])
-    yield "duration", None if told["duration_s"] is None else f"{told['duration_s']:.3f} s"
-    yield "messages", f"{told['messages']}"
-    yield "size", _size(told["size"])
-    yield "digest", told.get("digest")
+    yield "start", _date(contents["start_ns"])
+    yield "duration", None if contents["duration_s"] is None else f"{contents['duration_s']:.3f} s"
+    yield "messages", f"{contents['messages']}"
+    yield "size", _size(contents["size"])
+    yield "digest", contents.get("digest")
 
 
 def _date(time_ns: int | None) -> str | None:
-    """A time as people read it, to the microsecond, and as the nanoseconds that it is."""
+    """Return a time as a UTC date with microseconds, or as nanoseconds where there is no such date."""
     if time_ns is None:
         return None
     try:
         date = datetime.fromtimestamp(time_ns // 10**9, UTC)
-    except (OverflowError, ValueError, OSError):  # the year 10000, or none at all
+    except (OverflowError, ValueError, OSError):  # beyond the year 9999
         return f"{time_ns} ns"
     return f"{date:%Y-%m-%d %H:%M:%S}.{time_ns % 10**9 // 1000:06} UTC"
 

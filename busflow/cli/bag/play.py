@@ -1,4 +1,4 @@
-"""`busflow bag play`: publishes a recording, in a run of its own or into one that runs."""
+"""`busflow bag play`: publishes a recording, in a run of its own or into a running one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CLOCK_HZ = "40"
 
 
 def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
-    """By topic, the one to publish on instead."""
+    """Return the topics to publish on instead, by recorded topic."""
     from busflow.bus.names import check_full_topic_name
 
     found: dict[str, str] = {}
@@ -40,7 +40,7 @@ def _remaps(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) 
 
 
 def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> float:
-    """How often /clock is published, 0 for never."""
+    """Return the frequency of /clock in Hz, 0 for never."""
     try:
         hz = float(given or 0)
     except ValueError:
@@ -53,22 +53,22 @@ def _clock(ctx: click.Context, param: click.Parameter, given: str | None) -> flo
 @click.command(epilog=_EXAMPLES)
 @reads()
 @click.option("-r", "--rate", type=click.FloatRange(0, 1e6, min_open=True), default=1.0, show_default=True,
-              help="Seconds of the recording in a second.")  # fmt: skip
+              help="Seconds of the recording to play in a second.")  # fmt: skip
 @within
 @click.option("--until", "until_s", type=DURATION, hidden=True)  # ROS 2's word for --end
-@click.option("--duration", "duration_s", type=DURATION, help="Play for so long.")
-@click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
-@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, several times; imu/** is all below /imu.")
-@click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Without these.")
+@click.option("--duration", "duration_s", type=DURATION, help="Play this much of the recording.")
+@click.option("-l", "--loop", is_flag=True, help="Start again at the end, until Ctrl-C.")
+@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these (repeatable); imu/** is all below /imu.")
+@click.option("-x", "--exclude", multiple=True, metavar="PATTERN", help="Not these (repeatable).")
 @click.option(
     "-m", "--remap", "rename", multiple=True, metavar="OLD:=NEW", callback=_remaps, help="Publish on another topic."
 )
 @click.option("--clock", "clock_hz", metavar="[HZ]", is_flag=False, flag_value=_CLOCK_HZ, callback=_clock,
-              help="Publish the recording's time on /clock, 40 times a second unless told.")  # fmt: skip
+              help="Publish the recording's time on /clock, by default 40 times a second.")  # fmt: skip
 @click.option("-p", "--start-paused", "paused", is_flag=True, help="Wait for the space key, or for the parameter.")
-@click.option("-d", "--delay", "delay_s", type=DURATION, help="Begin so much later.")
+@click.option("-d", "--delay", "delay_s", type=DURATION, help="Wait for this time first.")
 @click.option("--run", metavar="NAME", shell_complete=complete_runs, help="Play into this run; see busflow ps.")
-@click.option("--json", "as_json", is_flag=True, help="Print as JSON what was played.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def play(
     until_s: float | None,
     end_s: float | None,
@@ -78,8 +78,8 @@ def play(
 ) -> int:
     """Publish the recording FILE: each message on its topic, with its QoS, in the recorded order and time.
 
-    It is a run of its own, named after FILE, that other terminals can look into; or joins another one with --run.
-    What is damaged or incomplete is played as far as it can be read, and the exit code is 5.
+    It is a run of its own, named after FILE, which other terminals can inspect; with --run it joins another run.
+    A damaged or incomplete recording is played as far as it can be read, and the exit code is 5.
     """
     until_s = until_s if end_s is None else end_s
     start_s = asked["start_s"] or 0.0
@@ -88,9 +88,9 @@ def play(
     asked |= {"start_s": start_s, "until_s": until_s, "delay_s": asked["delay_s"] or 0.0}
     asked |= {"topics": list(asked["topics"]), "exclude": list(asked["exclude"])}
     if run is None:
-        from busflow.cli.bag.playing import play_alone
+        from busflow.cli.bag.play_alone import play_alone
 
         return play_alone(asked, as_json=as_json)
-    from busflow.cli.bag.playing_into import play_into
+    from busflow.cli.bag.play_into import play_into
 
     return play_into(run, asked, as_json=as_json)

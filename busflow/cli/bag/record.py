@@ -1,4 +1,4 @@
-"""`busflow bag record`: writes the topics of a running graph into a file, until Ctrl-C."""
+"""`busflow bag record`: records topics of a running graph into a file, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Examples:
   busflow bag record -o 'runs/{name}-{start}.mcap' --all --exclude '/camera/*' --for 1min"""
 
 _LOOK_S = 1.0
-"""How often it is looked for new topics, and whether the run is still there."""
+"""The interval at which to look for new topics, and to check that the run is alive."""
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("topics", metavar="[TOPIC]...", nargs=-1, shell_complete=complete_topics)
 @click.option("-a", "--all", "everything", is_flag=True, help="All topics that are not hidden.")
 @click.option("-o", "--output", required=True, metavar="FILE", help="The file: run.mcap, '{name}-{start}.mcap'.")
-@click.option("--exclude", multiple=True, metavar="PATTERN", help="Not these topics.")
+@click.option("--exclude", multiple=True, metavar="PATTERN", help="Leave these topics out.")
 @click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
 @click.option(
@@ -55,8 +55,8 @@ def record(
 ) -> int:
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
-    What is lost on the way is counted, and makes the recording incomplete. The exit code is 4 where there was no such
-    topic, and 1 where nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
+    Messages that are lost on the way are counted, and make the recording incomplete. The exit code is 4 if there was no
+    such topic, and 1 if nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
     change of a parameter, the launch file.
     """
     if bool(topics) == everything:
@@ -67,22 +67,22 @@ def record(
     with joined(run) as peer:
         from busflow.processes.remote_recorder import RemoteRecorder
 
-        eavesdropper = RemoteRecorder(peer, spec)
+        recorder = RemoteRecorder(peer, spec)
         try:
-            code = _listen(peer, eavesdropper, for_s)
+            code = _listen(peer, recorder, for_s)
         finally:
-            eavesdropper.close()
-    _tell(eavesdropper, as_json=as_json)
-    if on_drop == "fail" and not eavesdropper.complete:
+            recorder.close()
+    _print_result(recorder, as_json=as_json)
+    if on_drop == "fail" and not recorder.complete:
         return ExitCode.INCOMPLETE
-    if code is ExitCode.OK and not eavesdropper.published and eavesdropper.complete:
-        return ExitCode.FAILED if eavesdropper.topics else ExitCode.NOT_FOUND
+    if code is ExitCode.OK and not recorder.published and recorder.complete:
+        return ExitCode.FAILED if recorder.topics else ExitCode.NOT_FOUND
     return code
 
 
-def _listen(peer: Peer, eavesdropper: RemoteRecorder, for_s: float | None) -> ExitCode:
-    """Follow the run until its end, a signal, or for so long; returns which."""
-    from busflow.cli.bag.unwinding import handled
+def _listen(peer: Peer, recorder: RemoteRecorder, for_s: float | None) -> ExitCode:
+    """Record until the run ends, a signal comes, or the time is over; return the exit code."""
+    from busflow.cli.bag.signal_handling import handled
     from busflow.clock import SystemClock
     from busflow.runner.signals import CODES, heeded
 
@@ -94,20 +94,20 @@ def _listen(peer: Peer, eavesdropper: RemoteRecorder, for_s: float | None) -> Ex
         over.set()
 
     with handled(heeded(), end):
-        eavesdropper.follow()
-        shown = ", ".join(map(printable, eavesdropper.topics)) or "nothing yet"
-        print_message(f"recording {shown} to {printable(eavesdropper.path)}; Ctrl-C ends it")
-        _tell_missing(peer, eavesdropper.unmatched)
-        while eavesdropper.failure is None and peer.alive:
+        recorder.follow()
+        shown = ", ".join(map(printable, recorder.topics)) or "nothing yet"
+        print_message(f"recording {shown} to {printable(recorder.path)}; Ctrl-C ends it")
+        _warn_of_missing(peer, recorder.unmatched)
+        while recorder.failure is None and peer.alive:
             left_s = _LOOK_S if for_s is None else min(_LOOK_S, for_s - clock.seconds())
             if left_s <= 0 or over.wait(left_s):
                 break
-            eavesdropper.follow()
+            recorder.follow()
     return code
 
 
-def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
-    """Say at once what is not there: a drive is over before anybody sees that a name was mistyped."""
+def _warn_of_missing(peer: Peer, patterns: Sequence[str]) -> None:
+    """Warn at once of missing topics, so that a mistyped name is noticed before the recording is over."""
     from busflow.text import did_you_mean
     from busflow.wire.client.graph_view import view
 
@@ -117,24 +117,24 @@ def _tell_missing(peer: Peer, patterns: Sequence[str]) -> None:
         print_message(f"warning: there is no topic {printable(pattern)} so far{f'; {printable(near)}' if near else ''}")
 
 
-def _tell(eavesdropper: RemoteRecorder, *, as_json: bool) -> None:
-    for pattern in eavesdropper.unmatched:
+def _print_result(recorder: RemoteRecorder, *, as_json: bool) -> None:
+    for pattern in recorder.unmatched:
         print_message(f"warning: there was no topic {printable(pattern)}")
-    for topic, why in eavesdropper.unavailable.items():
+    for topic, why in recorder.unavailable.items():
         print_message(f"warning: nothing of {printable(topic)} was recorded: {why}")
-    if eavesdropper.failure is not None:
-        print_message(f"error: nothing more could be written: {printable(eavesdropper.failure)}")
+    if recorder.failure is not None:
+        print_message(f"error: nothing more could be written: {printable(recorder.failure)}")
     if as_json:
-        told = {"file": str(eavesdropper.path), "recorded": eavesdropper.recorded, "missed": eavesdropper.missed}
-        told |= {"heard": eavesdropper.published, "nodes": eavesdropper.nodes}
-        print_answer({**told, "complete": eavesdropper.complete, "topics": sorted(eavesdropper.topics)})
+        result = {"file": str(recorder.path), "recorded": recorder.recorded, "missed": recorder.missed}
+        result |= {"heard": recorder.published, "nodes": recorder.nodes}
+        print_answer({**result, "complete": recorder.complete, "topics": sorted(recorder.topics)})
         return
-    if not eavesdropper.published and eavesdropper.complete:
-        heard = counted(len(eavesdropper.topics), "topic")
-        why = f"nobody published anything on {heard}" if eavesdropper.topics else "there was no topic to record"
-        print_message(f"{printable(eavesdropper.path)}: nothing was recorded: {why}", error_stream=False)
+    if not recorder.published and recorder.complete:
+        topics = counted(len(recorder.topics), "topic")
+        why = f"nobody published anything on {topics}" if recorder.topics else "there was no topic to record"
+        print_message(f"{printable(recorder.path)}: nothing was recorded: {why}", error_stream=False)
         return
-    state = "complete" if eavesdropper.complete else f"INCOMPLETE, {eavesdropper.missed} missed"
-    shown = f"{counted(eavesdropper.published, 'message')} of {counted(len(eavesdropper.topics), 'topic')}"
-    shown += f" and the parameters of {counted(eavesdropper.nodes, 'node')}" if eavesdropper.nodes else ""
-    print_message(f"{printable(eavesdropper.path)}: {shown} recorded, {state}", error_stream=False)
+    state = "complete" if recorder.complete else f"INCOMPLETE, {recorder.missed} missed"
+    shown = f"{counted(recorder.published, 'message')} of {counted(len(recorder.topics), 'topic')}"
+    shown += f" and the parameters of {counted(recorder.nodes, 'node')}" if recorder.nodes else ""
+    print_message(f"{printable(recorder.path)}: {shown} recorded, {state}", error_stream=False)

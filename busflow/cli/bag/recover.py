@@ -1,4 +1,4 @@
-"""`busflow bag recover`: makes a whole file of what can be read of a recording that was cut off or damaged."""
+"""`busflow bag recover`: writes what can be read of a damaged or cut-off recording to a new file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from busflow.cli.bag.unwinding import unwound_by_signals
+from busflow.cli.bag.signal_handling import unwound_by_signals
 from busflow.cli.options.bag import reads
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.progress import progress
@@ -28,10 +28,10 @@ Examples:
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def recover(file: Path, output: Path | None, as_json: bool) -> None:
-    """Write what can be read of the recording FILE to a new file, and say how much that is.
+    """Write what can be read of the recording FILE to a new file, and print how much that is.
 
-    FILE is left as it is. The new file has everything else of it, too: types, launch file, metadata. It says of itself
-    that it is INCOMPLETE, unless nothing was wrong.
+    FILE is left as it is. The new file also has everything else of it: types, launch file, metadata. It is marked as
+    INCOMPLETE, unless nothing was wrong.
     """
     from busflow.recording.tools.recover import recover as recovered
 
@@ -56,8 +56,8 @@ def recover(file: Path, output: Path | None, as_json: bool) -> None:
     saved = counted(found.messages, "message")
     click.echo(f"{target}: {saved} saved (attachments: {found.attachments}, metadata: {found.metadata})")
     if found.strays:
-        strays = counted(found.strays, "message was", "messages were")
-        click.echo(f"{strays} not saved, for nothing is left that says of which topic")
+        orphans = counted(found.strays, "message was", "messages were")
+        click.echo(f"{orphans} not saved, because their topics are unknown")
     if found.missing:
         missing = counted(found.missing, "message is", "messages are")
         click.echo(f"{missing} missing between those that were saved")

@@ -1,4 +1,4 @@
-"""`busflow bag verify`: reads all of a recording and tells what is wrong with it."""
+"""`busflow bag verify`: reads all of a recording and reports what is wrong with it."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ Examples:
 @reads()
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def verify(file: Path, as_json: bool) -> int:
-    """Read all of the recording FILE, and hold what it says of itself against what is there.
+    """Read all of the recording FILE, and compare its content with its summary and metadata.
 
-    CRCs, indices, the summary, the numbers of the messages, the ledger, the hashes of types, and every message by its
-    type. The exit code is 0 where all is right, 5 where something is missing, 3 where something is wrong, and 2 where
-    FILE cannot be read at all.
+    Checked are CRCs, indices, the summary, the numbers of the messages, the ledger, the hashes of types, and every
+    message by its type. The exit code is 0 if all is right, 5 if something is missing, 3 if something is wrong, and 2
+    if FILE cannot be read at all.
     """
     from busflow.recording.bag.bag import Bag
     from busflow.recording.tools.verify import examine

@@ -1,4 +1,4 @@
-"""How a command is told which recording it is to read, which of its topics, and which stretch of its time."""
+"""Options and arguments that choose a recording, its topics, and a part of its time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ZERO = re.compile(r"0+(\.0*)? *(ns|us|ms|s|min|h)?")
 
 
 class _Offset(DurationType):
-    """As `DurationType`, or zero: so long after the first message."""
+    """The type of an option that takes a duration or zero, counted from the first message."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
         return 0.0 if _ZERO.fullmatch(value.strip()) else super().convert(value, param, ctx)
@@ -32,13 +32,13 @@ _OFFSET = _Offset()
 
 
 def reads(name: str = "file") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Adds the argument that names a recording: an .mcap file, or the directory of a bag of ROS 2."""
+    """Add the argument that names a recording: an .mcap file, or the directory of a ROS 2 bag."""
     return click.argument(name, metavar=name.strip("_").upper(), type=click.Path(path_type=Path))
 
 
 def within(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds `--start` and `--end`, which a command gets in seconds as `start_s` and `end_s`."""
-    for word, what in (("end", "Leave out what comes later than so long"), ("start", "Begin so long")):
+    """Add `--start` and `--end`, which the command receives in seconds as `start_s` and `end_s`."""
+    for word, what in (("end", "End this long"), ("start", "Begin this long")):
         command = click.option(
             f"--{word}",
             f"{word}_s",
@@ -49,10 +49,10 @@ def within(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def stretch(bag: Bag, start_s: float | None, end_s: float | None) -> tuple[int | None, int | None]:
-    """The log times between which messages are wanted.
+    """Return the log times between which messages are wanted.
 
     Raises:
-        click.UsageError: The recording ends before.
+        click.UsageError: The recording ends before the start.
     """
     if start_s is None and end_s is None:
         return None, None
@@ -62,10 +62,10 @@ def stretch(bag: Bag, start_s: float | None, end_s: float | None) -> tuple[int |
 
 
 def refuse_beyond_end(bag: Bag, start_s: float | None) -> None:
-    """Say that there is nothing from so long after the first message on.
+    """Refuse a start that is after the last message.
 
     Raises:
-        click.UsageError: The recording ends before.
+        click.UsageError: The recording ends before the start.
     """
     if not start_s or bag.start_ns is None or bag.end_ns is None:
         return
@@ -76,10 +76,10 @@ def refuse_beyond_end(bag: Bag, start_s: float | None) -> None:
 
 
 def named(names: Iterable[str], *bags: Bag) -> list[Channel]:
-    """The channels of the topics of these names, which need no slash in front, in one of the bags at least.
+    """Return the channels of the named topics in any of the bags; a leading slash may be left out.
 
     Raises:
-        NoSuchTarget: There is no such topic.
+        NoSuchTarget: A topic is in none of the bags.
     """
     channels = [channel for bag in bags for channel in bag.channels]
     found: list[Channel] = []
@@ -96,12 +96,12 @@ def named(names: Iterable[str], *bags: Bag) -> list[Channel]:
 
 
 def print_damage(bag: Bag) -> ExitCode:
-    """Say where the recording could not be read any further, if that is so; the exit code for it."""
+    """Print where the recording is damaged, if it is; return the exit code for that."""
     for damage in bag.damages:
         print_message(f"warning: {damage}")
     return ExitCode.INCOMPLETE if bag.damages else ExitCode.OK
 
 
 def listed(_ctx: click.Context, _param: click.Parameter, given: str | None) -> list[str]:
-    """The callback of an option that takes names with commas between them."""
+    """Return the names in the value of an option that takes several, separated by commas (a click callback)."""
     return [] if given is None else [name.strip() for name in given.split(",") if name.strip()]

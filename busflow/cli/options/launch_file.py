@@ -1,4 +1,4 @@
-"""What every command that reads a launch file takes: the file, `name:=value` arguments and `--set`."""
+"""Arguments and options of every command that reads a launch file: FILE, `name:=value`, `--set`, `--profile`."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _OTHER_KINDS = {
     ".py": "is Python: a launch file is YAML, and names it as plugin; busflow new my_robot makes an example",
     ".xml": "is XML: a launch file is YAML; busflow new my_robot makes an example",
 }
-"""What people take for a launch file, by its ending, and what to do with it."""
+"""Advice for files that are mistaken for launch files, by suffix."""
 _NUMBER = re.compile(r"[0-9]{1,20}(\.[0-9]{0,20})?")
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A launch file and what the command line says over it."""
+    """A launch file and the overrides of the command line."""
 
     file: Path
     assignments: tuple[str, ...]
@@ -39,10 +39,10 @@ class Given:
     profiles: tuple[str, ...] = ()
 
     def description(self, args: Mapping[str, object] | None = None) -> LaunchDescription:
-        """What the file describes; `args` are arguments that the command line does not give.
+        """Return the file's description; `args` are arguments that the command line does not give.
 
         Raises:
-            LaunchError: With every problem.
+            LaunchError: The file has problems; the error has all of them.
         """
         description, problems = self.examine(args)
         if description is None:
@@ -56,9 +56,9 @@ class Given:
         return description
 
     def examine(self, args: Mapping[str, object] | None = None) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-        """What the file describes as far as it is right, and everything that is wrong with it.
+        """Return the description of the file's valid part, and all problems.
 
-        The variables that it states are in the environment from now on, until the command ends.
+        The environment variables that the file sets stay set until the command ends.
         """
         description, problems = self.read(args=args)
         if description is not None:
@@ -68,14 +68,14 @@ class Given:
         return description, problems
 
     def arguments(self) -> list[str]:
-        """What says the same again on the command line of another process."""
+        """Return the command-line arguments that give another process the same file and overrides."""
         stated = [*(f"--set={each}" for each in self.sets), *(f"--profile={each}" for each in self.profiles)]
         return [str(self.file.absolute()), *self.assignments, *stated]
 
     def read(
         self, environment: Mapping[str, str] | None = None, args: Mapping[str, object] | None = None
     ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
-        """What the file describes, in this environment, and everything that is wrong with it."""
+        """Read the file in this environment; return the description of its valid part, and all problems."""
         from busflow.launchfile.load.load import examine
 
         return examine(
@@ -88,10 +88,10 @@ class Given:
         )
 
     def plan(self) -> tuple[LaunchDescription, Plan]:
-        """What the file describes, and its nodes, built and checked.
+        """Return the file's description and the plan of its nodes, built and checked.
 
         Raises:
-            LaunchError: With every problem.
+            LaunchError: There are problems; the error has all of them.
         """
         from busflow.runner.graph import Graph
 
@@ -103,10 +103,10 @@ class Given:
 
 
 def refuse_other_kinds(file: Path) -> None:
-    """Say what a file is that is no launch file, by its name.
+    """Refuse a file that is no launch file by its suffix, and say what to do with it.
 
     Raises:
-        click.UsageError: It is none.
+        click.UsageError: It is no launch file.
     """
     if kind := _OTHER_KINDS.get(file.suffix):
         raise click.UsageError(f"{printable(file)} {kind}", click.get_current_context())
@@ -122,12 +122,12 @@ def _restore(before: Mapping[str, str | None]) -> None:
 def launch_file(
     *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]..."
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Adds FILE, ARGS, `--set` and `--profile` to a command, which gets them as one `Given`, or None without FILE.
+    """Add FILE, ARGS, `--set` and `--profile` to a command, which receives them as one `Given`, or None without FILE.
 
     Args:
-        required: Whether FILE has to be there.
-        file_: What help calls it.
-        rest: What help calls all that follows it.
+        required: Whether FILE is required.
+        file_: The name of FILE in the help.
+        rest: The name of the arguments after FILE in the help.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -136,7 +136,7 @@ def launch_file(
             stated = [how.pop(name) for name in ("assignments", "sets", "profiles")]
             if file is None and any(stated):
                 context = click.get_current_context()
-                raise click.MissingParameter("what is given changes a file", context, context.command.params[0])
+                raise click.MissingParameter("the other arguments change a file", context, context.command.params[0])
             if file is not None:
                 refuse_other_kinds(file)
             return command(Given(file, *stated) if file is not None else None, **how)
@@ -171,7 +171,7 @@ class DurationType(click.ParamType):  # pyright: ignore[reportMissingTypeArgumen
     name = "duration"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
-        """The seconds that are meant."""
+        """Return the duration in seconds."""
         try:
             return parse_duration(float(value) if _NUMBER.fullmatch(value) else value)
         except ValueError as error:
@@ -179,7 +179,7 @@ class DurationType(click.ParamType):  # pyright: ignore[reportMissingTypeArgumen
 
 
 class _DurationOrOff(DurationType):
-    """As `DurationType`, or the word `off`."""
+    """The type of an option that takes a duration or the word `off`."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | None:
         return None if value == "off" else super().convert(value, param, ctx)

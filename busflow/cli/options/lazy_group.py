@@ -1,4 +1,4 @@
-"""LazyGroup: a click group that imports a command when it is called, and keeps the collector away meanwhile."""
+"""LazyGroup: a click group that imports a command when it is called; the garbage collector is off meanwhile."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from busflow.runner.garbage import is_frozen
 from busflow.text import did_you_mean
 
 if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem  # importing it costs what only the tab key needs
+    from click.shell_completion import CompletionItem  # only completion needs this import
 
 
 @contextmanager
 def importing() -> Generator[None]:
-    """Keeps Python's collector away while modules are imported: nothing of them is garbage, and looking took 60 ms.
+    """Disable the garbage collector while modules are imported: they leave no garbage, and collecting took 60 ms.
 
-    Who has turned the collector off, or frozen anything, has a policy, which stays.
+    A program that has disabled the collector, or frozen objects, keeps its own policy.
     """
     if not gc.isenabled() or is_frozen():
         yield
@@ -31,7 +31,7 @@ def importing() -> Generator[None]:
         yield
     finally:
         gc.freeze()
-        gc.unfreeze()  # what is there counts as old from now on, or else the next step would look at all of it
+        gc.unfreeze()  # the objects are now in the oldest generation; else the next collection would visit all of them
         gc.enable()
 
 
@@ -48,30 +48,30 @@ class LazyGroup(click.Group):
         return [(name, line) for name, (_, line) in self._lazy.items()]
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  # click's signature
-        """The commands in the order in which they were given."""
+        """List the commands in the given order."""
         return list(self._lazy)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  # click's signature
-        """The command, imported now."""
+        """Import and return the command."""
         if cmd_name not in self._lazy:
             return None
         module, _, attribute = self._lazy[cmd_name][0].partition(":")
         return getattr(importlib.import_module(module), attribute)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's signature
-        """List the commands by the help that was given with them."""
+        """Write the commands with their lines of help."""
         with formatter.section("Commands"):
             formatter.write_dl(self.rows)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """The commands that begin so, with their lines of help."""
+        """Complete to the commands that begin with `incomplete`, with their lines of help."""
         from click.shell_completion import CompletionItem
 
         verbs = [CompletionItem(name, help=line) for name, line in self.rows if name.startswith(incomplete)]
         return [*verbs, *click.Command.shell_complete(self, ctx, incomplete)]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Without a command, show what there is."""
+        """Parse the arguments; without any, show the help."""
         if not args:
             args = ["--help"]
         return super().parse_args(ctx, args)
@@ -79,7 +79,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is meant, or an error with the nearest one."""
+        """Resolve the command; an unknown one is an error that names the nearest."""
         name = args[0]
         if name not in self._lazy and not ctx.resilient_parsing:
             known = self.list_commands(ctx)

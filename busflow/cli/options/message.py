@@ -1,4 +1,4 @@
-"""The options that say what of a message is shown, and in which form: those of `topic echo` and of `bag echo`."""
+"""Options for the parts of a message to print and the format, shared by `topic echo` and `bag echo`."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _OPTIONS = (
     click.option(
         "--filter", "filter_", metavar="EXPR", help="Print only messages for which this is true: m.data > 0.5."
     ),
-    click.option("--csv", is_flag=True, help="Print the values of a message on a line, with commas between them."),
-    click.option("--raw", is_flag=True, help="Print the bytes as they travel."),
+    click.option("--csv", is_flag=True, help="Print the values of a message on one line, separated by commas."),
+    click.option("--raw", is_flag=True, help="Print the encoded bytes."),
     click.option("--flow-style", is_flag=True, help="Print each sequence on one line."),
-    click.option("--no-arr", is_flag=True, help="Of a sequence, print its type and length only."),
-    click.option("--no-str", is_flag=True, help="Of a text, print its length only."),
+    click.option("--no-arr", is_flag=True, help="Print only the type and length of sequences."),
+    click.option("--no-str", is_flag=True, help="Print only the length of texts."),
     click.option("-f", "--full-length", is_flag=True, help="Print long sequences and texts to their end."),
     click.option(
         "-l",
@@ -29,7 +29,7 @@ _OPTIONS = (
 
 
 def wants(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds the options to a command that has `--json`; it gets what they say as `wanted`."""
+    """Add the options to a command that has `--json`; the command receives them as one `wanted`."""
 
     @wraps(command)
     def asked(

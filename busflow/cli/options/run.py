@@ -1,4 +1,4 @@
-"""What every command that looks into a running graph shares: `--run`, `--json` and its version, names to complete.
+"""Options of every command that inspects a running graph: `--run`, `--json`, and the completion of names.
 
 Zenoh is imported when a run is joined, so that `--help` costs nothing.
 """
@@ -17,27 +17,27 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import GraphView
 
 _COMPLETION_S = 0.5
-"""How long a completion may take: who presses the tab key is not to wait for a run that hangs."""
+"""The most time for a completion, so that a run that hangs does not block the shell."""
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def joins(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds `--run` and `--json` to a command, which gets them as `run` and `as_json`."""
+    """Add `--run` and `--json` to a command, which receives them as `run` and `as_json`."""
     command = click.option("--json", "as_json", is_flag=True, help="Print JSON.")(command)
     return click.option(
         "--run",
         metavar="NAME",
         shell_complete=complete_runs,
-        help="The run to look into, where there are several; see busflow ps.",
+        help="The run to inspect, if there are several; see busflow ps.",
     )(command)
 
 
 def joined(run: str | None) -> AbstractContextManager[Peer]:
-    """Be a member of a run while the block lasts; without a name, of the only one there is.
+    """Join a run while the block lasts; without a name, the only one.
 
     Raises:
-        NoSuchRun: There is none, or it has to be said which.
+        NoSuchRun: There is none, or there are several and no name was given.
         InspectionUnavailable: It does not answer, or Zenoh is missing.
     """
     from busflow.wire.zenoh.session import require_zenoh
@@ -49,7 +49,7 @@ def joined(run: str | None) -> AbstractContextManager[Peer]:
 
 
 def full_type(name: str, kind: str = "msg") -> str:
-    """A type's full name, of which the middle may be left out.
+    """Return a type's full name, of which the middle part may be left out.
 
     >>> full_type("std_msgs/String"), full_type("std_srvs/Trigger", "srv"), full_type("std_msgs/msg/String")
     ('std_msgs/msg/String', 'std_srvs/srv/Trigger', 'std_msgs/msg/String')
@@ -57,16 +57,16 @@ def full_type(name: str, kind: str = "msg") -> str:
     return name.replace("/", f"/{kind}/") if name.count("/") == 1 else name
 
 
-# Completion. The shell shows whatever a completer prints, so that it fails in silence.
+# Completion. The shell shows everything that a completer prints, so a completer hides its errors.
 
 
 def completer(names: Callable[[click.Context, str], Iterable[tuple[str, str | None]]]) -> Completer:
-    """Completes what is typed to one of the names, each of which has a line of help or None."""
+    """Return a completer for these names, each of which has a line of help or None."""
 
     def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
         try:
             found = list(names(context, incomplete))
-        except Exception:  # noqa: BLE001  # the shell would show the error in the middle of what is being typed
+        except Exception:  # noqa: BLE001  # the shell would show the error in the middle of the input
             return []
         return [CompletionItem(name, help=line) for name, line in found if name.startswith(incomplete)]
 
@@ -74,7 +74,7 @@ def completer(names: Callable[[click.Context, str], Iterable[tuple[str, str | No
 
 
 def joined_to_complete(context: click.Context) -> AbstractContextManager[Peer]:
-    """Be a member of the run that `--run`, or its being the only one, says, if it answers at once."""
+    """Join the run of `--run`, or the only one, if it answers at once."""
     from busflow.wire.client.client import join
 
     return join(context.params.get("run"), patience_s=_COMPLETION_S)
@@ -82,14 +82,14 @@ def joined_to_complete(context: click.Context) -> AbstractContextManager[Peer]:
 
 @completer
 def complete_runs(_context: click.Context, _incomplete: str) -> Iterator[tuple[str, None]]:
-    """The runs of this machine."""
+    """Yield the names of the runs on this machine."""
     from busflow.wire.zenoh.run_directory import runs
 
     yield from ((each.name, None) for each in runs())
 
 
 def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
-    """Completes names of a running graph; their first slash may be left out."""
+    """Return a completer for names of a running graph; their leading slash may be left out."""
 
     @completer
     def complete(context: click.Context, incomplete: str) -> Iterator[tuple[str, None]]:

@@ -1,1 +1,1 @@
-"""What is written to a terminal: tables, YAML, drawings, progress. Asks no run."""
+"""Output for a terminal: tables, YAML, drawings, progress. Asks no run."""

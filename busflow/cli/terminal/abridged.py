@@ -1,4 +1,4 @@
-"""Abridged: a message's value as it is shown, its long sequences and texts cut, so that an image is a few lines."""
+"""Abridger: cuts long sequences and texts of a message for printing, so that an image takes a few lines."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from busflow.cli.terminal.field_paths import Shape
 from busflow.interfaces.encoding.description import Count
 
 TRUNCATED_AFTER = 128
-"""Items of a sequence, or characters of a text, as in ROS 2."""
+"""The default most items of a sequence, or characters of a text, as in ROS 2."""
 _IDL_WORDS = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet", "char": "uint8"}
-"""What ROS 2 calls its types where it leaves out a sequence."""
+"""ROS 2's names of types in place of a sequence that is left out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Abridger:
-    """What is shown of a value: sequences become lists, what is too long ends with `...`."""
+    """A function that abridges a value: sequences become lists, and cut ones end with `...`."""
 
     truncate_after: int | None = TRUNCATED_AFTER
-    """None is the whole."""
+    """The most items or characters; None for no limit."""
     no_arrays: bool = False
-    """Show of a sequence its type and length only."""
+    """Show only the type and length of sequences."""
     no_texts: bool = False
-    """Show of a text its length only."""
+    """Show only the length of texts."""
 
     def __call__(self, value: Any, shape: Shape | None = None) -> Any:
-        """The value as plain mappings, lists, text and numbers.
+        """Return the value as plain mappings, lists, text and numbers.
 
         >>> Abridger(2)({"data": memoryview(bytes(3)), "text": "abc"})
         {'data': [0, 0, '...'], 'text': 'ab...'}
@@ -57,7 +57,7 @@ class Abridger:
 
 
 def _abbreviated(value: Sequence[Any], shape: Shape | None) -> str:
-    """A sequence in the words of `ros2 topic echo --no-arr`."""
+    """Return the text for a sequence that `ros2 topic echo --no-arr` prints."""
     if shape is None:
         return f"<sequence length: {len(value)}>"
     word = _IDL_WORDS.get(shape.base, shape.base)

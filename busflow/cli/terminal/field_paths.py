@@ -1,4 +1,4 @@
-"""Field paths: `linear_acceleration.z` or `points[0].x`, checked against the fields that a type has."""
+"""Field paths: `linear_acceleration.z` or `points[0].x`, checked against the fields of a type."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Shape:
     base: str
     """`float64`, `string`, or the name of a message type."""
     fields: Mapping[str, Shape] | None = None
-    """Those of a message."""
+    """The fields of a message; None for a plain value."""
     count: Count = Count.ONE
     size: int = 0
-    """The length of a fixed array, the most of a bounded one."""
+    """The length of a fixed array, or the most items of a bounded sequence."""
 
     @property
     def is_sequence(self) -> bool:
@@ -34,12 +34,12 @@ class Shape:
 
     @property
     def item(self) -> Shape:
-        """What a sequence holds."""
+        """The shape of a sequence's items."""
         return replace(self, count=Count.ONE, size=0)
 
 
 def shape_of(type_: ForeignType) -> Shape | None:
-    """The shape of a type's messages; None where it is described by JSON Schema, whose values may have several."""
+    """Return the shape of a type's messages; None for a JSON Schema, whose values may have several shapes."""
     return _Shapes(types_in(type_.description)).of(type_.name) if type_.is_ros else None
 
 
@@ -49,7 +49,7 @@ class _Shapes:
     made: dict[str, Shape] = field(default_factory=dict[str, Shape])
 
     def of(self, name: str) -> Shape:
-        """The shape of a message type."""
+        """Return the shape of a message type."""
         if name not in self.made:
             described = self.types[name]
             members = () if is_empty(described) else fields_of(described)
@@ -67,22 +67,22 @@ STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)|\[\s*(?P<index>-?[0-9]{1,9})\s*\]", r
 
 
 class Absent(LookupError):
-    """A message has no value at a path: its sequence is shorter, or its JSON leaves the field out."""
+    """The error for a message without a value at a path: a sequence is too short, or its JSON leaves the field out."""
 
 
 def parse_path(text: str, option: str, shape: Shape | None = None) -> KeyPath:
-    """The path that a text states.
+    """Parse a path.
 
     >>> parse_path("points[0].x", "--field")
     ('points', 0, 'x')
 
     Args:
         text: The path.
-        option: Whose value it is, for the error.
-        shape: What the path leads through, where that is known.
+        option: The option that has the path as value, for the error.
+        shape: The shape of the messages, if it is known.
 
     Raises:
-        InvalidInput: It is none, or there is no such field; a caret shows which.
+        InvalidInput: It is not a path, or there is no such field; a caret shows where.
     """
     steps: list[tuple[str | int, int]] = []
     at = 0
@@ -103,7 +103,7 @@ def parse_path(text: str, option: str, shape: Shape | None = None) -> KeyPath:
 
 
 def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, shape: Shape | None) -> Shape | None:
-    """The shape of the value at a path, whose steps begin at `starts` in `text`; None where it is not known.
+    """Return the shape of the value at a path, whose steps begin at `starts` in `text`; None if it is not known.
 
     Raises:
         InvalidInput: There is no such field.
@@ -115,8 +115,8 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
             if not shape.is_sequence:
                 raise _invalid(f"{_named(shape)} is no sequence", option, text, start, len(f"[{step}]"))
             if shape.size and not -shape.size <= step < shape.size:  # a size of 0 is no limit
-                told = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
-                raise _invalid(told, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
+                why = f"there is no item {step}, there are {'at most ' * (shape.count is Count.BOUNDED)}{shape.size}"
+                raise _invalid(why, option, text, start, len(f"[{step}]"), fix=f"the last one is [{shape.size - 1}]")
             shape = shape.item
         elif shape.is_sequence:
             raise _invalid("a sequence is followed by an index, such as [0]", option, text, start, len(step))
@@ -131,7 +131,7 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
 
 
 def shape_at(path: KeyPath, shape: Shape | None) -> Shape | None:
-    """The shape of the value at a path that has been checked."""
+    """Return the shape of the value at a checked path."""
     for step in path:
         if shape is not None:
             shape = shape.item if isinstance(step, int) else (shape.fields or {}).get(step)
@@ -139,13 +139,13 @@ def shape_at(path: KeyPath, shape: Shape | None) -> Shape | None:
 
 
 def value_at(path: KeyPath, value: Any) -> Any:
-    """The value at a path of a message, which fits its shape.
+    """Return the value at a path of a message; the path has been checked against the message's shape.
 
     >>> value_at(("points", -1), {"points": (1, 2)})
     2
 
     Raises:
-        Absent: This message has none there.
+        Absent: This message has no value there.
     """
     for step in path:
         if isinstance(step, int) and isinstance(value, Sequence | memoryview) and not isinstance(value, str):

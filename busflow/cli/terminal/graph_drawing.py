@@ -1,4 +1,4 @@
-"""A graph's nodes, topics and services, as text, Mermaid, Graphviz or data."""
+"""Drawing: a graph's nodes, topics and services, as text, Mermaid, Graphviz or data."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _EVERY_NODES_SERVICES = "rcl_interfaces/srv/"
 
 @dataclass(slots=True)
 class _Link:
-    """A topic or a service with the nodes on its two ends."""
+    """A topic or service with the nodes at its endpoints."""
 
     type: str
     sources: list[str] = field(default_factory=list[str])
-    """Who publishes the topic, or asks the service."""
+    """The nodes that publish the topic, or call the service."""
     sinks: list[str] = field(default_factory=list[str])
-    """Who receives the topic, or answers for the service."""
+    """The nodes that subscribe to the topic, or serve the service."""
 
 
 class Drawing:
-    """Who publishes what to whom, and who asks whom."""
+    """A drawing of a graph: nodes, and the topics and services between them."""
 
     def __init__(self, name: str) -> None:
-        """A drawing of nothing yet."""
+        """Create an empty drawing."""
         self.name = name
         self._nodes: dict[str, str] = {}
         self._topics: dict[str, _Link] = {}
@@ -40,7 +40,7 @@ class Drawing:
 
     @classmethod
     def of_plan(cls, name: str, members: Sequence[PlannedNode]) -> Self:
-        """A drawing of the members of a plan."""
+        """Return a drawing of the nodes of a plan."""
         from busflow.interfaces.message import type_name
 
         drawn = cls(name)
@@ -58,7 +58,7 @@ class Drawing:
 
     @classmethod
     def of_view(cls, name: str, graph: GraphView, *, all_: bool) -> Self:
-        """A drawing of a graph that runs; without what is hidden, or every node has, unless all is wanted."""
+        """Return a drawing of a running graph; unless `all_`, leave out hidden parts and what every node has."""
         drawn = cls(name)
         drawn._nodes = {_safe(node.name): _kind(node) for node in graph.nodes.values() if all_ or not node.hidden}
         for topic in graph.topics.values():
@@ -77,7 +77,7 @@ class Drawing:
         return [node for end in ends if (node := _safe(end.node)) in self._nodes]
 
     def text(self, width: int | None = None) -> Iterator[str]:
-        """Lines for people, no longer than that: under each node what it publishes to whom and answers to whom."""
+        """Yield lines of at most `width`: each node with its topics and their subscribers, its services and clients."""
         for node, plugin in self._nodes.items():
             yield from table_lines([(node, f"({printable(plugin)})")], width=width)
             yield from self._text_of(node, width)
@@ -99,7 +99,7 @@ class Drawing:
         yield from table_lines(rows, Column(), Column(short=bare), Column(), receivers, indent="  ", width=width)
 
     def mermaid(self) -> Iterator[str]:
-        """A Mermaid flowchart: nodes are boxes, topics are round, services have six corners."""
+        """Yield a Mermaid flowchart: nodes are boxes, topics are round, services are hexagons."""
         yield "flowchart LR"
         for index, node in enumerate(self._nodes):
             yield f'  n{index}["{node}"]'
@@ -110,7 +110,7 @@ class Drawing:
         yield from (f"  {start} --> {end}" for start, end in self._arrows())
 
     def dot(self) -> Iterator[str]:
-        """A Graphviz digraph: nodes are boxes, topics are ellipses, services have six corners."""
+        """Yield a Graphviz digraph: nodes are boxes, topics are ellipses, services are hexagons."""
         yield "digraph {\n  rankdir=LR"
         for index, node in enumerate(self._nodes):
             yield f'  n{index} [shape=box, label="{node}"]'
@@ -122,7 +122,7 @@ class Drawing:
         yield "}"
 
     def data(self) -> dict[str, Any]:
-        """The graph as `--format json` prints it."""
+        """Return the graph as `--format json` prints it."""
         return {
             "name": self.name,
             "nodes": [{"name": node, "plugin": plugin} for node, plugin in self._nodes.items()],
@@ -137,7 +137,7 @@ class Drawing:
         }
 
     def _arrows(self) -> Iterator[tuple[str, str]]:
-        """From who publishes or asks, over the topic or service, by the short names that both drawings use."""
+        """Yield the arrows from sources over topics and services to sinks, by the short names in both formats."""
         number = {node: f"n{index}" for index, node in enumerate(self._nodes)}
         for letter, links in (("t", self._topics), ("s", self._services)):
             for index, link in enumerate(links.values()):
@@ -150,11 +150,11 @@ def _link(links: dict[str, _Link], name: str, type_: str) -> _Link:
 
 
 def _safe(name: str) -> str:
-    """A name that another process states, fit for a terminal and for a label in quotes."""
+    """Return a name from another process, made safe for a terminal and for a quoted label."""
     return printable(name).replace('"', "'")
 
 
 def _kind(node: NodeView) -> str:
-    """What a node is, and that it has failed."""
+    """Return a node's plugin, marked if the node has failed."""
     plugin = str(node.details.get("plugin", "no plugin"))
     return f"{plugin}, failed" if node.details.get("state") == "failed" else plugin

@@ -1,10 +1,10 @@
-"""Filter: what `--filter` says of messages, in the language of expressions.
+"""Filter: a condition on messages, which `--filter` states in the expression language.
 
     linear_acceleration.z > 9.5 and not header.frame_id == 'imu_link'
     len(m.name) > 2 and -1.5 < m.position[0] + m.position[1] < 1.5
 
-A name is a field, whose path may begin with `m.`, or `m` itself, the whole. What a message lacks, such as an item of a
-sequence that is shorter, makes the filter false. Division follows IEEE 754: by zero it is infinite, or not a number.
+A name is a field, whose path may begin with `m.`, or `m` itself, the whole message. The filter is false for a message
+that lacks a field or item. Division follows IEEE 754: by zero it is infinite, or not a number.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NAMES = r"(?a:[A-Za-z_]\w*(?:\s*\.\s*[A-Za-z_]\w*|\s*\[\s*-?[0-9]{1,9}\s*\])*)"
 
 
 def parse_filter(text: str, shape: Shape | None = None) -> Filter:
-    """The filter that a text states.
+    """Parse a filter.
 
     >>> wanted = parse_filter("m.data > 0.5 and abs(m.data) < 2")
     >>> wanted({"data": 1.0}), wanted({"data": -1.0})
@@ -34,11 +34,11 @@ def parse_filter(text: str, shape: Shape | None = None) -> Filter:
 
     Args:
         text: The filter.
-        shape: What it filters, where that is known: a field that is not there is then an error at once.
+        shape: The shape of the messages, if it is known: then a missing field is an error at once.
 
     Raises:
-        InvalidInput: It is none; a caret shows where. The filter itself raises it where a message's values are not
-            what an operation needs.
+        InvalidInput: It is not a filter; a caret shows where. The filter itself raises it for a message whose values
+            do not fit an operation.
     """
     paths: list[tuple[KeyPath, list[int]]] = []
 
@@ -70,7 +70,7 @@ def parse_filter(text: str, shape: Shape | None = None) -> Filter:
 
 
 def _path(name: str, start: int, shape: Shape | None) -> tuple[KeyPath, list[int]]:
-    """The path that a name is, and where each of its steps begins."""
+    """Return the path in a name, and where each of its steps begins."""
     steps = [(each["name"] or int(each["index"]), start + each.start()) for each in STEP.finditer(name)]
     fields = shape.fields if shape is not None and not shape.is_sequence else None
     if steps[0][0] == "m" and "m" not in (fields or ()):

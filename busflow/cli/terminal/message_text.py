@@ -1,4 +1,4 @@
-"""Printing: what `busflow topic echo` shows of a message, in each of its forms."""
+"""Message text: a message as `busflow topic echo` and `bag echo` print it, in each of their formats."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 
 
 class TextForm(Enum):
-    """How messages are written."""
+    """The format of a printed message."""
 
     YAML = auto()
     FLOW = auto()
     """YAML whose sequences are on one line."""
     CSV = auto()
     RAW = auto()
-    """The bytes as they travel."""
+    """The encoded bytes."""
     JSON = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What somebody wants to see of a topic, as typed."""
+    """The choices of the command line for printing messages: format, limits, field and filter."""
 
     form: TextForm
     abridger: Abridger
@@ -43,10 +43,10 @@ class Wanted:
     filter: str | None = None
 
     def printer(self, topic: str, type_: ForeignType) -> Printer:
-        """What shows messages of a type so.
+        """Return a printer for messages of a type.
 
         Raises:
-            InvalidInput: The type has no such field, or the filter is none.
+            InvalidInput: The type has no such field, or the filter is not valid.
         """
         shape = shape_of(type_)
         path: KeyPath = ()
@@ -59,22 +59,22 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Printer:
-    """Shows the messages of one topic."""
+    """A function that returns messages of one topic as text."""
 
     topic: str
     decode: Callable[[bytes], Any]
     wanted: Wanted
     path: KeyPath
     shape: Shape | None
-    """Of what is shown."""
+    """The shape of the printed value."""
     matches: Filter | None
 
     def __call__(self, received: Received) -> str | None:
-        """A message as text, None where the filter leaves it out.
+        """Return a message as text, or None if the filter leaves it out.
 
         Raises:
-            MalformedMessage: The bytes are none.
-            Absent: It has nothing at the field's path.
+            MalformedMessage: The bytes are not a message of the type.
+            Absent: It has no value at the field's path.
             InvalidInput: The filter does not fit its values.
         """
         form = self.wanted.form
@@ -90,7 +90,7 @@ class Printer:
             return self._json(received, shown)
         if form is TextForm.CSV:
             return csv_line(shown)
-        if isinstance(shown, str):  # a field: for a reader that wants the text, not YAML
+        if isinstance(shown, str):  # a single text field is printed as plain text, not as YAML
             return f"{printable(shown, limit=len(shown) + 1)}\n---"
         return "\n".join([*yaml_lines(shown, flow=form is TextForm.FLOW), "---"])
 
@@ -101,13 +101,6 @@ class Printer:
         return f"{payload[:most]!r}... ({len(payload)} bytes)"
 
     def _json(self, received: Received, shown: Any) -> str:
-        told: dict[str, Any] = {
-            "topic": self.topic,
-            "sequence": received.sequence or None,
-            "published_ns": received.stamp_ns or None,
-        }
-        if self.path:
-            told |= {"field": self.wanted.field, "value": shown}
-        else:
-            told["message"] = shown
-        return line_of(told)
+        content = {"field": self.wanted.field, "value": shown} if self.path else {"message": shown}
+        numbers = {"sequence": received.sequence or None, "published_ns": received.stamp_ns or None}
+        return line_of({"topic": self.topic, **numbers, **content})

@@ -13,7 +13,7 @@ _QUOTED = frozenset(',"\r\n')
 
 
 def csv_line(value: Any) -> str:
-    """All values of an abridged message; text that holds a comma is quoted, so that columns stay columns.
+    """Return all values of an abridged message, separated by commas; text that holds a comma is quoted.
 
     >>> csv_line({"name": ["a,b", "c"], "stamp": {"sec": 1}, "ok": True})
     '"a,b",c,1,True'
@@ -39,7 +39,7 @@ def _cells(value: Any) -> Iterator[str]:
 
 
 def python_form(value: Any, shape: Shape | None) -> str:
-    """An abridged message as Python code that would make it in ROS 2.
+    """Return an abridged message as Python code that would make it in ROS 2.
 
     >>> python_form({"data": 1.5}, Shape("std_msgs/msg/Float64", {"data": Shape("float64")}))
     'std_msgs.msg.Float64(data=1.5)'

@@ -1,4 +1,4 @@
-"""The terminal of a player: a bar that shows how far it is, and the keys that pause, step and pace it."""
+"""The console of a player: a progress bar, and the keys that pause, step and pace it."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _NS_PER_S = 1e9
 
 
 class Controls(Protocol):
-    """What a terminal shows of a player, and may ask of it, from a thread of its own."""
+    """The state and controls of a player that a console uses, from a thread of its own."""
 
-    def shown(self) -> Standing | None:
-        """How it stands, once it plays."""
+    def shown(self) -> PlayerState | None:
+        """Return the player's state; None before it plays."""
         ...
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Pause or resume."""
         ...
 
     def step(self) -> None:
@@ -44,21 +44,21 @@ class Controls(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
-    """How a player stands."""
+class PlayerState:
+    """The state of a player at one moment."""
 
     position_ns: int
-    """Nanoseconds since the first moment that is played."""
+    """Nanoseconds since the start of the played span."""
     length_ns: int
-    """All that is played."""
+    """The length of the played span."""
     rate: float
     paused: bool
     played: int
-    """Messages so far."""
+    """The number of messages published so far."""
 
     @classmethod
-    def of(cls, playing: Playing) -> Standing:
-        """As it is now, from any thread."""
+    def of(cls, playing: Playing) -> PlayerState:
+        """Return the present state; may be called from any thread."""
         start, end = playing.span_ns
         return cls(
             playing.position_ns - start,
@@ -70,10 +70,10 @@ class Standing:
 
 
 class Console:
-    """Draws and listens, in a thread, while entered; without a terminal it does nothing."""
+    """A thread that draws the bar and reads keys; without a terminal there is none."""
 
     def __init__(self, controls: Controls, stream: TextIO | None = None) -> None:
-        """The console of a player."""
+        """Create the console of a player, on standard error by default."""
         self._controls, self._stream = controls, stream or sys.stderr
         self._end = threading.Event()
         self._thread: threading.Thread | None = None
@@ -86,13 +86,13 @@ class Console:
         }
 
     def clear(self) -> None:
-        """Make room for a line of the log: the bar comes back below it."""
+        """Erase the bar before a line of the log; it is drawn again below the line."""
         if self._thread is not None:
             self._stream.write(_CLEAR)
 
     @contextmanager
     def shown(self) -> Generator[None]:
-        """Be there while the block lasts."""
+        """Show the bar and read keys while the block lasts."""
         if not self._stream or not self._stream.isatty():
             yield
             return
@@ -108,7 +108,7 @@ class Console:
                 self._stream.flush()
 
     def press(self, keys: bytes) -> None:
-        """Do what keys stand for, one after the other; others are passed over."""
+        """Call the control of each key in turn; unknown keys are skipped."""
         while keys:
             known = next((each for each in self._keys if keys.startswith(each)), None)
             if known is not None:
@@ -116,19 +116,16 @@ class Console:
             keys = keys[len(known or b"x") :]
 
     def line(self, width: int) -> str:
-        """The bar, at most so wide.
-
-        A player that has yet to begin has none.
-        """
+        """Return the bar, at most `width` characters wide; it is empty before the player begins."""
         now = self._controls.shown()
         if now is None:
             return ""
         total_s, done_s = now.length_ns / _NS_PER_S, now.position_ns / _NS_PER_S
         state = "paused" if now.paused else f"x{now.rate:g}"
-        told = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
-        room = max(0, min(40, width - len(told) - 3))
+        text = f" {done_s:.1f} / {total_s:.1f} s  {counted(now.played, 'message')}  {state}"
+        room = max(0, min(40, width - len(text) - 3))
         full = room if not total_s else min(room, int(room * done_s / total_s))
-        return f"[{'#' * full}{'.' * (room - full)}]{told}"[: max(0, width - 1)]
+        return f"[{'#' * full}{'.' * (room - full)}]{text}"[: max(0, width - 1)]
 
     def _work(self, keyboard: int | None) -> None:
         while not self._end.is_set():
@@ -144,7 +141,7 @@ class Console:
 
 @contextmanager
 def _pressed_keys() -> Generator[int | None]:
-    """The keyboard, each key of which comes at once; None where there is none."""
+    """Yield the keyboard's file descriptor, set to deliver each key at once; None without a keyboard."""
     if not sys.stdin or not sys.stdin.isatty():
         yield None
         return

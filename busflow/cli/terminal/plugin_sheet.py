@@ -1,4 +1,4 @@
-"""The data sheet of one plugin: its parameters, its topics, and the services it answers and asks."""
+"""Sheet: the data sheet of one plugin: its parameters, topics and services."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ _OF_SERVICES = ("serves", "calls")
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """What a user of a plugin wants to know before writing it into a launch file."""
+    """The description of a plugin for a user who writes a launch file."""
 
     name: str
     summary: str
     file: str
     parameters: tuple[ParameterInfo, ...]
     ends: Mapping[str, Sequence[tuple[str, str]]]
-    """What it `publishes`, `receives`, `serves` and `calls`: topics or services, each with its type."""
+    """The topics that it `publishes` and `receives`, the services that it `serves` and `calls`, each with its type."""
     complete: bool
-    """False where a parameter without a default may still decide about topics."""
+    """False if a parameter without a default may add topics or services."""
 
     def as_json(self) -> dict[str, Any]:
-        """The sheet as `--json` prints it."""
+        """Return the sheet as `--json` prints it."""
         return {
             "name": self.name,
             "summary": self.summary,
@@ -72,7 +72,7 @@ class Sheet:
             print_table(rows, *last, Column(folds=True), indent="  ")
         if not self.complete:
             click.echo()
-            print_text("A parameter without a default may decide about more topics and services.")
+            print_text("A parameter without a default may add topics and services.")
 
 
 def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
@@ -98,7 +98,7 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
 
 
 def _ends(node: Node) -> dict[str, list[tuple[str, str]]]:
-    """What a node with the default parameters publishes, receives, serves and calls."""
+    """Return the endpoints of a node with the default parameters, by verb."""
     clock = SystemClock()
     plan = Preflight(clock, Log(clock)).plan(nodes=[(node, Supervision())])
     if plan.errors:
@@ -113,7 +113,7 @@ def _ends(node: Node) -> dict[str, list[tuple[str, str]]]:
 
 
 def _declared_ends(node_class: type[Node]) -> dict[str, list[tuple[str, str]]]:
-    """What the class itself says, where no instance can be made without the user's parameters."""
+    """Return the endpoints that the class declares, by verb, for a class that needs the user's parameters."""
     found: dict[str, list[tuple[str, str]]] = {"publishes": [], "receives": [], "serves": [], "calls": []}
     for verb, name, kind in _declared(node_class):
         full = names.expand(name, node=default_name(node_class), namespace="/")

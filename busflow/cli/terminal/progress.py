@@ -1,4 +1,4 @@
-"""A progress bar for what takes long, where standard error is a terminal."""
+"""A progress bar for long work, shown if standard error is a terminal."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
 _STEPS = 2000
-"""After so many messages it is shown for the first time, and moved: less would cost more than the work itself."""
+"""The number of messages between two updates of the bar; more updates would cost more than the work itself."""
 _ERASE_LINE_ABOVE = "\x1b[A\x1b[2K"
 
 
 @contextmanager
 def progress(what: str, total: Callable[[], int] | None = None) -> Generator[Callable[[], None]]:
-    """Yield a function to call for each message while the block lasts; `total` counts those to come, if that is known.
+    """Yield a function to call for each message; `total` counts the expected messages, if their number is known.
 
-    The bar shows the count and the time left. It is gone when the block ends, however it ends.
+    The bar shows the count and the time left. It is erased when the block ends, also by an error.
     """
     if not (sys.stderr and sys.stderr.isatty()) or os.environ.get("TERM") == "dumb":
         yield lambda: None
@@ -50,7 +50,7 @@ class _Bar:
             self._show()
 
     def close(self) -> None:
-        """Take the bar away and give the cursor back."""
+        """Erase the bar and show the cursor again."""
         if self._shown is not None:
             self._shown.render_finish()
             click.echo(_ERASE_LINE_ABOVE, file=sys.stderr, nl=False)

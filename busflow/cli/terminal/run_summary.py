@@ -1,4 +1,4 @@
-"""The tables at the end of a run: what became of every message, and how punctual the timers were."""
+"""Tables at the end of a run: the ledger of every topic, the calls of services, and the lateness of timers."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def print_summary(report: Report) -> None:
     print_text(
         f"{printable(report.name)}: {report.duration_s:.3f} s of {report.clock} time, seed {report.seed}, {ended}"
     )
-    told = report.as_json()
+    data = report.as_json()
     for rows, columns in (
-        (list(topic_rows(told["topics"], report.duration_s)), TOPIC_COLUMNS),
+        (list(topic_rows(data["topics"], report.duration_s)), TOPIC_COLUMNS),
         _services(report),
         (list(_timers(report)), _TIMER_COLUMNS),
     ):
@@ -36,12 +36,12 @@ def print_summary(report: Report) -> None:
 
 
 def _remarks(report: Report) -> Iterator[str]:
-    """What has to be said beside the tables."""
+    """Yield a sentence for each restart, failure, block and loss, and for the recording."""
     for node in report.nodes:
         if node.parameters_set:
             yield f"{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran"
         if node.restarts or node.failures:
-            yield f"{printable(node.name)}: {_lives(node)}"
+            yield f"{printable(node.name)}: {_node_history(node)}"
     for block in report.blocks:
         yield (
             f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
@@ -49,7 +49,7 @@ def _remarks(report: Report) -> Iterator[str]:
         )
     for process in report.processes:
         if process.restarts or process.fates:
-            yield _fortunes(process)
+            yield _process_history(process)
     for topic in report.topics:
         if gone := {reason: count for reason, count in topic.losses.items() if count}:
             reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
@@ -64,16 +64,16 @@ def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
-def _lives(node: NodeReport) -> str:
-    """How a node that failed or was started anew fared."""
+def _node_history(node: NodeReport) -> str:
+    """Return the failures and restarts of a node as text."""
     failed = f"failed {_times(node.failures)}" if node.failures else ""
     anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
     last = f"; the last time it {printable(node.last_failure, limit=200)}" if node.last_failure else ""
     return " and ".join(filter(None, [failed, anew])) + last
 
 
-def _fortunes(process: ProcessReport) -> str:
-    """How a process that ended before its time fared."""
+def _process_history(process: ProcessReport) -> str:
+    """Return the restarts and last end of a process that ended too early, as text."""
     anew = f" was started anew {_times(process.restarts)}" if process.restarts else ""
     last = f"; the last time {printable(process.fates[-1], limit=200)}" if process.fates else ""
     return f"process {printable(process.name)}{anew}{last}" if anew else printable(process.fates[-1])
@@ -91,7 +91,7 @@ TOPIC_COLUMNS = (
 
 
 def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool = False) -> Iterator[tuple[Any, ...]]:
-    """The ledger of topics as a report's JSON has them, if wanted with the reasons why messages were dropped."""
+    """Yield the rows of topics in a report's JSON and of their subscriptions; `why` adds the reasons of drops."""
     for topic in topics:
         length_s = seconds - topic.get("since_s", 0.0)
         rate = topic["published"] / length_s if length_s > 0 else 0.0
@@ -104,12 +104,12 @@ def topic_rows(topics: Sequence[Mapping[str, Any]], seconds: float, *, why: bool
 
 
 _CALLS = ("calls", "answered", "failed", "refused", "timed out", "withdrawn", "cancelled", "lost", "waiting")
-"""What becomes of calls: those of a line are the sum of what follows, whichever end of a service it is about."""
+"""The columns of a server or client: its calls, and their outcomes, which add up to the calls."""
 _ALWAYS = {"calls", "answered", "failed", "waiting"}
 
 
 def _services(report: Report) -> tuple[list[tuple[object, ...]], tuple[Column, ...]]:
-    """The services that were asked, with what became of any call; the report has the other services too."""
+    """Return rows and columns of the services that were called; the report has the other services too."""
     asked = [each for each in report.services if any(_received(each))]
     lines = [(each, [*_served(each), *_called(each)]) for each in asked]
     shown = [word for word in _CALLS if word in _ALWAYS or any(line[2].get(word) for _, all_ in lines for line in all_)]
@@ -154,7 +154,7 @@ def _called(service: ServiceReport) -> Iterator[tuple[str, str, dict[str, int]]]
 
 
 def _recording(recording: RecordingReport) -> str:
-    """Whether all is in the recording, in one line."""
+    """Return a line that says whether the recording is complete."""
     shown = f"{printable(recording.path)}: {counted(recording.recorded, 'message')} recorded"
     if recording.complete:
         return f"{shown}, complete"

@@ -1,4 +1,4 @@
-"""Table: rows with aligned columns, and what gives way where the terminal is too narrow for all of them."""
+"""Tables: rows with aligned columns, which shrink to fit a narrow terminal."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from busflow.text import printable
 
 _GAP = "  "
 _PARTS = re.compile(r"[^\s/,]+[/,]?|[/,]")
-"""What no line is broken within, unless it is longer than the line."""
+"""A part of a cell that is kept on one line, unless it is longer than the line."""
 _USUAL = 80
-"""Characters of a line where the terminal does not say."""
+"""The width of a terminal that does not state its own."""
 _NARROWEST = 20
-"""Characters that a column which folds has at least, or as many as it needs."""
+"""The least width of a folding column, unless its cells need less."""
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table, and what becomes of it in a terminal that is too narrow."""
+    """A column of a table, and how it shrinks in a narrow terminal."""
 
     title: str = ""
     right: bool = False
-    """Whether it holds numbers, which are aligned at their end."""
+    """Whether its cells are aligned to the right, as numbers are."""
     short: Callable[[str], str] | None = None
-    """A shorter form of its cells: what gives way first."""
+    """A function that shortens its cells, where folding does not suffice."""
     goes: int = 0
-    """What gives way next: the column with the lowest number; those with 0 stay."""
+    """The order in which columns are then left out, the lowest number first; a column with 0 stays."""
     folds: bool = False
-    """Whether its cells may take several lines: what gives way then."""
+    """Whether its cells may take several lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,20 +62,20 @@ class _Lane:
 
 
 def print_table(rows: Iterable[Sequence[object]], *columns: Column, indent: str = "") -> None:
-    """Print rows so that a terminal breaks no word; into a file or a pipe all of it goes, however long."""
+    """Print rows so that no word is broken in a terminal; a file or pipe gets lines of any length."""
     for line in table_lines(rows, *columns, indent=indent, width=terminal_width()):
         click.echo(line, color=colour())
 
 
 def print_text(*parts: str, indent: str = "") -> None:
-    """Print a line, in a terminal with its parts and words whole; what has to go on a further line is indented so."""
+    """Print a line without breaking parts or words in a terminal; continuation lines are indented."""
     width, shown = terminal_width(), [printable(part) for part in parts]
     for line in [" ".join(shown)] if width is None else folded(shown, width, indent):
         click.echo(line)
 
 
 def bare(name: str) -> str:
-    """A type without its package, and a queue without what it does when it is full.
+    """Return a type without its package, or a queue without its overflow policy.
 
     >>> bare("std_msgs/msg/Float64"), bare("depth 10, drop_oldest")
     ('Float64', 'depth 10')
@@ -84,13 +84,13 @@ def bare(name: str) -> str:
 
 
 def terminal_width() -> int | None:
-    """How many characters a line of standard output may have: None where it is no terminal."""
+    """Return the width of standard output in characters; None if it is not a terminal."""
     if sys.stdout is None or not sys.stdout.isatty():  # pyright: ignore[reportUnnecessaryComparison]  # `>&-` closes it
         return None
     stated = os.environ.get("COLUMNS", "")
     try:
         found = int(stated) if stated.isdecimal() else os.get_terminal_size(sys.stdout.fileno()).columns
-    except OSError:  # a terminal of which only Python knows
+    except OSError:  # a terminal that only Python simulates
         found = 0
     return found or _USUAL
 
@@ -98,9 +98,9 @@ def terminal_width() -> int | None:
 def table_lines(
     rows: Iterable[Sequence[object]], *columns: Column, indent: str = "", width: int | None = None
 ) -> Iterator[str]:
-    """The rows as lines, control characters escaped; where there is no room, columns give way as they say.
+    """Yield the rows as lines, control characters escaped; in a narrow terminal columns shrink as they state.
 
-    Where that does not suffice, the first column has lines of its own, with the others below it.
+    If that does not suffice, the first column has lines of its own, with the others below it.
 
     >>> list(table_lines([("a", 1, ""), ("long", "", "x")]))
     ['a     1', 'long     x']
@@ -122,11 +122,11 @@ def _lines(lanes: Sequence[_Lane], room: int | None) -> Iterator[str]:
             widths = _widths(beside, None if room is None else room - below * len(_GAP))
             if widths is not None:
                 return _below(left, widths, room or 0) if below else _side_by_side(left, widths)
-    return _told([lane.shortened() for lane in lanes], room or 0)
+    return _sentences([lane.shortened() for lane in lanes], room or 0)
 
 
 def _reductions(lanes: Sequence[_Lane]) -> Iterator[list[_Lane]]:
-    """The table as it is, then with less and less of it."""
+    """Yield the whole table, then with shortened cells, then with fewer and fewer columns."""
     yield list(lanes)
     left = [lane.shortened() for lane in lanes]
     yield left
@@ -136,7 +136,7 @@ def _reductions(lanes: Sequence[_Lane]) -> Iterator[list[_Lane]]:
 
 
 def _widths(lanes: Sequence[_Lane], room: int | None) -> list[int] | None:
-    """How wide each column is, where all of them have room side by side."""
+    """Return the width of each column; None if they do not fit side by side."""
     widths = [lane.width for lane in lanes]
     if room is None:
         return widths
@@ -159,7 +159,7 @@ def _side_by_side(lanes: Sequence[_Lane], widths: Sequence[int]) -> Iterator[str
 
 
 def _below(lanes: Sequence[_Lane], widths: Sequence[int], room: int) -> Iterator[str]:
-    """The first column on lines of its own, the others below it."""
+    """Yield the first column on lines of its own, with the others below it."""
     names, others = lanes[0], lanes[1:]
     if names.column.title:
         yield click.style(names.column.title, bold=True)
@@ -170,8 +170,8 @@ def _below(lanes: Sequence[_Lane], widths: Sequence[int], room: int) -> Iterator
             yield from (_GAP + line for line in _row(row, others, widths))
 
 
-def _told(lanes: Sequence[_Lane], room: int) -> Iterator[str]:
-    """The first column on lines of its own, the others below it as a sentence: there is no room for columns."""
+def _sentences(lanes: Sequence[_Lane], room: int) -> Iterator[str]:
+    """Yield the first column on lines of its own, with the others below it as a sentence."""
     for name, *row in zip(*(lane.cells for lane in lanes), strict=True):
         yield from folded([name], room)
         said = [f"{lane.column.title} {cell}".strip() for lane, cell in zip(lanes[1:], row, strict=True) if cell]
@@ -200,7 +200,7 @@ def _aligned(cell: str, lane: _Lane, width: int) -> str:
 def narrowed(
     rows: Iterable[Sequence[str]], columns: Sequence[Column], room: int, *, gap: int
 ) -> tuple[list[Column], list[tuple[str, ...]]]:
-    """The columns and cells that have room side by side, a line for each row: names, in the first, give way first."""
+    """Return the columns and cells that fit side by side, one line for each row; names in the first shrink first."""
     table = list(rows)
     names, *others = [_Lane(column, tuple(row[place] for row in table)) for place, column in enumerate(columns)]
     tried = list(_reductions([_elided(names, max(_NARROWEST, room // 2)), *others]))
@@ -215,7 +215,7 @@ def _elided(lane: _Lane, width: int) -> _Lane:
 
 
 def elided(name: str, width: int) -> str:
-    """The end of a name, which says most, of at most this many characters.
+    """Return the end of a name, its most specific part, in at most `width` characters.
 
     >>> elided("/left/arm/joint_states", 18), elided("/joint_states", 8), elided("/imu", 8)
     ('…/arm/joint_states', '…_states', '/imu')
@@ -228,9 +228,9 @@ def elided(name: str, width: int) -> str:
 
 
 def folded(parts: Sequence[str], width: int, indent: str = "") -> list[str]:
-    """Parts of a line as lines that are not longer than that, further ones indented.
+    """Fold the parts of a line into lines of at most `width`, further ones indented.
 
-    A short part stays whole, else its words, else what is between slashes or commas.
+    A short part stays whole; else its words do; else the pieces between slashes or commas.
 
     >>> folded(["depth 10,", "drop_oldest"], 12)
     ['depth 10,', 'drop_oldest']
@@ -252,7 +252,7 @@ def folded(parts: Sequence[str], width: int, indent: str = "") -> list[str]:
 
 
 def _fill(lines: list[str], word: str, room: int) -> None:
-    """Put a word behind the last line, and what has no room there on further ones."""
+    """Append a word to the last line, and the rest that does not fit to further lines."""
     while True:
         space = " " if lines[-1] else ""
         left = room - _width(lines[-1]) - len(space)
@@ -267,7 +267,7 @@ def _fill(lines: list[str], word: str, room: int) -> None:
 
 
 def _width(text: str) -> int:
-    """How many places of a terminal a text takes."""
+    """Return the width of a text in a terminal."""
     if text.isascii():
         return len(text)
     return sum(0 if combining(each) else 1 + (east_asian_width(each) in "WF") for each in text)

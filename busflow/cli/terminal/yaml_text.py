@@ -1,8 +1,7 @@
-r"""YAML as `ros2 topic echo` writes it, from plain values: mappings, sequences, text and numbers.
+r"""YAML text as `ros2 topic echo` prints it, from plain values: mappings, sequences, text and numbers.
 
-Text that YAML would read as something else is quoted, as PyYAML quotes it, and so is what the newer YAML 1.2 would.
-Whatever could steer a terminal is an escape in double quotes, and so are line breaks. PyYAML itself is not imported:
-that takes as long as all of the rest.
+Text that YAML 1.1 or 1.2 would read as something else is quoted, as PyYAML quotes it. Control characters and line
+breaks are escapes in double quotes. PyYAML is not imported: that takes as long as all of the rest.
 
 >>> print("\n".join(yaml_lines({"header": {"frame_id": "imu"}, "data": [1, 2.0]})))
 header:
@@ -25,9 +24,9 @@ from typing import Any, cast
 from busflow.text import UNSAFE
 
 _WORD = re.compile(r"/?[A-Za-z][A-Za-z0-9_/.]*")
-"""Text that needs no closer look, unless it is one of the words below."""
+"""Text that needs no quotes, unless it is one of the words below."""
 _OTHERWISE = re.compile(
-    r"""  # what a reader of YAML 1.1 or 1.2 takes for no text
+    r"""  # text that YAML 1.1 or 1.2 reads as another type
     [yY]es|YES|[nN]o|NO|[tT]rue|TRUE|[fF]alse|FALSE|[oO]n|ON|[oO]ff|OFF|~|[nN]ull|NULL|<<|=
     |[-+]?0b[01_]+|[-+]?0o?[0-7_]+|[-+]?0x[0-9a-fA-F_]+|[-+]?[0-9][0-9_]*(:[0-5]?[0-9])*(\.[0-9_]*)?([eE][-+]?[0-9]+)?
     |[-+]?\.[0-9][0-9_]*([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)
@@ -36,7 +35,7 @@ _OTHERWISE = re.compile(
     re.VERBOSE,
 )
 _MARKS = re.compile(
-    r"""  # what means something at this place outside of quotes
+    r"""  # text with a meaning in YAML outside of quotes
     [\x23,\[\]{}&*!|>'"%@`]|---|\.\.\.|[-?:](\s|$)|\s  # at the beginning
     |.*(:(\s|$)|\s\x23)|.*\s$  # further on
     """,
@@ -48,7 +47,7 @@ _SHORT = {"\n": r"\n", "\t": r"\t", "\r": r"\r", '"': r"\"", "\\": r"\\"}
 
 
 def yaml_lines(value: Any, *, flow: bool = False) -> Iterator[str]:
-    """The lines of a value; `flow` writes each sequence on one."""
+    """Return the lines of a value; `flow` writes each sequence on one line."""
     if _holds(value, Mapping):
         return _mapping(cast("Mapping[str, Any]", value), "", flow=flow)
     if _holds(value, Sequence) and not flow:
@@ -84,7 +83,7 @@ def _sequence(value: Sequence[Any], indent: str, *, flow: bool) -> Iterator[str]
 
 
 def _flow(value: Any, *, within: bool = False) -> str:
-    """A value on one line; `within` a collection in flow style."""
+    """Return a value on one line; `within` is True inside a collection in flow style."""
     if isinstance(value, str):
         return yaml_text(value, flow=within)
     if isinstance(value, float):
@@ -106,7 +105,7 @@ def _float(value: float) -> str:
 
 
 def yaml_text(text: str, *, flow: bool = False) -> str:
-    """Text as a scalar, quoted where it has to be; `flow` where a comma or a bracket would end it."""
+    """Return text as a scalar, quoted if needed; with `flow` also if a comma or bracket would end it."""
     if _WORD.fullmatch(text) and not _OTHERWISE.fullmatch(text):
         return text
     if not text:
@@ -120,7 +119,7 @@ def yaml_text(text: str, *, flow: bool = False) -> str:
 
 @lru_cache(4096)
 def _key(key: str) -> str:
-    """A key; those of messages come again and again."""
+    """Return a key as YAML text; cached, as messages repeat their keys."""
     return yaml_text(key)
 
 
@@ -131,5 +130,5 @@ def _escape(match: re.Match[str]) -> str:
 
 
 def _holds(value: Any, kind: type[Any]) -> bool:
-    """Whether it is a collection of this kind with something in it; one without is written on its line."""
+    """Return whether a value is a collection of this kind with items; an empty one is written in line."""
     return isinstance(value, kind) and not isinstance(value, str) and bool(value)

@@ -1,4 +1,4 @@
-"""`busflow top`: a running graph live in the terminal: nodes, topics, rates, drops, queues and the log."""
+"""`busflow top`: shows a running graph live in the terminal: nodes, topics, rates, drops, queues and the log."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Examples:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.option("--run", "run_name", metavar="NAME", help="Which run, where several are going.")
+@click.option("--run", "run_name", metavar="NAME", help="The run, if there are several.")
 @click.option(
     "--interval",
     type=click.FloatRange(0.1, 60),
     default=1.0,
     show_default=True,
-    help="Seconds between two looks at the run.",
+    help="Seconds between two updates.",
 )
 def top(run_name: str | None, interval: float) -> int:
-    """Watch a running graph: what runs, what is published how often, what is dropped, what is logged.
+    """Watch a running graph: its nodes, its topics with rates and drops, and its log.
 
-    Keys: e echoes the chosen topic, p plots a number of it, space pauses, q ends.
+    Keys: e echoes the chosen topic, p plots one of its numbers, space pauses, q ends.
     """
     if find_spec("textual") is None:
         raise click.UsageError(f"busflow top needs one more package; {how_to_install('.[top]')}")

@@ -1,4 +1,4 @@
-"""Picture: what `busflow top` shows of a graph, computed from what two looks at it saw. Pure."""
+"""Rows, numbers and lines that `busflow top` shows, computed from two snapshots of a graph. Pure."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from busflow.wire.client.graph_view import GraphView, TopicView
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """The graph as it was at one moment."""
+    """A snapshot of the graph."""
 
     graph: GraphView
     at_s: float
-    """When, on any clock that does not jump."""
+    """The time of the snapshot in seconds, on any clock that does not jump."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicRow:
-    """One topic: how much goes over it, and what its receivers could not keep up with."""
+    """The row of one topic: its traffic, drops and queues."""
 
     name: str
     type: str
     published: int
     rate_hz: float | None
-    """Since an earlier look; None at the first one."""
+    """The rate since an earlier snapshot; None for the first one."""
     publishers: int
     subscriptions: int
     dropped: int
     queued: int
     fullest: float
-    """The part of its depth that the fullest queue holds, from 0 to 1."""
+    """The fill level of the fullest queue, as a part of its depth from 0 to 1."""
 
     def cells(self) -> tuple[str, ...]:
         """The row as text."""
@@ -45,7 +45,7 @@ class TopicRow:
 
 
 _PLOTTABLE = 16
-"""How many numbers of one array can be plotted."""
+"""The number of items of one array that can be plotted."""
 TOPIC_COLUMNS = (
     Column("topic"),
     Column("type", short=bare, goes=1),
@@ -67,7 +67,7 @@ NODE_COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class NodeRow:
-    """One node: its state, and what it could not keep up with."""
+    """The row of one node: its state, plugin, endpoints and drops."""
 
     name: str
     state: str
@@ -83,12 +83,12 @@ class NodeRow:
 
 
 def topic_rows(now: Look, before: Look) -> list[TopicRow]:
-    """The topics by name, what is hidden left out; rates are those since an earlier look."""
+    """Return a row for each topic that is not hidden; rates are since the earlier snapshot."""
     return [_topic_row(topic, now, before) for topic in now.graph.topics.values() if not topic.hidden]
 
 
 def node_rows(now: Look) -> list[NodeRow]:
-    """The nodes by name, what is hidden left out."""
+    """Return a row for each node that is not hidden."""
     return [
         NodeRow(
             name=node.name,
@@ -109,7 +109,7 @@ def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:
     if now.at_s > before.at_s and topic.name in before.graph.topics:
         earlier = int(before.graph.topics[topic.name].details.get("published", 0))
         rate_hz = max(0, published - earlier) / (now.at_s - before.at_s)
-    ledger = [end.details for end in topic.subscriptions if end.details]
+    counts = [end.details for end in topic.subscriptions if end.details]
     return TopicRow(
         name=topic.name,
         type=topic.type,
@@ -117,14 +117,14 @@ def _topic_row(topic: TopicView, now: Look, before: Look) -> TopicRow:
         rate_hz=rate_hz,
         publishers=len(topic.publishers),
         subscriptions=len(topic.subscriptions),
-        dropped=sum(line["dropped"] for line in ledger),
-        queued=sum(line["queued"] for line in ledger),
-        fullest=max((line["queued"] / line["depth"] for line in ledger), default=0.0),
+        dropped=sum(line["dropped"] for line in counts),
+        queued=sum(line["queued"] for line in counts),
+        fullest=max((line["queued"] / line["depth"] for line in counts), default=0.0),
     )
 
 
 def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    """Every number in a message by its path, what can be plotted.
+    """Yield each number of a message that can be plotted, with its path.
 
     >>> dict(numbers({"header": {"frame_id": "imu"}, "position": [0.5, 1], "ok": True}))
     {'position[0]': 0.5, 'position[1]': 1.0}
@@ -142,7 +142,7 @@ def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
 
 
 def lines(value: Mapping[str, Any], indent: str = "", limit: int = 8) -> Iterator[str]:
-    """A message as lines for people, sequences cut after `limit`.
+    """Yield a message as lines for people; sequences are cut after `limit` items.
 
     >>> list(lines({"name": ["a", "b"], "stamp": {"sec": 1}}))
     ['name: [a, b]', 'stamp:', '  sec: 1']

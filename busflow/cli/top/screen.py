@@ -1,6 +1,6 @@
-"""The screen of `busflow top`: what it shows is computed by `picture`; here it is laid out and kept up to date.
+"""The screen of `busflow top`: lays out and updates what `picture` computes.
 
-The run is looked at in a thread of its own, so that keys are answered while it does not answer.
+A thread of its own asks the run, so that keys work while the run does not answer.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Footer, Input, RichLog, Sparkline, Static
 from textual.widgets.data_table import RowDoesNotExist
 
-from busflow.cli.terminal.output import near
+from busflow.cli.terminal.output import short_path
 from busflow.cli.terminal.table import Column, narrowed
 from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
 from busflow.clock import perf_counter
@@ -28,17 +28,17 @@ from busflow.wire.client.client import Listener, Peer
 from busflow.wire.client.graph_view import TopicView
 
 _RATED_S = 3.0
-"""Rates are those of this time, or of the last interval where that is longer."""
+"""The time over which rates are computed; the last interval where that is longer."""
 _PLOTTED = 200
 _LOGGED = 200
 _ECHO_S = 0.1
-"""The shortest time between two messages that are shown: nobody reads faster."""
+"""The shortest time between two shown messages, as a person can read."""
 _LEVELS = {50: "bold red", 40: "red", 30: "yellow"}
 _STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim"}
 
 
 class Top(App[None]):
-    """A running graph, live."""
+    """The app that shows a running graph live."""
 
     TITLE = "busflow top"
     CSS = """
@@ -79,7 +79,7 @@ class Top(App[None]):
         self._last_log_ns = 0
 
     def compose(self) -> ComposeResult:
-        """Tables above the log; of the chosen topic what is echoed, beside them or below."""
+        """Yield the widgets: the tables, the details of the echoed topic beside or below them, and the log."""
         yield Static("", id="head")
         with Horizontal(id="body"):
             with Vertical(id="tables"):
@@ -93,15 +93,15 @@ class Top(App[None]):
         yield Footer()
 
     def on_mount(self) -> None:
-        """Lay out the tables and begin to look."""
+        """Focus the tables and start the thread that asks the run."""
         self._table("topics").focus()
         self.run_worker(self._look_again_and_again, thread=True, exit_on_error=True)
 
     def on_unmount(self) -> None:
-        """Let the threads end."""
+        """End the threads."""
         self._leaving.set()
 
-    # In the thread that looks.
+    # In the thread that asks the run.
 
     def _look_again_and_again(self) -> None:
         while not self._leaving.is_set():
@@ -111,11 +111,11 @@ class Top(App[None]):
                     run = self._peer.ask("run")[0]
                     self._hand(self._show, look, run, self._log_lines())
                 except BusflowError as error:
-                    self._hand(self._tell, f"{self._peer.run.name}: {error}")
+                    self._hand(self._show_head, f"{self._peer.run.name}: {error}")
             self._leaving.wait(self._interval_s)
 
     def _log_lines(self) -> list[dict[str, Any]]:
-        """What was logged since the last look, the oldest first."""
+        """Return the lines logged since the last snapshot, the oldest first."""
         found = [line for answer in self._peer.ask("log", count=_LOGGED) for line in answer["lines"]]
         found.sort(key=lambda each: each["stamp_ns"])
         new = [each for each in found if each["stamp_ns"] > self._last_log_ns]
@@ -130,7 +130,7 @@ class Top(App[None]):
     # On the screen.
 
     def _unless_closing(self, show: Any, *arguments: Any) -> None:
-        """Show something, unless the screen is closing: its widgets are gone before the threads are asked to end."""
+        """Call a function, unless the screen is closing: its widgets are removed before the threads end."""
         if self.is_running:
             show(*arguments)
 
@@ -139,8 +139,8 @@ class Top(App[None]):
             self._looks.popleft()
         self._looks.append(look)
         state = "paused" if self._paused else f"every {self._interval_s:g} s"
-        told = f"up {run['elapsed_s']:.0f} s  ({state})  pid {run['pid']}"
-        self._tell(f"{run['name']}  {told}  {near(run['file'] or '')}")
+        text = f"up {run['elapsed_s']:.0f} s  ({state})  pid {run['pid']}"
+        self._show_head(f"{run['name']}  {text}  {short_path(run['file'] or '')}")
         self._fill_tables()
         log = self.query_one("#log", RichLog)
         for line in log_lines:
@@ -148,7 +148,7 @@ class Top(App[None]):
             log.write(Text(printable(f"{line['node']}: {line['text']}"), style))
 
     def on_resize(self) -> None:
-        """Lay out the tables anew."""
+        """Lay out the tables again for the new size."""
         self.call_after_refresh(self._fill_tables)
 
     def _fill_tables(self) -> None:
@@ -158,13 +158,13 @@ class Top(App[None]):
             self._fill("nodes", NODE_COLUMNS, [row.cells() for row in node_rows(now)])
 
     def _fill(self, name: str, columns: Sequence[Column], rows: list[tuple[str, ...]]) -> None:
-        """Bring a table up to date row by row, so that the cursor stays where it is."""
+        """Update a table row by row, so that the cursor stays where it is."""
         table = self._table(name)
         room = table.scrollable_content_region.width or self.size.width
         left, shown = narrowed(rows, columns, room, gap=2 * table.cell_padding)
         titles, keys = [column.title for column in left], [row[0] for row in rows]
         chosen = table.cursor_row
-        if anew := titles != [str(column.value) for column in table.columns]:
+        if changed := titles != [str(column.value) for column in table.columns]:
             table.clear(columns=True)
             for title in titles:
                 table.add_column(title, key=title)
@@ -179,10 +179,10 @@ class Top(App[None]):
             else:
                 for title, cell in zip(titles, cells, strict=True):
                     table.update_cell(key, title, cell, update_width=True)
-        if anew:
+        if changed:
             table.move_cursor(row=chosen)
 
-    def _tell(self, text: str) -> None:
+    def _show_head(self, text: str) -> None:
         self.query_one("#head", Static).update(Text(printable(text)))
 
     def _table(self, name: str) -> DataTable[Any]:
@@ -198,17 +198,17 @@ class Top(App[None]):
     # Keys.
 
     def action_interrupt(self) -> None:
-        """End as Ctrl-C ends every command."""
+        """End with the exit code of Ctrl-C."""
         self.exit(return_code=ExitCode.INTERRUPTED)
 
     def action_pause(self) -> None:
-        """Stop looking, or go on."""
+        """Pause or resume the updates."""
         self._paused = not self._paused
         if self._paused:
-            self._tell("paused; space goes on")
+            self._show_head("paused; space resumes")
 
     def action_echo(self) -> None:
-        """Show the messages of the chosen topic, or no longer."""
+        """Show the messages of the chosen topic, or stop showing them."""
         topic = self._chosen()
         if topic is None or self._echoed == topic.name:
             self._echoed = None
@@ -222,7 +222,7 @@ class Top(App[None]):
         self.run_worker(partial(self._echo, topic), thread=True, exit_on_error=False)
 
     def action_plot(self) -> None:
-        """Ask which number of the chosen topic to plot."""
+        """Ask for the number of the chosen topic to plot."""
         topic = self._chosen()
         if topic is None:
             return
@@ -233,13 +233,13 @@ class Top(App[None]):
         field.focus()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Plot what was asked for."""
+        """Plot the number that was entered."""
         self._field = event.value.strip() or None
         self._numbers.clear()
         event.input.display = False
         self._table("topics").focus()
 
-    # In the thread that listens.
+    # In the thread that receives messages.
 
     def _echo(self, topic: TopicView) -> None:
         try:
@@ -251,7 +251,7 @@ class Top(App[None]):
             self._hand(self.query_one("#message", Static).update, Text(printable(error)))
 
     def _messages(self, topic: TopicView, listener: Listener, decode: Any) -> Iterator[list[Any]]:
-        """What arrives while the topic is echoed, as bursts."""
+        """Yield the messages that arrive while the topic is echoed, in bursts."""
         while self._echoed == topic.name and not self._leaving.is_set():
             first = listener.get(self._interval_s)
             if first is not None:
@@ -269,15 +269,15 @@ class Top(App[None]):
             self._field = next(iter(found[-1]))
         self._numbers.extend(each[self._field] for each in found if self._field in each)
         plotted = list(self._numbers)
-        told = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"
+        value = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"
         spread = f"   ({min(plotted):g} … {max(plotted):g})" if plotted else ""
-        text = "\n".join([topic, "", *lines(values[-1]), "", told + spread])
+        text = "\n".join([topic, "", *lines(values[-1]), "", value + spread])
         self.query_one("#message", Static).update(Text(text))
         self.query_one("#plot", Sparkline).data = plotted
 
 
 def _style(table: str, column: str, cell: str) -> str:
-    """How a cell is marked: what goes wrong stands out."""
+    """Return the style of a cell, which highlights drops and failures."""
     if column == "dropped" and cell not in ("", "0"):
         return "bold red"
     return _STATES.get(cell, "") if table == "nodes" and column == "state" else ""

@@ -1,18 +1,18 @@
-"""`busflow topic`: the topics of a running graph. The verbs are here by name; a file beside this has one or a few."""
+"""`busflow topic`: the verbs for the topics of a running graph by name; they are in modules of this package."""
 
 from busflow.cli.options.lazy_group import LazyGroup
 
 _HERE = "busflow.cli.topic"
 _VERBS = {
-    "list": (f"{_HERE}.listing:list_", "List the topics there are."),
-    "info": (f"{_HERE}.info:info", "Tell a topic's type, and who publishes and receives it."),
+    "list": (f"{_HERE}.listing:list_", "List the topics."),
+    "info": (f"{_HERE}.info:info", "Show a topic's type, and its publishers and subscriptions."),
     "echo": (f"{_HERE}.echo:echo", "Print the messages of a topic."),
     "hz": (f"{_HERE}.measuring:hz", "Measure how often topics are published."),
     "bw": (f"{_HERE}.measuring:bw", "Measure how many bytes a second topics carry."),
     "delay": (f"{_HERE}.measuring:delay", "Measure how old messages are when they are published, by their header."),
     "pub": (f"{_HERE}.pub:pub", "Publish messages on a topic."),
-    "stats": (f"{_HERE}.stats:stats", "Show what became of every message so far."),
-    "type": (f"{_HERE}.listing:type_", "Tell a topic's type."),
+    "stats": (f"{_HERE}.stats:stats", "Show the ledger of every topic so far."),
+    "type": (f"{_HERE}.listing:type_", "Show a topic's type."),
     "find": (f"{_HERE}.listing:find", "List the topics of a type."),
 }
 _EXAMPLES = """\b

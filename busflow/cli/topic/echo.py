@@ -1,4 +1,4 @@
-"""`busflow topic echo`: prints the messages of a topic as they come, or the last ones that are kept."""
+"""`busflow topic echo`: prints the messages of a topic as they arrive, or the last kept ones."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ _count = click.IntRange(min=1)
     "--timeout",
     "timeout_s",
     type=DURATION,
-    help="Stop with exit code 1 when nothing was printed for so long.",
+    help="Stop with exit code 1 when nothing was printed for this time.",
 )
 @click.option(
     "--include-message-info",
     "with_info",
     is_flag=True,
-    help="Print before each message when it was published and received, and its number. --json has that anyway.",
+    help="Print times and number of each message before it. --json always has them.",
 )
 @wants
 @joins

@@ -1,4 +1,4 @@
-"""Echoing: the messages of one topic, from the run to the terminal, and what there is to say beside them."""
+"""Echo: prints the messages of one topic of a run, with warnings about silence and losses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import GraphView, TopicView
 
 _LOOK_S = 1.0
-"""How often, while nothing comes, it is looked whether the run is still there."""
+"""The interval at which to check that the run is alive, while no message arrives."""
 
 
 class Echo:
@@ -30,24 +30,24 @@ class Echo:
     def __init__(
         self, peer: Peer, name: str, type_name: str | None, wanted: Wanted, *, with_info: bool = False
     ) -> None:
-        """Find the topic and its type; `with_info` prints before each message what is known of its way.
+        """Find the topic and its type; `with_info` prints times and number before each message.
 
         Raises:
-            NoSuchTarget: There is no such topic; the message names the nearest.
-            InvalidInput: Its type is another one or has no such field, or its publishers disagree about it.
+            NoSuchTarget: There is no such topic; the error names the nearest.
+            InvalidInput: It has another type, its type has no such field, or its publishers disagree about the type.
         """
         self._peer = peer
         self._graph = peer.graph()
         self._topic = self._graph.topic(name)
         self._type = known_type(peer, agreed_type(self._topic, type_name))
         self._print = wanted.printer(self._topic.name, self._type)
-        self._told: set[str] = set()
+        self._warned: set[str] = set()
         self._with_info = with_info
         self._demand_field = False
         self._clock = SystemClock()
 
     def show_last(self, count: int) -> None:
-        """Print the last messages that the run keeps, and say so where there are fewer."""
+        """Print the last messages that the run keeps, and a note if there are fewer than `count`."""
         name = self._topic.name
         for answer, messages in self._peer.ask_for_messages("history", topic=name, count=count):
             for received in messages:
@@ -60,19 +60,19 @@ class Echo:
                 print_message(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
 
     def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
-        """Print messages as they come, `count` at most, until nothing was printed for so long.
+        """Print messages as they arrive.
 
         Args:
-            count: How many; None for all.
-            timeout_s: The seconds without any after which it fails; None for never.
-            demand_field: A message that lacks the wanted field ends it, instead of being left out.
+            count: The most messages to print; None for all.
+            timeout_s: Seconds without a printed message after which it fails; None for never.
+            demand_field: Raise for a message that lacks the wanted field, instead of leaving it out.
 
         Raises:
             InspectionUnavailable: The run has ended.
-            NoSuchTarget: A message lacks the field.
+            NoSuchTarget: A message lacks the demanded field.
         """
         self._demand_field = demand_field
-        print_if_silent(self._graph, self._topic)
+        warn_if_unpublished(self._graph, self._topic)
         shown, printed_at = 0, self._clock.monotonic_ns()
         with self._peer.listen(self._topic, self._type) as listener:
             while count is None or shown < count:
@@ -85,8 +85,8 @@ class Echo:
         return ExitCode.OK
 
     def _wait(self, listener: Listener, printed_at: int, timeout_s: float | None) -> Received | None:
-        """The next message, waited for as long as it may take."""
-        self._tell_losses(listener)
+        """Wait for the next message; return None after the timeout."""
+        self._warn_of_losses(listener)
         received = None
         while received is None and (left := self._left(printed_at, timeout_s)) > 0:
             received = listener.get(min(_LOOK_S, left))
@@ -95,23 +95,23 @@ class Echo:
         return received
 
     def _left(self, printed_at: int, timeout_s: float | None) -> float:
-        """The seconds until it takes too long."""
+        """Return the seconds until the timeout."""
         if timeout_s is None:
             return inf
         return timeout_s - (self._clock.monotonic_ns() - printed_at) / 1e9
 
     def _show(self, received: Received) -> bool:
-        """Print a message; False where it is left out."""
+        """Print a message; return False if it is left out."""
         try:
             text = self._print(received)
         except MalformedMessage as error:
-            self._tell_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
+            self._warn_once(f"warning: what came on {self._topic.name} cannot be read: {error}")
             return False
         except Absent as error:
-            told = f"a message of {self._topic.name} has no such field: {error}"
+            why = f"a message of {self._topic.name} has no such field: {error}"
             if self._demand_field:
-                raise NoSuchTarget(f"{told}; -n 1 waits for one that has it") from None
-            self._tell_once(f"warning: {told}")
+                raise NoSuchTarget(f"{why}; -n 1 waits for one that has it") from None
+            self._warn_once(f"warning: {why}")
             return False
         if text is None:
             return False
@@ -120,7 +120,7 @@ class Echo:
         click.echo(text)
         return True
 
-    def _tell_losses(self, listener: Listener) -> None:
+    def _warn_of_losses(self, listener: Listener) -> None:
         if listener.dropped or listener.lost:
             print_message(
                 f"warning: {listener.dropped + listener.lost} messages of {self._topic.name} were not printed:"
@@ -128,28 +128,28 @@ class Echo:
             )
             listener.dropped = listener.lost = 0
 
-    def _tell_once(self, text: str) -> None:
-        if text not in self._told and len(self._told) < 100:
-            self._told.add(text)
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned and len(self._warned) < 100:
+            self._warned.add(text)
             print_message(text)
 
 
 def _info(received: Received, read_ns: int) -> str:
-    """What is known of a message beside its content, in ROS 2's words; null is what nobody said."""
-    told = {
+    """Return the times and number of a message in ROS 2's words; null stands for unknown."""
+    info = {
         "publication_sequence_number": received.sequence or None,
         "received_timestamp": read_ns,
         "reception_sequence_number": None,
         "source_timestamp": received.stamp_ns or None,
     }
-    return "\n".join([*(f"{word}: {'null' if value is None else value}" for word, value in told.items()), "---"])
+    return "\n".join([*(f"{word}: {'null' if value is None else value}" for word, value in info.items()), "---"])
 
 
 def agreed_type(topic: TopicView, wanted: str | None) -> str:
-    """The type of a topic, where its publishers and subscriptions agree about one, and whoever asks does too.
+    """Return the type on which a topic's endpoints agree, or the wanted one if an endpoint has it.
 
     Raises:
-        InvalidInput: They do not.
+        InvalidInput: The endpoints disagree, or none has the wanted type.
     """
     full = full_type(wanted) if wanted else wanted
     if full in topic.types:
@@ -165,8 +165,8 @@ def agreed_type(topic: TopicView, wanted: str | None) -> str:
     return first
 
 
-def print_if_silent(graph: GraphView, topic: TopicView) -> None:
-    """Say so at once when a topic has no publisher, and which one may have been meant."""
+def warn_if_unpublished(graph: GraphView, topic: TopicView) -> None:
+    """Warn at once about a topic without a publisher, and name the nearest published one."""
     if topic.publishers:
         return
     published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]

@@ -1,4 +1,4 @@
-"""Gauges: asks a run again and again what went over some topics, and tells it."""
+"""Gauges: ask a run for the measurements of some topics at an interval, and print them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import click
 
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.output import print_line, print_message
-from busflow.cli.topic.echoing import agreed_type, print_if_silent
+from busflow.cli.topic.echoing import agreed_type, warn_if_unpublished
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
 from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
 
 _ASKED_EVERY_S = 1.0
-"""A run stops counting for who has not asked for five seconds."""
+"""The interval of questions: a run stops measuring for a reader that has not asked for five seconds."""
 
 
 def gauge(
@@ -35,11 +35,11 @@ def gauge(
     every_s: float,
     as_json: bool,
 ) -> ExitCode:
-    """Tell what is measured of each topic, `count` times or until Ctrl-C, which tells what came since.
+    """Print a measurement of each topic, `count` times or until Ctrl-C, which prints the last interval.
 
     Raises:
         NoSuchTarget: There is no topic of one of the names.
-        InvalidInput: Its messages have no header, for a delay.
+        InvalidInput: A delay is to be measured, and the messages have no header.
         InspectionUnavailable: The run has ended, or a handler blocks it.
     """
     graph = peer.graph()
@@ -47,33 +47,33 @@ def gauge(
     for topic in topics:
         if measure is DELAY:
             _require_header(peer, topic.name, agreed_type(topic, None))
-        print_if_silent(graph, topic)
+        warn_if_unpublished(graph, topic)
     reader = f"{os.getpid()}-{os.urandom(6).hex()}"
     gauges = [_Gauge(peer, topic.name, reader, measure, window, named=len(topics) > 1) for topic in topics]
     if measure is BW and not as_json:
         click.echo("\n".join(printable(f"Subscribed to [{topic.name}]") for topic in topics))
-    told, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
+    printed, steps, pause = 0, ceil(every_s / _ASKED_EVERY_S), Event()
     try:
         for each in gauges:
-            each.ask()  # which puts the meter on
-        while count is None or told < count:
+            each.ask()  # starts the meter
+        while count is None or printed < count:
             for _ in range(steps):
                 pause.wait(every_s / steps)
                 for each in gauges:
                     each.ask()
             for each in gauges:
-                each.print_message(as_json=as_json)
-            told += 1
+                each.print_interval(as_json=as_json)
+            printed += 1
     except KeyboardInterrupt:
         for each in gauges:
             each.ask()
-            each.print_message(as_json=as_json, last=True)
+            each.print_interval(as_json=as_json, last=True)
         raise
     return ExitCode.OK
 
 
 class _Gauge:
-    """One topic that is measured."""
+    """The measurement of one topic."""
 
     def __init__(
         self, peer: Peer, topic: str, reader: str, measure: Measure, window: int | None, *, named: bool
@@ -95,8 +95,8 @@ class _Gauge:
             self._flows.since(statistics)
         self._statistics = statistics
 
-    def print_message(self, *, as_json: bool, last: bool = False) -> None:
-        """An interval is over: tell it, except the last if nothing came."""
+    def print_interval(self, *, as_json: bool, last: bool = False) -> None:
+        """Print the interval that has ended, except the last if nothing was published in it."""
         since, self._since = self._since, NOTHING
         flows = self._flows.since(self._statistics or ())
         window = self._window.add(since)

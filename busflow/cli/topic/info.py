@@ -1,4 +1,4 @@
-"""`busflow topic info`: a topic's type, and who is on its two ends with which QoS."""
+"""`busflow topic info`: shows a topic's type, and its publishers and subscriptions with their QoS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Examples:
 @click.option("-v", "--verbose", is_flag=True, help="Show each publisher and subscription, with its QoS.")
 @joins
 def info(run: str | None, name: str, verbose: bool, as_json: bool) -> None:
-    """Tell the type of the topic NAME, and who publishes and receives it."""
+    """Show the type of the topic NAME, and its publishers and subscriptions."""
     with joined(run) as peer:
         topic = peer.graph().topic(name)
     if as_json:
@@ -93,8 +93,8 @@ def _as_json(topic: TopicView) -> dict[str, Any]:
 
 
 def _end_json(end: EndView) -> dict[str, Any]:
-    """An end, with what its process tells of it where that is busflow: counts, and where it is declared."""
-    told = {key: value for key, value in end.details.items() if key not in ("node", "qos", "topic")}
+    """Return an endpoint as JSON; a busflow process adds its counts and where it is declared."""
+    details = {key: value for key, value in end.details.items() if key not in ("node", "qos", "topic")}
     token = end.token
     own = {"node": end.node, "type": token.type, "hash": token.hash, "gid": token.gid.hex(), "qos": asdict(end.qos)}
-    return own | told
+    return own | details

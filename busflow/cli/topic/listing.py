@@ -1,4 +1,4 @@
-"""`busflow topic list`, `type` and `find`: which topics there are."""
+"""`busflow topic list`, `type` and `find`: list the topics of a running graph."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ Examples:
 
 
 @click.command("list", epilog=_EXAMPLES)
-@click.option("-t", "--show-types", is_flag=True, help="Show each topic's type too.")
-@click.option("-c", "--count-topics", "count", is_flag=True, help="Only tell how many there are.")
-@click.option("-v", "--verbose", is_flag=True, help="Tell how many publish and receive each.")
-@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
+@click.option("-t", "--show-types", is_flag=True, help="Also show each topic's type.")
+@click.option("-c", "--count-topics", "count", is_flag=True, help="Only show the number of topics.")
+@click.option("-v", "--verbose", is_flag=True, help="Show the number of publishers and subscriptions of each.")
+@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Also names that begin with an underscore.")
 @joins
 def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden: bool, as_json: bool) -> None:
     """List the topics of a running graph."""
@@ -50,7 +50,7 @@ def list_(run: str | None, show_types: bool, count: bool, verbose: bool, hidden:
 @click.argument("name", shell_complete=complete_topics)
 @joins
 def type_(run: str | None, name: str, as_json: bool) -> None:
-    """Tell the type of the topic NAME."""
+    """Show the type of the topic NAME."""
     with joined(run) as peer:
         found = peer.graph().topic(name)
     print_found({"name": found.name, "types": found.types}, found.types, as_json=as_json)
@@ -60,8 +60,8 @@ def type_(run: str | None, name: str, as_json: bool) -> None:
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="TYPE", shell_complete=complete_types)
-@click.option("-c", "--count-topics", "count", is_flag=True, help="Only tell how many there are.")
-@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Names that begin with an underscore, too.")
+@click.option("-c", "--count-topics", "count", is_flag=True, help="Only show the number of topics.")
+@click.option("--include-hidden-topics", "hidden", is_flag=True, help="Also names that begin with an underscore.")
 @joins
 def find(run: str | None, name: str, count: bool, hidden: bool, as_json: bool) -> None:
     """List the topics whose type is TYPE, such as sensor_msgs/msg/Imu."""

@@ -1,4 +1,4 @@
-"""`busflow topic hz`, `bw` and `delay`: measured by the run itself, where the messages are published."""
+"""`busflow topic hz`, `bw` and `delay`: print measurements that the run makes where messages are published."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _count = click.IntRange(min=1)
 def _options(command: Callable[..., int]) -> Callable[..., Any]:
     for option in (
         click.argument("names", metavar="NAME...", nargs=-1, required=True, shell_complete=complete_topics),
-        click.option("-w", "--window", type=_count, metavar="N", help="How many messages, at most, count together."),
-        click.option("-n", "--count", type=_count, metavar="N", help="Stop after telling N times."),
+        click.option("-w", "--window", type=_count, metavar="N", help="The most messages in a window."),
+        click.option("-n", "--count", type=_count, metavar="N", help="Stop after N measurements."),
         click.option(
             "--every",
             "every_s",
             type=DURATION,
             default="1s",
             show_default=True,
-            help="How often to tell.",
+            help="The interval between two measurements.",
         ),
         joins,
     ):
@@ -37,8 +37,8 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
 def hz(**options: Any) -> int:
     """Measure how often each topic NAME is published, until Ctrl-C.
 
-    The run counts each message where it is published, so that the rate is exact however high it is. Subscriptions that
-    dropped messages meanwhile are named.
+    The run counts each message where it is published, so the rate is exact, however high it is. Subscriptions that
+    dropped messages in the interval are named.
     """
     return _measure("HZ", **options)
 
@@ -48,7 +48,7 @@ def hz(**options: Any) -> int:
 def bw(**options: Any) -> int:
     """Measure how many bytes a second each topic NAME carries, until Ctrl-C.
 
-    The bytes are those that a message takes outside of its process. The run has to encode it to count them.
+    The size of a message is that of its encoding for other processes. The run has to encode it to measure that.
     """
     return _measure("BW", **options)
 
@@ -64,7 +64,7 @@ def delay(**options: Any) -> int:
 
 
 def _measure(name: str, *, run: str | None, names: tuple[str, ...], **options: Any) -> int:
-    """Tell one of the measures, by its name in `rates`, of each topic."""
+    """Print the measure with this name in `rates` for each topic."""
     from busflow.cli.topic import rates
     from busflow.cli.topic.gauges import gauge
 

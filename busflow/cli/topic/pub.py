@@ -1,4 +1,4 @@
-"""`busflow topic pub`: publishes on a topic of a running graph, from a terminal."""
+"""`busflow topic pub`: publishes messages on a topic of a running graph."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _count = click.IntRange(min=1)
     "matches",
     type=click.IntRange(min=0),
     metavar="N",
-    help="Wait until N subscriptions are there.  [default: 1 with --once or --times, else 0]",
+    help="Wait for N subscriptions.  [default: 1 with --once or --times, else 0]",
 )
 @click.option(
     "--max-wait-time-secs",
@@ -43,10 +43,10 @@ _count = click.IntRange(min=1)
     metavar="S",
     help="Stop waiting for subscriptions after so many seconds, with exit code 1.",
 )
-@click.option("--qos-depth", type=_count, metavar="N", help="How many messages are kept for who comes late.")
+@click.option("--qos-depth", type=_count, metavar="N", help="The number of messages kept for late subscriptions.")
 @click.option("--qos-reliability", type=click.Choice(["reliable", "best_effort"]), help="What is offered.")
 @click.option("--qos-durability", type=click.Choice(["volatile", "transient_local"]), help="What is offered.")
-@click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only each Nth message.")
+@click.option("-p", "--print", "print_every", type=_count, default=1, metavar="N", help="Show only every Nth message.")
 @joins
 def pub(
     run: str | None,
@@ -66,8 +66,8 @@ def pub(
 ) -> int:
     """Publish messages of TYPE on the topic NAME, until Ctrl-C.
 
-    VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: they are
-    then those of each message. What of the QoS is not said is what the topic's subscriptions ask for.
+    VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: each
+    message then gets the time of its publication. QoS that is not given follows what the topic's subscriptions ask for.
     """
     from busflow.cli.topic.publishing import Publishing, TypedQoS
 

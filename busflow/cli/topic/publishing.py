@@ -1,4 +1,4 @@
-"""Publishing: messages of what was typed, at a rate, once somebody receives them."""
+"""Publishing: publishes typed values at a rate, once there are enough subscriptions."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ if TYPE_CHECKING:
     from busflow.wire.zenoh.qos_text import WireQoS
 
 _LOOK_S = 1.0
-"""How often it is told that nobody receives, and looked whether the run is still there."""
+"""The interval at which to print that subscriptions are missing, and to check that the run is alive."""
 _NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class TypedQoS:
-    """The QoS that was typed; None is whatever suits the topic's subscriptions."""
+    """The QoS on the command line; None means the value that suits the topic's subscriptions."""
 
     depth: int | None = None
     reliability: str | None = None
     durability: str | None = None
 
     def text(self, wanted: Sequence[WireQoS]) -> str:
-        """The offer in the form of `qos_form`, for subscriptions that ask for these.
+        """Return the offered QoS in the form of `qos_text`, for subscriptions that ask for these.
 
-        One that asks for the last messages will not do without `transient_local`; `reliable` suits everybody.
+        A subscription that asks for `transient_local` needs that offered; `reliable` suits every subscription.
         """
         latched = any(each.durability == "transient_local" for each in wanted)
         durability = self.durability or ("transient_local" if latched else "volatile")
@@ -52,7 +52,7 @@ class TypedQoS:
         return f"{reliability}:{1 if durability == 'transient_local' else ''}:,{self.depth or 10}:,:,:,,"
 
     def misses(self, wanted: Sequence[WireQoS]) -> str | None:
-        """The word that some subscription asks for and that is not offered."""
+        """Return the QoS that a subscription asks for and that is not offered; None if there is none."""
         if self.reliability == "best_effort" and any(each.reliability == "reliable" for each in wanted):
             return "reliability: reliable"
         if self.durability == "volatile" and any(each.durability == "transient_local" for each in wanted):
@@ -61,7 +61,7 @@ class TypedQoS:
 
 
 class Publishing:
-    """Publishes what was typed on a topic of a run."""
+    """The publishing of typed values on a topic of a run."""
 
     def __init__(
         self, peer: Peer, name: str, type_name: str, values: str, offer: TypedQoS, *, print_every: int, as_json: bool
@@ -69,9 +69,9 @@ class Publishing:
         """Check everything before anything is published.
 
         Raises:
-            InvalidName: The topic's name is none.
+            InvalidName: The topic's name is not valid.
             InvalidInput: The topic has another type, or the values do not fit.
-            UnknownType: Nobody knows the type.
+            UnknownType: Neither busflow nor the run knows the type.
             LaunchError: The values are not YAML.
         """
         self._peer, self._print_every, self._as_json = peer, print_every, as_json
@@ -83,7 +83,7 @@ class Publishing:
         there = graph.topics.get(self._topic)
         if there is not None and self._type.name not in there.types:
             message = f"{self._topic} has the type {there.type}, not {self._type.name}"
-            raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} tells its fields"))
+            raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} shows its fields"))
         self._values = TypedValues(values, self._type, self._shape)
         asked = [each.qos for each in there.subscriptions] if there is not None else []
         self._qos = offer.text(asked)
@@ -92,12 +92,12 @@ class Publishing:
                 f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this"
             )
         if there is None or not there.subscriptions:
-            self._tell_nobody(graph)
+            self._warn_unreceived(graph)
         self._clock = SystemClock()
         self._pause = Event()
 
     def go(self, rate: float, times: int | None, matches: int, patience_s: float | None = None) -> ExitCode:
-        """Publish, `times` at most; FAILED where there were not `matches` subscriptions in time.
+        """Publish at most `times` messages; return FAILED if there were not `matches` subscriptions in time.
 
         Raises:
             InspectionUnavailable: The run has ended.
@@ -133,20 +133,20 @@ class Publishing:
             click.echo(f"publishing #{speaker.published}: {python_form(shown, self._shape)}\n")
 
     def _wait_for(self, matches: int, speaker: Speaker, patience_s: float) -> bool:
-        """Wait until so many subscriptions are there, and say so each second; False when it took too long."""
-        began_ns, told = self._clock.monotonic_ns(), False
+        """Wait for this many subscriptions, printing a line each second; return False after the wait."""
+        began_ns, announced = self._clock.monotonic_ns(), False
         while matches:
             left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
             enough = self._listeners() >= matches
             if enough and speaker.wait_for_listener(max(0.0, min(_LOOK_S, left_s))):
-                if told:
-                    self._peer.settle()  # who has come meanwhile may not hear of this publisher yet
+                if announced:
+                    self._peer.settle()  # new subscriptions may not have discovered this publisher yet
                 return True
             if left_s <= 0:
                 return False
-            if not told:
-                told = True
-                print_message("to publish at once, whoever receives it: -w 0")
+            if not announced:
+                announced = True
+                print_message("to publish at once, without waiting for subscriptions: -w 0")
             click.echo(f"Waiting for at least {matches} matching subscription(s)...", err=self._as_json)
             self._require_run()
             if not enough:
@@ -161,6 +161,6 @@ class Publishing:
         if not self._peer.alive:
             raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
-    def _tell_nobody(self, graph: GraphView) -> None:
+    def _warn_unreceived(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
         print_message(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")

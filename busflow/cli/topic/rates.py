@@ -1,4 +1,4 @@
-"""Rates: what a topic's meter counted, over a window of messages, in the words of `ros2 topic hz`, `bw` and `delay`."""
+"""Rates: readings of a topic's meter, over a window of messages, as `ros2 topic hz`, `bw` and `delay` print them."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ _UNITS = ((1_000_000, "MB", 2), (1000, "KB", 2), (1, "B", 0))
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """What became of the messages of one subscription in an interval."""
+    """The ledger of one subscription in an interval."""
 
     node: str
     published: int
     delivered: int
     dropped: int
     queued: int
-    """Those that wait at its end."""
+    """The backlog at the end of the interval."""
     drops: Mapping[str, int]
-    """Why they were dropped."""
+    """The dropped messages by reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What went over a topic in an interval."""
+    """The measurements of a topic in an interval."""
 
     duration_s: float
     count: int
@@ -39,18 +39,19 @@ class Reading:
 
     @classmethod
     def of(cls, answers: Sequence[Mapping[str, Any]]) -> Reading:
-        """What the processes of a run answered to `measure`: each message is counted where it is published.
+        """Combine the answers of a run's processes to `measure`: each message is counted where it is published.
 
-        Who publishes from outside, a terminal or a ROS 2 node, counts nothing: what arrived of it counts, once.
+        A publisher outside the run, a terminal or a ROS 2 node, has no meter: its messages are counted where they
+        arrive, in one process.
         """
         duration_s = max(answer["duration_s"] for answer in answers)
         known = {node for answer in answers for node in answer["publishers"]}
         outside: dict[str, Mapping[str, Any]] = {}
         for answer in answers:
-            for node, told in answer["arrived"].items():
-                if node not in known:  # the process that had most of it
-                    outside[node] = max(outside.get(node, told), told, key=lambda each: each["count"])
-        parts = [cls._told(duration_s, told) for told in (*answers, *outside.values())]
+            for node, arrived in answer["arrived"].items():
+                if node not in known:  # the process that received the most of it
+                    outside[node] = max(outside.get(node, arrived), arrived, key=lambda each: each["count"])
+        parts = [cls._of_one(duration_s, part) for part in (*answers, *outside.values())]
         return cls(
             duration_s,
             sum(part.count for part in parts),
@@ -60,8 +61,8 @@ class Reading:
         )
 
     @classmethod
-    def _told(cls, duration_s: float, told: Mapping[str, Any]) -> Reading:
-        return cls(duration_s, told["count"], *(Spread(**told[name]) for name in ("periods_s", "sizes", "ages_s")))
+    def _of_one(cls, duration_s: float, part: Mapping[str, Any]) -> Reading:
+        return cls(duration_s, part["count"], *(Spread(**part[name]) for name in ("periods_s", "sizes", "ages_s")))
 
     def __add__(self, other: Reading) -> Reading:
         return Reading(
@@ -74,14 +75,14 @@ class Reading:
 
 
 def _beside(spreads: Sequence[Spread]) -> Spread:
-    """The periods of several that publish at the same time: the rates add up, the deviation is that within each.
+    """Combine the periods of parallel publishers: the rates add up, the deviation is that within each.
 
     >>> each = Spread(10, 1.0, 0.1, 0.1, 0.1)
     >>> round(1 / _beside([each, Spread(), each]).mean)
     20
     """
     given = [each for each in spreads if each.count]
-    if len(given) < 2:  # one, or none, is what it is
+    if len(given) < 2:  # nothing to combine
         return given[0] if given else Spread()
     count, total = sum(each.count for each in given), max(each.total for each in given)
     variance = sum(each.count * each.deviation**2 for each in given) / count
@@ -93,7 +94,7 @@ NOTHING = Reading(0.0, 0, Spread(), Spread(), Spread())
 
 
 class Window:
-    """The newest readings of a topic, together of about so many messages."""
+    """The newest readings of a topic, with about `size` messages together."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -101,7 +102,7 @@ class Window:
         self._total = NOTHING
 
     def add(self, reading: Reading) -> Reading:
-        """What the window holds with one more reading; those that are no longer needed leave it."""
+        """Add a reading, drop the oldest that are no longer needed, and return the sum."""
         self._readings.append(reading)
         self._total += reading
         while self._total.count - self._readings[0].count >= self._size:
@@ -111,13 +112,13 @@ class Window:
 
 
 class Flows:
-    """The subscriptions of a topic, from reading to reading."""
+    """The changes of a topic's subscriptions from one reading to the next."""
 
     def __init__(self) -> None:
         self._before: dict[tuple[str, int], Mapping[str, Any]] = {}
 
     def since(self, statistics: Sequence[Mapping[str, Any]]) -> list[Flow]:
-        """What became of messages since the last time, by the ledger's lines then and now; empty the first time."""
+        """Return the flows since the last call, from the ledgers then and now; empty the first time."""
         now = {
             (line["node"], sum(each["node"] == line["node"] for each in statistics[:place])): line
             for place, line in enumerate(statistics)
@@ -127,7 +128,7 @@ class Flows:
 
 
 def _flow(now: Mapping[str, Any], before: Mapping[str, Any]) -> Flow:
-    if now["published"] < before["published"]:  # a restarted node's subscription counts anew
+    if now["published"] < before["published"]:  # the subscription of a restarted node starts at 0
         before = {}
 
     def grown(now: Mapping[str, int], before: Mapping[str, int], word: str) -> int:
@@ -145,7 +146,7 @@ def _flow(now: Mapping[str, Any], before: Mapping[str, Any]) -> Flow:
 
 
 def hz_text(window: Reading) -> str:
-    r"""As `ros2 topic hz` puts it.
+    r"""Return a rate as `ros2 topic hz` prints it.
 
     >>> hz_text(Reading(1.0, 11, Spread(10, 1.0, 0.1, 0.1, 0.1), Spread(), Spread()))
     'average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 10'
@@ -156,7 +157,7 @@ def hz_text(window: Reading) -> str:
 
 
 def delay_text(window: Reading) -> str:
-    """As `ros2 topic delay` puts it."""
+    """Return a delay as `ros2 topic delay` prints it."""
     return f"average delay: {window.ages.mean:.3f}\n{_spread_text(window.ages)}"
 
 
@@ -168,7 +169,7 @@ def _spread_text(spread: Spread) -> str:
 
 
 def bw_text(window: Reading) -> str:
-    r"""As `ros2 topic bw` puts it.
+    r"""Return a bandwidth as `ros2 topic bw` prints it.
 
     >>> bw_text(Reading(1.0, 10, Spread(), Spread(10, 3240.0, 0.0, 324.0, 324.0), Spread()))
     '3.24 KB/s from 10 messages\n\tMessage size mean: 0.32 KB min: 0.32 KB max: 0.32 KB'
@@ -185,7 +186,7 @@ def bw_text(window: Reading) -> str:
 
 
 def drop_lines(flows: Sequence[Flow]) -> Iterator[str]:
-    """A line for each subscription that dropped messages."""
+    """Yield a line for each subscription that dropped messages."""
     for flow in flows:
         if flow.dropped:
             reasons = ", ".join(f"{count} {word}" for word, count in flow.drops.items())
@@ -198,16 +199,16 @@ def _spread_json(spread: Spread) -> dict[str, float | None]:
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """One of the things that are measured: what it is called, and how it is told."""
+    """A measured quantity: its name, its values in a reading, and its text."""
 
     word: str
     text: Callable[[Reading], str]
     spread: Callable[[Reading], Spread]
     window: int
-    """Messages, as in ROS 2."""
+    """The default number of messages in a window, as in ROS 2."""
 
     def as_json(self, topic: str, last: Reading, window: Reading, flows: Sequence[Flow]) -> dict[str, Any]:
-        """What `--json` prints of an interval."""
+        """Return what `--json` prints for an interval."""
         spread = self.spread(window)
         rate = {
             "hz": {"rate_hz": 1 / spread.mean if spread.mean else None},

@@ -1,4 +1,4 @@
-"""`busflow topic stats`: the ledger of a running graph, as the table at the end of a run has it."""
+"""`busflow topic stats`: prints the ledger of a running graph, as the table at the end of a run."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> None:
         wanted = {topic.name for topic in map(peer.graph().topic, names)} if names else None
         reports = peer.ask("report")
         name = peer.run.name
-    told = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
-    topics = [_together([each for each in told if each["name"] == name]) for name in sorted({t["name"] for t in told})]
+    rows = [topic for report in reports for topic in report["topics"] if wanted is None or topic["name"] in wanted]
+    topics = [_together([each for each in rows if each["name"] == name]) for name in sorted({t["name"] for t in rows})]
     seconds = max(report["duration_s"] for report in reports)
     if as_json:
         print_answer({"run": name, "duration_s": seconds, "topics": topics})
@@ -38,7 +38,7 @@ def stats(run: str | None, names: tuple[str, ...], as_json: bool) -> None:
 
 
 def _together(lines: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """One topic as its processes tell of it: a message counts as published once, however many of them receive it.
+    """Merge the reports of one topic: a message counts as published once, in however many processes it arrives.
 
     >>> here = {"published": 5, "arrived": 0, "since_s": 1.0, "subscriptions": [], "losses": {}}
     >>> there = {"published": 6, "arrived": 6, "since_s": 1.1, "subscriptions": ["/a"], "losses": {"lost": 1}}

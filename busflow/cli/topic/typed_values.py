@@ -1,4 +1,4 @@
-"""Typed values: what somebody types for `busflow topic pub`, read as YAML and held against a message type."""
+"""Typed values: YAML from the command line of `topic pub` and `service call`, checked against a message type."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TypedValues:
 
         Raises:
             LaunchError: They are not YAML.
-            InvalidInput: They do not fit the type; a caret shows which.
+            InvalidInput: They do not fit the type; a caret shows which value.
         """
         self._value = parse(text.encode(errors="surrogatepass") if text.strip() else b"{}", _LABEL)
         self._shape = shape
@@ -41,13 +41,13 @@ class TypedValues:
             raise InvalidInput(self._problem(error)) from None
 
     def at(self, now_ns: int) -> Mapping[str, Any]:
-        """The values of a message that is made now."""
+        """Return the values of a message made at this time, with `auto` and `now` filled in."""
         seconds, nanoseconds = divmod(now_ns, 1_000_000_000)
         stamp = {"sec": seconds, "nanosec": nanoseconds}
         return _stamped(cast("dict[str, Any]", self._value.data), self._shape, stamp)
 
     def _problem(self, error: MalformedMessage) -> Problem:
-        """What is wrong, where in the text."""
+        """Return the problem with its place in the text."""
         value, shape, place = self._value, self._shape, self._value.origin.place
         for step in error.path:
             found = _member(value, step)
@@ -70,7 +70,7 @@ def _member(value: Value, step: str | int) -> Value | None:
 
 
 def _stamped(data: Any, shape: Shape | None, stamp: Mapping[str, int]) -> Any:
-    """The data with `auto` for a header and `now` for a time replaced."""
+    """Return the data with `auto` for a header and `now` for a time replaced."""
     if shape is None:
         return data
     if not shape.is_sequence and (shape.base, data) == (_HEADER, "auto"):

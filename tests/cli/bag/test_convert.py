@@ -1,7 +1,6 @@
 import json
 import os
 import pty
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from busflow.cli import main
-from busflow.recording.tools.convert import JsonlFile
 from tests.recording.conftest import write_numbers
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
@@ -41,18 +39,6 @@ def test_lines_of_json_go_to_standard_output(capsys):
         assert "only --to jsonl can be written to standard output" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGTERM, 143)])
-def test_where_the_terminal_is_gone_nothing_half_made_is_left(tmp_path, monkeypatch, number, code):
-    write_numbers(tmp_path / "numbers.mcap", 10)
-    monkeypatch.setattr(JsonlFile, "write", lambda _self, _entry: signal.raise_signal(number))
-    before = signal.getsignal(number)
-    with pytest.raises(SystemExit) as ended:
-        main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"])
-    assert ended.value.code == code
-    assert [each.name for each in tmp_path.iterdir()] == ["numbers.mcap"]
-    assert signal.getsignal(number) is before
-
-
 def test_topics_and_a_stretch_of_time(capsys):
     how = ["--to", "jsonl", "--topics", "topic", "--start", "1s", "--end", "2.2s", "--json"]
     assert main(["bag", "convert", str(BAGS / "talker"), "out", *how]) == 0
@@ -68,7 +54,7 @@ def test_topics_and_a_stretch_of_time(capsys):
     assert main(["bag", "convert", str(BAGS / "talker"), "b", "--to", "csv", "--topics", "talk"]) == 4
 
 
-def test_what_is_cut_off_is_converted_up_to_there(tmp_path, capsys):
+def test_truncated_recording_is_converted_up_to_the_cut(tmp_path, capsys):
     path = write_numbers(tmp_path / "numbers.mcap", 500)
     path.write_bytes(path.read_bytes()[:4000])
     assert main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"]) == 5
@@ -77,7 +63,7 @@ def test_what_is_cut_off_is_converted_up_to_there(tmp_path, capsys):
     assert len(Path("out.jsonl").read_text().splitlines()) > 50
 
 
-def test_a_bar_is_shown_where_somebody_looks_at_a_terminal(tmp_path):
+def test_progress_bar_is_shown_in_a_terminal(tmp_path):
     write_numbers(tmp_path / "numbers.mcap", 9000)
     leader, follower = pty.openpty()
     command = [sys.executable, "-m", "busflow", "bag", "convert", "numbers.mcap", "out", "--to", "jsonl"]

@@ -15,7 +15,7 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_recording_is_the_same_as_itself_however_it_is_stored(capsys):
+def test_storage_format_makes_no_difference(capsys):
     assert main(["bag", "diff", str(BAGS / "talker"), str(BAGS / "talker")]) == 0
     assert capsys.readouterr().out == "the same: 20 messages were compared (topics: 3)\n"
     assert main(["bag", "convert", str(BAGS / "talker"), "copy", "--to", "mcap"]) == 0
@@ -35,7 +35,7 @@ def test_differences_are_shown_with_field_and_values(tmp_path, capsys):
     assert main(["bag", "diff", "c.mcap", "a.mcap", "--topics", "topicc"]) == 4
 
 
-def test_one_message_and_none_are_told_as_such(tmp_path, capsys):
+def test_zero_and_one_message_are_counted_correctly(tmp_path, capsys):
     for name, count, first in (("one", 1, 0), ("other", 1, 7), ("none", 0, 0), ("two", 2, 0)):
         write_numbers(tmp_path / f"{name}.mcap", count, first=first)
     assert main(["bag", "diff", "one.mcap", "other.mcap"]) == 3
@@ -49,11 +49,11 @@ def test_one_message_and_none_are_told_as_such(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("the same: no messages were compared")
 
 
-def test_json_tells_the_same(tmp_path, capsys):
+def test_json_reports_the_same_differences(tmp_path, capsys):
     shutil.copytree(BAGS / "talker", tmp_path / "a")
     assert main(["bag", "diff", "a", str(BAGS / "talker"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["version"], told["same"], told["messages"]) == (1, True, 20)
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["same"], answer["messages"]) == (1, True, 20)
     write_numbers(tmp_path / "one.mcap", 3)
     write_numbers(tmp_path / "other.mcap", 3, first=1)
     assert main(["bag", "diff", "one.mcap", "other.mcap", "--json", "--most", "1"]) == 3
@@ -63,7 +63,7 @@ def test_json_tells_the_same(tmp_path, capsys):
     assert main(["bag", "diff", "one.mcap", "other.mcap", "--tolerance", "1"]) == 0
 
 
-def test_what_cannot_be_read_to_its_end_is_not_the_same(tmp_path, capsys):
+def test_truncated_recording_is_not_the_same(tmp_path, capsys):
     whole = write_numbers(tmp_path / "a.mcap", 500).read_bytes()
     (tmp_path / "b.mcap").write_bytes(whole[:-300])
     assert main(["bag", "diff", "b.mcap", "b.mcap"]) == 0

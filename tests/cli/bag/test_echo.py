@@ -31,9 +31,9 @@ def test_messages_are_printed_as_yaml_in_their_order(capsys):
 
 def test_the_forms_are_those_of_topic_echo(capsys):
     assert main(["bag", "echo", "talker", "topic", "--once", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told.pop("published_ns") // 10**9 == 1585866235
-    assert told == {"version": 1, "topic": "/topic", "sequence": None, "message": {"data": "Hello, world! 0"}}
+    answer = json.loads(capsys.readouterr().out)
+    assert answer.pop("published_ns") // 10**9 == 1585866235
+    assert answer == {"version": 1, "topic": "/topic", "sequence": None, "message": {"data": "Hello, world! 0"}}
     assert main(["bag", "echo", "talker", "/rosout", "--csv", "--field", "msg", "-n", "2"]) == 0
     assert lines(capsys) == ["\"Publishing: 'Hello, world! 0'\"", "\"Publishing: 'Hello, world! 1'\""]
     assert main(["bag", "echo", "talker", "topic", "--raw", "--once"]) == 0
@@ -51,22 +51,22 @@ def test_a_stretch_of_time_is_picked(capsys):
     assert lines(capsys) == ["data: Hello, world! 9", "---"]
 
 
-def test_a_stretch_that_begins_beyond_the_end_is_refused(capsys):
+def test_start_beyond_the_end_is_refused(capsys):
     assert main(["bag", "echo", "talker", "topic", "--start", "100s"]) == 2
     assert "--start 100s is beyond the end: talker ends 4.5" in capsys.readouterr().err
 
 
-def test_a_topic_that_is_not_there_is_answered_with_the_nearest(capsys):
+def test_unknown_topic_gets_the_nearest_name(capsys):
     assert main(["bag", "echo", "talker", "topicc"]) == 4
     assert capsys.readouterr().err == "error: talker: there is no topic topicc in it; did you mean '/topic'?\n"
 
 
-def test_a_field_that_is_not_there_is_shown_with_a_caret(capsys):
+def test_unknown_field_is_shown_with_a_caret(capsys):
     assert main(["bag", "echo", "talker", "topic", "--field", "dat"]) == 2
     assert "did you mean 'data'?" in capsys.readouterr().err
 
 
-def test_what_is_cut_off_is_printed_up_to_there_and_told_by_the_exit_code(tmp_path, capsys):
+def test_truncated_recording_is_printed_with_exit_code_5(tmp_path, capsys):
     bag = shutil.copytree(BAGS / "wbag", tmp_path / "wbag")
     whole = (bag / "wbag_1.mcap").read_bytes()
     (bag / "wbag_1.mcap").write_bytes(whole[: len(whole) // 2])
@@ -77,14 +77,14 @@ def test_what_is_cut_off_is_printed_up_to_there_and_told_by_the_exit_code(tmp_pa
     assert said.err.count("\n") == 1
 
 
-def test_where_nothing_is_left_of_a_topic_it_is_said_why(talker, capsys):
+def test_unreadable_topic_is_reported_with_the_reason(talker, capsys):
     (file,) = talker.glob("*.mcap")
     file.write_bytes(file.read_bytes()[:1500])
     assert main(["bag", "echo", "talker", "topic"]) == 4
     assert "0 messages come before it" in capsys.readouterr().err
 
 
-def test_a_message_that_cannot_be_read_is_told_and_the_rest_printed(tmp_path, capsys):
+def test_unreadable_message_is_reported_and_skipped(tmp_path, capsys):
     from mcap.writer import Writer
 
     with (tmp_path / "odd.mcap").open("wb") as stream:

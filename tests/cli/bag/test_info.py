@@ -9,7 +9,7 @@ from busflow.cli import main
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
 
 
-def test_what_a_bag_holds(capsys):
+def test_bag_content_is_shown(capsys):
     assert main(["bag", "info", str(BAGS / "talker")]) == 0
     assert capsys.readouterr().out == (
         "talker\n"
@@ -29,17 +29,15 @@ def test_what_a_bag_holds(capsys):
 
 def test_the_same_as_json_with_a_digest(capsys):
     assert main(["bag", "info", str(BAGS / "talker"), "--json", "--digest"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["version"], told["messages"], told["complete"], len(told["digest"])) == (1, 20, True, 64)
-    assert [(each["name"], each["messages"]) for each in told["topics"]][-1] == ("/topic", 10)
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["messages"], answer["complete"], len(answer["digest"])) == (1, 20, True, 64)
+    assert [(each["name"], each["messages"]) for each in answer["topics"]][-1] == ("/topic", 10)
 
 
 @pytest.mark.parametrize(
     ("index_types", "rates"), [(IndexType.ALL, [10.0, 10.0]), (IndexType.ALL & ~IndexType.MESSAGE, [10.0, 2.0])]
 )
-def test_a_rate_is_that_from_a_topic_s_first_to_its_last_message_where_they_are_indexed(
-    tmp_path, capsys, index_types, rates
-):
+def test_indexed_rate_spans_first_to_last_message(tmp_path, capsys, index_types, rates):
     with (tmp_path / "late.mcap").open("wb") as stream:
         writer = Writer(stream, chunk_size=500, index_types=index_types)
         writer.start("ros2", "a test")
@@ -55,7 +53,7 @@ def test_a_rate_is_that_from_a_topic_s_first_to_its_last_message_where_they_are_
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89MCAP0\r\n", b"hello", b"SQLite format 3\0", b"#ROSBAG V2.0"])
-def test_what_is_no_recording_is_told_in_one_line(tmp_path, capsys, content):
+def test_non_recording_is_reported_in_one_line(tmp_path, capsys, content):
     (tmp_path / "odd.mcap").write_bytes(content)
     assert main(["bag", "info", str(tmp_path / "odd.mcap")]) == 2
     said = capsys.readouterr()
@@ -64,13 +62,13 @@ def test_what_is_no_recording_is_told_in_one_line(tmp_path, capsys, content):
     assert said.err.count("\n") == 1
 
 
-def test_a_directory_and_a_file_that_are_not_there(tmp_path, capsys):
+def test_missing_file_and_directory_are_errors(tmp_path, capsys):
     assert main(["bag", "info", str(tmp_path)]) == 2
     assert main(["bag", "info", str(tmp_path / "none.mcap")]) == 2
     assert "No such file or directory" in capsys.readouterr().err
 
 
-def test_what_is_no_file_is_told_once(capsys):
+def test_non_file_is_reported_once(capsys):
     assert main(["bag", "info", "/dev/zero"]) == 2
     assert capsys.readouterr().err == (
         "error: /dev/zero: it is no file; name an .mcap file, or the directory of a bag\n"

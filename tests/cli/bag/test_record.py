@@ -26,7 +26,7 @@ COMMAND = [sys.executable, "-m", "busflow", "bag", "record"]
 
 
 class Secret(Message, package="lab"):
-    """What nobody in the run describes."""
+    """A type that no process of the run describes."""
 
     word: str
 
@@ -38,7 +38,7 @@ def foreign(cls: type[Message]) -> ForeignType:
 
 @pytest.mark.usefixtures("lab")
 class TestLab:
-    def test_what_a_run_publishes_is_written_as_it_came(self, tmp_path, capsys):
+    def test_messages_of_a_run_are_recorded_unchanged(self, tmp_path, capsys):
         path = tmp_path / "run.mcap"
         assert main(["bag", "record", "-o", str(path), "--all", "--for", "1.5s"]) == 0
         out, err = capsys.readouterr()
@@ -66,20 +66,20 @@ class TestLab:
         assert main(["bag", "record", "-o", str(path), "imu/data", "--for", "700ms"]) == 0
         assert re.search(r"messages of 1 topic and the parameters of \d nodes? recorded", capsys.readouterr().out)
         assert main(["bag", "info", str(path), "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        imu, parameters = told["topics"]
+        answer = json.loads(capsys.readouterr().out)
+        imu, parameters = answer["topics"]
         assert parameters["name"] == "/parameter_events"
         with Bag(path) as bag:
             times = [each.log_time_ns for each in bag.entries(["/imu/data"])]
         assert imu["rate_hz"] == pytest.approx((imu["messages"] - 1) * 1e9 / (times[-1] - times[0]))
 
-    def test_only_what_is_named_is_recorded(self, tmp_path, capsys):
+    def test_only_named_topics_are_recorded(self, tmp_path, capsys):
         path = tmp_path / "run.mcap"
         arguments = ["-o", str(path), "imu/*", "/jiont_states", "--for", "500ms", "--json"]
         assert main(["bag", "record", *arguments]) == 0
         out, err = capsys.readouterr()
-        told = json.loads(out)
-        assert (told["topics"], told["complete"], told["missed"]) == (["/imu/data"], True, 0)
+        answer = json.loads(out)
+        assert (answer["topics"], answer["complete"], answer["missed"]) == (["/imu/data"], True, 0)
         assert "warning: there is no topic /jiont_states so far; did you mean '/joint_states'?" in err
         assert "warning: there was no topic /jiont_states" in err
 
@@ -102,7 +102,7 @@ class TestLab:
             assert bag.complete
             assert past_of(bag).parameters["/imu_publisher"] == {row["name"]: row["value"] for row in rows}
 
-    def test_where_nothing_is_recorded_that_is_said(self, tmp_path, capsys):
+    def test_empty_recording_is_reported(self, tmp_path, capsys):
         none, silent = tmp_path / "none.mcap", tmp_path / "silent.mcap"
         assert main(["bag", "record", "-o", str(none), "/nothing", "--for", "300ms"]) == 4
         assert capsys.readouterr().out == f"{none}: nothing was recorded: there was no topic to record\n"
@@ -110,7 +110,7 @@ class TestLab:
             assert main(["bag", "record", "-o", str(silent), "outside", "--for", "300ms"]) == 1
         assert capsys.readouterr().out == f"{silent}: nothing was recorded: nobody published anything on 1 topic\n"
 
-    def test_a_topic_of_a_type_that_no_node_has_is_recorded_if_busflow_brings_the_type(self, tmp_path, capsys):
+    def test_builtin_type_is_recorded_without_a_node(self, tmp_path, capsys):
         bool_, secret = foreign(Bool), foreign(Secret)
         with join() as peer, peer.advertise("/outside", bool_), peer.advertise("/secret", secret):
             assert main(["bag", "record", "-o", str(tmp_path / "a.mcap"), "outside", "secret", "--for", "300ms"]) == 1
@@ -122,7 +122,7 @@ class TestLab:
         assert warning.startswith("warning: nothing of /secret was recorded: ")
         assert "Secret" in warning
 
-    def test_two_types_of_one_name_are_not_mixed_up(self, tmp_path, capsys):
+    def test_two_types_of_one_name_are_distinguished(self, tmp_path, capsys):
         description = deepcopy(foreign(Secret).description)
         description["type_description"]["type_name"] = "std_msgs/msg/Bool"
         another = ForeignType("std_msgs/msg/Bool", rihs01(description), description)
@@ -135,7 +135,7 @@ class TestLab:
         with Bag(tmp_path / "a.mcap") as bag:
             assert {each.topic for each in bag.channels} == {"/one", "/parameter_events"}
 
-    def test_a_disk_that_is_full_from_the_start_is_told_and_no_file_is_left(self, tmp_path):
+    def test_full_disk_is_reported_and_leaves_no_file(self, tmp_path):
         def limit() -> None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
@@ -156,6 +156,6 @@ class TestLab:
 
 
 @pytest.mark.parametrize("arguments", [[], ["--all", "imu/data"]])
-def test_it_has_to_be_said_what_is_recorded(tmp_path, capsys, arguments):
+def test_topics_must_be_chosen(tmp_path, capsys, arguments):
     assert main(["bag", "record", "-o", str(tmp_path / "run.mcap"), *arguments]) == 2
     assert "name the topics to record, or give --all" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""The collector looks at nothing while a command imports what it needs, and goes on as before."""
+"""The garbage collector is off while a command imports modules, and goes on as before."""
 
 import gc
 import subprocess
@@ -35,7 +35,7 @@ def test_nothing_is_collected_meanwhile():
     assert len(kept) == 10_000
 
 
-def test_what_was_imported_is_not_looked_at_by_the_next_step():
+def test_imported_objects_are_not_collected_again():
     with importing():
         kept = [[] for _ in range(10_000)]
     old = {*map(id, gc.get_objects(generation=2))}
@@ -43,7 +43,7 @@ def test_what_was_imported_is_not_looked_at_by_the_next_step():
     assert gc.get_freeze_count() == 0
 
 
-def test_the_collector_goes_on_after_an_import_that_fails():
+def test_collector_resumes_after_a_failed_import():
     with pytest.raises(ImportError), importing():
         raise ImportError
     assert gc.isenabled()
@@ -56,7 +56,7 @@ def test_a_collector_that_was_turned_off_stays_so():
     assert not gc.isenabled()
 
 
-def test_what_was_frozen_stays_so():
+def test_frozen_objects_stay_frozen():
     gc.freeze()
     with importing():
         assert gc.isenabled()
@@ -64,8 +64,8 @@ def test_what_was_frozen_stays_so():
 
 
 @pytest.mark.parametrize("command", ["run configs/lab1.yaml --sim --for 1ms", "check configs/lab1.yaml"])
-def test_a_command_imports_the_run_s_code_without_looking_for_garbage(command: str):
-    """Asked when the module that all of it ends with is imported: some steps are of Python's own start."""
+def test_commands_import_without_garbage_collection(command: str):
+    """Collections are counted when the last module is imported: some belong to Python's own start."""
     code = (
         "import gc, sys, busflow.cli\n"
         "seen = []\n"

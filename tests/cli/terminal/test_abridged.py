@@ -1,4 +1,4 @@
-"""What is shown of long values."""
+"""Abridging of long sequences and texts."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def test_sequences_and_texts_are_cut_at_every_level():
         (ParameterDescriptor, "integer_range", "<sequence type: rcl_interfaces/msg/IntegerRange[1], length: 0>"),
     ],
 )
-def test_a_sequence_that_is_left_out_says_its_type_as_in_ros2(cls, field, text):
+def test_omitted_sequence_shows_its_type_as_ros2(cls, field, text):
     type_ = foreign(cls)
     value = type_.decode(type_.encode({}))
     assert Abridger(no_arrays=True)(value, shape_of(type_))[field] == text

@@ -1,4 +1,4 @@
-"""Paths into messages: read, held against a type, followed."""
+"""Paths into messages: parsing, checking against a type, and values at a path."""
 
 from contextlib import suppress
 
@@ -38,7 +38,7 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "told"),
+    ("text", "column", "expected"),
     [
         ("nme", 1, "has no field nme"),
         ("points.x", 8, "followed by an index"),
@@ -56,22 +56,22 @@ def test_a_path_is_read(text: str, path: tuple[str | int, ...]):
         ("few[3]", 4, "there is no item 3, there are at most 3"),
     ],
 )
-def test_what_is_none_is_shown(text: str, column: int, told: str):
+def test_invalid_path_is_shown_with_a_caret(text: str, column: int, expected: str):
     with pytest.raises(InvalidInput) as caught:
         parse_path(text, "--field", CLOUD)
     place = caught.value.problem.place
     assert place is not None
     assert (place.file, place.column) == ("--field", column)
-    assert told in str(caught.value)
+    assert expected in str(caught.value)
 
 
 @given(st.text())
-def test_whatever_is_typed_is_a_path_or_told(text: str):
+def test_any_text_is_a_path_or_an_error(text: str):
     with suppress(InvalidInput):
         parse_path(text, "--field")
 
 
 @pytest.mark.parametrize("path", [("a", 2), ("a", -3), ("b",), ("a", 0, "x"), ("t", 0)])
-def test_what_a_message_lacks_is_absent(path: tuple[str | int, ...]):
+def test_missing_value_is_absent(path: tuple[str | int, ...]):
     with pytest.raises(Absent):
         value_at(path, {"a": (1, 2), "t": "text"})

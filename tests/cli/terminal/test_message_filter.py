@@ -1,4 +1,4 @@
-"""The language of `--filter`: what it says of a message, and how a mistake in it is told."""
+"""`--filter`: parsing conditions, evaluating them on messages, and the errors of wrong ones."""
 
 import math
 from contextlib import suppress
@@ -53,13 +53,13 @@ JOINTS = shape_of(ForeignType(SUPPORT.name, SUPPORT.type_hash, SUPPORT.descripti
         "m.ok == True and ok == true",
     ],
 )
-def test_what_is_true(text: str):
+def test_conditions_hold(text: str):
     assert parse_filter(text)(MESSAGE) is True
     assert parse_filter(f"not ({text})")(MESSAGE) is False
 
 
 @pytest.mark.parametrize("text", ["position[3] > 0", "not position[3] > 0", "nope == 1", "max(m.none) > 0"])
-def test_what_a_message_lacks_makes_it_false(text: str):
+def test_missing_value_makes_the_filter_false(text: str):
     assert parse_filter(text)({**MESSAGE, "none": ()}) is False
 
 
@@ -69,7 +69,7 @@ def test_the_whole_may_be_a_number():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("data >", "a value is missing"),
         ("data = 1", "'=' is not part of the language"),
@@ -88,13 +88,13 @@ def test_the_whole_may_be_a_number():
         ("and", "a value is missing before 'and'"),
     ],
 )
-def test_a_mistake_is_told(text: str, told: str):
+def test_mistake_is_explained(text: str, expected: str):
     with pytest.raises(InvalidInput) as caught:
         assert parse_filter(text, Shape("x/msg/X", {"data": Shape("float64"), "ok": Shape("bool")}))({})
-    assert told in str(caught.value)
+    assert expected in str(caught.value)
 
 
-def test_a_caret_shows_the_field_that_is_not_there():
+def test_caret_shows_the_unknown_field():
     with pytest.raises(InvalidInput) as caught:
         parse_filter("header.stamp.secs > 3", JOINTS)
     assert str(caught.value).splitlines() == [
@@ -106,7 +106,7 @@ def test_a_caret_shows_the_field_that_is_not_there():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("name > 3", "cannot compare ('a', 'b') with 3"),
         ("data and ok", "'and' needs true or false, got 0.5"),
@@ -116,17 +116,17 @@ def test_a_caret_shows_the_field_that_is_not_there():
         ("len(data) > 1", "len() cannot take 0.5"),
     ],
 )
-def test_values_that_do_not_fit_are_told(text: str, told: str):
+def test_unfit_values_are_errors(text: str, expected: str):
     with pytest.raises(InvalidInput) as caught:
         parse_filter(text)(MESSAGE)
-    assert told in str(caught.value)
+    assert expected in str(caught.value)
 
 
 PIECES = st.sampled_from(["m.a", "(", ")", "and", "or", "not", "in", "len(", "1", "'x'", *"+-*/%<,.", "==", "[0]"])
 
 
 @given(st.text() | st.lists(PIECES).map(" ".join))
-def test_whatever_is_typed_is_a_filter_or_told(text: str):
+def test_any_text_is_a_filter_or_an_error(text: str):
     with suppress(InvalidInput):
         parse_filter(text)({"a": 1})
 

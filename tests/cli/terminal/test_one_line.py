@@ -1,4 +1,4 @@
-"""Messages on one line."""
+"""Messages on one line, as CSV and as Python code."""
 
 import csv
 

@@ -22,7 +22,7 @@ def environment(monkeypatch):
 
 
 def shown(messages, total=None, *, stream=None, after_half=lambda: None):
-    """What is printed while so many messages are worked on."""
+    """Return what is printed during work on this many messages."""
     printed = Terminal() if stream is None else stream
     with redirect_stderr(printed), progress("reading", total) as step:
         for number in range(messages):
@@ -51,7 +51,7 @@ def test_short_work_shows_none():
     assert shown(1999, lambda: 1999) == ""
 
 
-def test_ctrl_c_takes_it_away_and_gives_the_cursor_back():
+def test_ctrl_c_erases_the_bar_and_restores_cursor():
     printed = Terminal()
 
     def interrupted():
@@ -63,10 +63,10 @@ def test_ctrl_c_takes_it_away_and_gives_the_cursor_back():
     assert printed.getvalue().endswith("\x1b[?25h\n\x1b[A\x1b[2K")
 
 
-def test_nothing_is_printed_where_there_is_no_terminal():
+def test_no_bar_without_a_terminal():
     assert shown(9000, lambda: 9000, stream=io.StringIO()) == ""
 
 
-def test_nothing_is_printed_on_a_terminal_that_cannot_erase(monkeypatch):
+def test_no_bar_on_a_dumb_terminal(monkeypatch):
     monkeypatch.setenv("TERM", "dumb")
     assert shown(9000, lambda: 9000) == ""

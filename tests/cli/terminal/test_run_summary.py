@@ -13,14 +13,14 @@ from busflow.runner.report import NodeReport, ProcessReport, Report, ServiceRepo
 def test_a_node_whose_parameters_were_changed_is_named(capsys: pytest.CaptureFixture[str]):
     nodes = tuple(NodeReport(f"/{name}", name, "stopped", times) for name, times in (("a", 0), ("b", 1), ("c", 3)))
     print_summary(Report("lab", 0, "sim", 1.0, ExitCode.OK, nodes, (), ()))
-    told = [line for line in capsys.readouterr().out.splitlines() if "parameters" in line]
-    assert told == [
+    output = [line for line in capsys.readouterr().out.splitlines() if "parameters" in line]
+    assert output == [
         "/b: parameters changed once while it ran",
         "/c: parameters changed 3 times while it ran",
     ]
 
 
-def test_what_befell_processes_and_what_got_lost_between_them_is_told(capsys: pytest.CaptureFixture[str]):
+def test_process_restarts_and_losses_are_listed(capsys: pytest.CaptureFixture[str]):
     processes = (
         ProcessReport("main", 1, ("/a",)),
         ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
@@ -28,21 +28,21 @@ def test_what_befell_processes_and_what_got_lost_between_them_is_told(capsys: py
     )
     topics = (TopicReport("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1}),)
     print_summary(Report("lab", 0, "system", 1.0, ExitCode.OK, (), topics, (), processes=processes))
-    told = capsys.readouterr().out
-    assert "process left was started anew 2 times; the last time the process left was ended by SIGKILL\n" in told
-    assert "\nthe process right ended with exit code 1\n" in told
-    assert "main" not in told
-    assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in told
+    output = capsys.readouterr().out
+    assert "process left was started anew 2 times; the last time the process left was ended by SIGKILL\n" in output
+    assert "\nthe process right ended with exit code 1\n" in output
+    assert "main" not in output
+    assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in output
 
 
-def test_a_rate_is_that_since_somebody_came_to_publish_it(capsys: pytest.CaptureFixture[str]):
+def test_rate_starts_with_the_first_publisher(capsys: pytest.CaptureFixture[str]):
     topics = (TopicReport("/a", "a/msg/B", 200, ()), TopicReport("/late", "a/msg/B", 50, (), since_s=7.5))
     print_summary(Report("lab", 0, "sim", 10.0, ExitCode.OK, (), topics, ()))
     rates = [line.split("  ")[-1].strip() for line in capsys.readouterr().out.splitlines() if line.startswith("/")]
     assert rates == ["20.0 Hz", "20.0 Hz"]
 
 
-def test_the_table_of_services_adds_up_for_both_ends_and_has_no_column_that_nobody_needs(
+def test_service_table_adds_up_without_empty_columns(
     capsys: pytest.CaptureFixture[str],
 ):
     server = ServerStatistics(
@@ -53,11 +53,11 @@ def test_the_table_of_services_adds_up_for_both_ends_and_has_no_column_that_nobo
         "/n", "/n/fine", 10, received=2, served=2, failed=0, refused=0, withdrawn=0, lost=0, waiting=0
     )
 
-    def told(*services: ServiceReport) -> list[list[str]]:
+    def table(*services: ServiceReport) -> list[list[str]]:
         print_summary(Report("lab", 0, "sim", 1.0, ExitCode.OK, (), (), (), services=services))
         return [re.split(r" {2,}", line.strip()) for line in capsys.readouterr().out.splitlines()[3:]]
 
-    head, _, served, called, _, _ = told(
+    head, _, served, called, _, _ = table(
         ServiceReport("/n/slow", "std_srvs/srv/Trigger", (server,), (client,)),
         ServiceReport("/n/fine", "std_srvs/srv/Trigger", (fine,), ()),
     )
@@ -67,12 +67,12 @@ def test_the_table_of_services_adds_up_for_both_ends_and_has_no_column_that_nobo
     assert served == ["← /n", "depth 10", "21", "1", "2", "3", "4", "5", "6"]
     assert called == ["→ /m", "15", "1", "2", "3", "4", "5"]
     assert [sum(map(int, line[-count:])) for line, count in ((served, 6), (called, 5))] == [21, 15]
-    head, _, line = told(ServiceReport("/n/fine", "std_srvs/srv/Trigger", (fine,), ()))
+    head, _, line = table(ServiceReport("/n/fine", "std_srvs/srv/Trigger", (fine,), ()))
     assert head[2:] == ["calls", "answered", "failed", "waiting"]
     assert line == ["← /n", "depth 10", "2", "2", "0", "0"]
 
 
-def test_services_that_nobody_asked_are_not_in_the_table(capsys: pytest.CaptureFixture[str]):
+def test_uncalled_services_are_left_out(capsys: pytest.CaptureFixture[str]):
     idle = ServerStatistics(
         "/n", "/n/idle", 10, received=0, served=0, failed=0, refused=0, withdrawn=0, lost=0, waiting=0
     )

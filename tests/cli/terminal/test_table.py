@@ -1,4 +1,4 @@
-"""Tables in terminals: what gives way where there is no room, and that no word is broken."""
+"""Tables in terminals: how they shrink, and that no word is broken."""
 
 import re
 from collections.abc import Callable
@@ -21,7 +21,7 @@ def laid(width: int | None, rows: list[tuple[object, ...]] = ROWS, columns: tupl
     return [re.sub(r"\x1b\[[0-9;]*m", "", line) for line in lines]
 
 
-def test_with_room_for_all_of_it_nothing_gives_way():
+def test_wide_table_is_unchanged():
     whole = [
         "topic        type                    rate  lost",
         "/imu/data    sensor_msgs/msg/Imu   9.0 Hz  0",
@@ -38,11 +38,11 @@ def test_with_room_for_all_of_it_nothing_gives_way():
         (24, "topic        lost", "/imu/data    0"),
     ],
 )
-def test_types_lose_their_package_and_then_columns_go_in_their_order(width: int, head: str, row: str):
+def test_types_are_shortened_then_columns_left_out(width: int, head: str, row: str):
     assert laid(width)[:2] == [head, row]
 
 
-def test_long_names_have_lines_of_their_own_with_the_figures_below():
+def test_long_names_get_lines_of_their_own():
     rows = [("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", 0), ("  → /filter", "depth 5", "", 12)]
     assert laid(26, rows) == [
         "topic",
@@ -54,7 +54,7 @@ def test_long_names_have_lines_of_their_own_with_the_figures_below():
     ]
 
 
-def test_where_no_columns_have_room_the_figures_are_told_with_their_names():
+def test_narrowest_table_becomes_sentences():
     columns = (Column("node"), *(Column(title) for title in ("delivered", "dropped", "queued")))
     assert laid(25, [("/a", 10, 2, ""), ("/arm/left/elbow/joint_states", 1, 2, 3)], columns) == [
         "/a",
@@ -66,7 +66,7 @@ def test_where_no_columns_have_room_the_figures_are_told_with_their_names():
     ]
 
 
-def test_a_column_that_folds_takes_several_lines_with_its_words_whole():
+def test_folding_column_keeps_words_whole():
     columns = (Column(), Column(folds=True))
     assert laid(30, [("rate_hz", "How often the sensors publish, Hz."), ("noise", "")], columns) == [
         "rate_hz  How often the sensors",
@@ -90,9 +90,7 @@ def test_a_column_that_folds_takes_several_lines_with_its_words_whole():
         (20, ["topic", "lost"], ("…oint_states", "0")),
     ],
 )
-def test_where_each_row_has_one_line_names_give_way_before_figures(
-    room: int, titles: list[str], first: tuple[str, ...]
-):
+def test_names_are_cut_before_figures_in_rows(room: int, titles: list[str], first: tuple[str, ...]):
     rows = [("/left/arm/joint_states", "sensor_msgs/msg/JointState", "9.0 Hz", "0"), ("/imu", "a/b/C", "", "12")]
     columns, cells = narrowed(rows, LEDGER, room, gap=2)
     assert [column.title for column in columns] == titles
@@ -106,7 +104,7 @@ def test_wide_characters_take_two_places():
 
 @pytest.mark.e2e
 @pytest.mark.parametrize("width", [80, 60, 40])
-def test_the_tables_at_the_end_of_a_run_break_no_word(in_terminal: InTerminal, width: int):
+def test_end_tables_break_no_word(in_terminal: InTerminal, width: int):
     lines = in_terminal(width, "run", str(CONFIGS / "lab1.yaml"), "--sim", "--for", "1s")
     assert max(map(len, lines)) <= width
     words = {word for line in lines for word in line.split()}
@@ -134,7 +132,7 @@ COMMANDS = [
 @pytest.mark.e2e
 @pytest.mark.usefixtures("lab")
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
-def test_what_is_told_of_a_run_breaks_no_word(command: list[str], in_terminal: InTerminal, capsys: Captured):
+def test_command_output_breaks_no_word(command: list[str], in_terminal: InTerminal, capsys: Captured):
     assert main(command) == 0
     words = {word for line in capsys.readouterr().out.splitlines() for word in re.findall(r"[^\s/,]+", line)}
     for width in (80, 60):
@@ -146,7 +144,7 @@ def test_what_is_told_of_a_run_breaks_no_word(command: list[str], in_terminal: I
 
 
 @pytest.mark.e2e
-def test_a_file_gets_all_of_it_whatever_the_terminal_is(in_terminal: InTerminal, capsys: Captured):
+def test_files_get_the_full_table(in_terminal: InTerminal, capsys: Captured):
     assert main(["plugins", "info", "player"]) == 0
     whole = capsys.readouterr().out
     assert max(map(len, whole.splitlines())) > 60 >= max(map(len, in_terminal(60, "plugins", "info", "player")))

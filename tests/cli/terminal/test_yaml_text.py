@@ -1,4 +1,4 @@
-"""YAML as it is echoed: what PyYAML reads back is what was written, and it looks as PyYAML would write it."""
+"""Printed YAML: PyYAML reads it back unchanged, and would write it in the same form."""
 
 import sys
 
@@ -20,7 +20,7 @@ VALUES = st.recursive(
 
 
 @given(VALUES, st.booleans())
-def test_what_is_written_is_read_back(value: object, flow: bool):
+def test_written_yaml_is_read_back(value: object, flow: bool):
     assert yaml.safe_load("\n".join(yaml_lines(value, flow=flow))) == value
 
 

@@ -29,7 +29,7 @@ def test_two_spreads_together_are_that_of_all_values(some: list[float], others: 
 
 
 @given(st.lists(st.integers(0, 20), max_size=30), st.integers(1, 50))
-def test_a_window_holds_as_many_messages_as_it_needs(counts: list[int], size: int):
+def test_window_keeps_only_needed_readings(counts: list[int], size: int):
     window, total = Window(size), reading()
     for count in counts:
         total = window.add(reading(*[1.0] * count))
@@ -38,7 +38,7 @@ def test_a_window_holds_as_many_messages_as_it_needs(counts: list[int], size: in
     assert newest <= total.count < size + max([*counts, 1])
 
 
-def test_bytes_are_told_in_the_unit_of_their_rate():
+def test_sizes_use_the_unit_of_the_rate():
     assert bw_text(reading(12.0, 12.0)) == "24 B/s from 2 messages\n\tMessage size mean: 12 B min: 12 B max: 12 B"
     assert bw_text(reading(6e6)).startswith("6.00 MB/s from 1 messages\n\tMessage size mean: 6.00 MB")
     assert bw_text(reading()) == "0 B/s from 0 messages\n\tMessage size mean: 0 B min: 0 B max: 0 B"
@@ -59,7 +59,7 @@ def test_drops_are_those_since_the_last_time():
     assert (restarted.published, restarted.dropped) == (4, 1)
 
 
-def test_two_subscriptions_of_a_node_are_told_apart():
+def test_subscriptions_of_one_node_are_distinguished():
     flows = Flows()
     flows.since([line("/a", 10, 0), line("/a", 10, 10, overflow=10)])
     first, second = flows.since([line("/a", 20, 0), line("/a", 20, 20, overflow=20)])
@@ -67,17 +67,17 @@ def test_two_subscriptions_of_a_node_are_told_apart():
 
 
 def test_json_names_its_units():
-    told = HZ.as_json("/x", reading(1.0), reading(1.0, 1.0), [])
-    assert (told["rate_hz"], told["window"], told["period_s"]["mean"]) == (10.0, 2, 0.1)
+    answer = HZ.as_json("/x", reading(1.0), reading(1.0, 1.0), [])
+    assert (answer["rate_hz"], answer["window"], answer["period_s"]["mean"]) == (10.0, 2, 0.1)
     assert BW.as_json("/x", reading(8.0), reading(8.0, seconds=2.0), [])["bytes_per_s"] == 4.0
 
 
 def measured(
     count: int, *, publishers: tuple[str, ...] = (), arrived: dict[str, int] | None = None
 ) -> dict[str, object]:
-    """What a process answers that counted so many messages, ten a second."""
+    """Return the answer of a process that counted this many messages, ten a second."""
 
-    def told(count: int) -> dict[str, object]:
+    def account(count: int) -> dict[str, object]:
         periods = spread(*[0.1] * (count - 1))
         return {
             "count": count,
@@ -86,11 +86,11 @@ def measured(
             "ages_s": asdict(spread()),
         }
 
-    others = {node: told(number) for node, number in (arrived or {}).items()}
-    return {"duration_s": 1.0, **told(count), "publishers": list(publishers), "arrived": others}
+    others = {node: account(number) for node, number in (arrived or {}).items()}
+    return {"duration_s": 1.0, **account(count), "publishers": list(publishers), "arrived": others}
 
 
-def test_what_several_processes_publish_adds_up():
+def test_parallel_publishers_add_up():
     read = Reading.of([measured(11, publishers=("/a",)), measured(11, publishers=("/b",)), measured(0)])
     assert (read.count, read.duration_s, read.sizes.total) == (22, 1.0, 176)
     assert abs(1 / read.periods.mean - 20) < 1e-9
@@ -98,12 +98,12 @@ def test_what_several_processes_publish_adds_up():
     assert read.periods.deviation < 1e-6
 
 
-def test_a_message_counts_where_it_is_published_however_many_processes_receive_it():
+def test_message_counts_once_for_many_processes():
     there = measured(11, publishers=("/a",))
     assert Reading.of([measured(0, arrived={"/a": 10}), there, measured(0, arrived={"/a": 11})]).count == 11
 
 
-def test_what_comes_from_outside_the_run_counts_once():
+def test_outside_messages_count_once():
     outside = [measured(0, arrived={"/_busflow_cli_7": 5}), measured(0, arrived={"/_busflow_cli_7": 6}), measured(0)]
     assert Reading.of(outside).count == 6
 

@@ -24,7 +24,7 @@ def test_values_are_yaml(text, values):
     assert typed(text).at(0) == values
 
 
-def test_a_header_and_a_time_are_those_of_each_message():
+def test_header_and_time_are_filled_per_message():
     values = typed("{header: auto}", PoseArray)
     assert values.at(3_000_000_007) == {"header": {"stamp": {"sec": 3, "nanosec": 7}}}
     assert values.at(4_000_000_000)["header"]["stamp"]["sec"] == 4
@@ -33,7 +33,7 @@ def test_a_header_and_a_time_are_those_of_each_message():
 
 
 @pytest.mark.parametrize(
-    ("text", "cls", "column", "told"),
+    ("text", "cls", "column", "expected"),
     [
         ("{data: oops}", Float64, 8, "data: 'oops' is no float64"),
         ("{value: 1.0}", Float64, 2, "std_msgs/msg/Float64 has no field 'value'; known: data"),
@@ -44,14 +44,14 @@ def test_a_header_and_a_time_are_those_of_each_message():
         ("{poses: [{positoin: {}}]}", PoseArray, 11, "did you mean 'position'?"),
     ],
 )
-def test_what_does_not_fit_is_shown(text, cls, column, told):
+def test_unfit_values_are_shown(text, cls, column, expected):
     with pytest.raises(InvalidInput) as caught:
         typed(text, cls)
     assert caught.value.problem.place.column == column
-    assert told in str(caught.value)
+    assert expected in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["{data: 1.0", "{data: *a}", "{data: !!python/name:os.x y}", "{data: 1, data: 2}"])
-def test_what_is_more_than_data_is_refused(text):
+def test_only_plain_data_is_accepted(text):
     with pytest.raises(LaunchError, match="VALUES:1:"):
         typed(text)

@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import click
 
-from busflow.cli.commands import complete_runs, complete_topics, joined, print_message
+from busflow.cli.commands import complete_runs, complete_topics, joined, tell
 
 if TYPE_CHECKING:
     from busflow.cli.commands import Peer
@@ -73,11 +73,11 @@ async def _serve(
     from busflow_ui.foxglove.admission import is_local
     from busflow_ui.foxglove.bridge import Bridge
 
-    bridge = Bridge(peer, topics, read_only=read_only, print_message=print_message)
+    bridge = Bridge(peer, topics, read_only=read_only, print_message=tell)
     try:
         port = await bridge.open(host, port, admission)
         if not is_local(host):
-            print_message(f"warning: {_risk(host, read_only=read_only)}")
+            tell(f"warning: {_risk(host, read_only=read_only)}")
         url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
         click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
         click.echo(f"  {_APP}{quote(url, safe='')}")

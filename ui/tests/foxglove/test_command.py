@@ -22,7 +22,7 @@ from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
 from busflow.wire.client.client import join
-from tests.cli.test_startup import HEAVY, IMPORTS
+from tests.cli.test_cli import HEAVY, IMPORTS
 
 PATIENCE_S = 60.0
 Refused = Callable[..., tuple[int, str]]
@@ -403,7 +403,7 @@ def test_a_call_that_cannot_be_answered_says_why(served: Served):
 )
 def test_what_a_client_publishes_arrives_in_a_node(served_odds: Served, encoding: str, payload: bytes):
     client = served_odds.client()
-    client.subscribe("/heard")
+    client.subscribe("/commanded")
     client.ask(
         "advertise", channels=[{"id": 3, "topic": "/cmd", "encoding": encoding, "schemaName": "std_msgs/msg/Float64"}]
     )

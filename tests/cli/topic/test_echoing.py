@@ -1,4 +1,4 @@
-"""`busflow topic echo`: beside what ROS 2 printed of the same lab, and of topics that are not as in the lab."""
+"""`busflow topic echo`: its output beside that of ROS 2 in the same lab, and on unusual topics."""
 
 import json
 import re
@@ -23,7 +23,7 @@ _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 
 
 def alike(text: str) -> list[str]:
-    """The lines, whatever the numbers in them are, and however the joints are called."""
+    """Return the lines without their numbers and the names of joints."""
     return [_NUMBER.sub("#", line).replace("joint_#", "j#") for line in text.splitlines()]
 
 
@@ -45,12 +45,12 @@ def printed(capsys: Captured, *arguments: str) -> str:
         ("--once --csv balance_state", "33_topic_echo_csv"),
     ],
 )
-def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
+def test_output_is_that_of_ros2(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
     assert alike(printed(capsys, *arguments.split())) == alike(ros2_said(capture))
 
 
 @in_the_lab
-def test_what_is_known_of_a_messages_way(capsys: Captured, ros2_said: Said):
+def test_message_info_is_that_of_ros2(capsys: Captured, ros2_said: Said):
     lines = printed(capsys, "--once", "/balance_state", "--include-message-info").splitlines()
     said = ros2_said("220_echo_message_info").splitlines()
     assert [line.partition(":")[0] for line in lines] == [line.partition(":")[0] for line in said]
@@ -68,8 +68,8 @@ def test_what_is_known_of_a_messages_way(capsys: Captured, ros2_said: Said):
         ("--once --no-arr /joint_states", "35_topic_echo_no_arr"),
     ],
 )
-def test_joints_are_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
-    """Up to the velocities, which our lab's joints leave out."""
+def test_joint_states_print_as_ros2(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
+    """Compare up to the velocities, which our lab's joints do not have."""
     ours, theirs = (
         alike(text.partition("\nvelocity")[0].replace("frame_id: imu_link", "frame_id: ''"))
         for text in (printed(capsys, *arguments.split()), ros2_said(capture))
@@ -86,7 +86,7 @@ def test_raw_is_the_bytes_of_ros2(capsys: Captured, ros2_said: Said):
 
 
 @in_the_lab
-def test_as_many_messages_as_asked_for_as_json_lines(capsys: Captured):
+def test_count_limits_json_lines(capsys: Captured):
     lines = [json.loads(line) for line in printed(capsys, "imu/data", "-n", "3", "--json").splitlines()]
     assert [line["version"] for line in lines] == [1, 1, 1]
     first = lines[0]["sequence"]
@@ -106,7 +106,7 @@ def test_a_filter_chooses(capsys: Captured):
 
 @in_the_lab
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["--field", "linear_acceleration.q"], "  linear_acceleration.q\n                      ^\n"),
         (["--filter", "m.data > 3"], "sensor_msgs/msg/Imu has no field data"),
@@ -118,16 +118,16 @@ def test_a_filter_chooses(capsys: Captured):
         (["--timeout", "soon"], "a duration is"),
     ],
 )
-def test_a_mistake_is_told_before_any_message(capsys: Captured, arguments: list[str], told: str):
+def test_mistake_is_reported_before_any_message(capsys: Captured, arguments: list[str], expected: str):
     assert main(["topic", "echo", "imu/data", *arguments]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert expected in err
 
 
 @with_odds
 class TestOdds:
-    def test_a_topic_that_nobody_publishes_says_so_and_waits(self, capsys: Captured):
+    def test_unpublished_topic_is_warned_of(self, capsys: Captured):
         assert main(["topic", "echo", "cmd", "--timeout", "50ms"]) == 1
         first, last = capsys.readouterr().err.splitlines()
         assert first.startswith("warning: nobody publishes /cmd; ")
@@ -158,7 +158,7 @@ class TestOdds:
         assert printed(capsys, "note", "--once", "--csv") == '"a, b",None,inf\n'
         assert printed(capsys, "note", "--once", "--field", "marks.x", "--filter", "m > 1") == ".inf\n---\n"
 
-    def test_what_is_kept_for_late_joiners_comes_at_once(self, capsys: Captured):
+    def test_latched_message_is_printed_at_once(self, capsys: Captured):
         assert printed(capsys, "map_name", "--once") == "data: attic\n---\n"
 
     def test_the_last_messages_of_a_volatile_topic(self, capsys: Captured):
@@ -171,17 +171,17 @@ class TestOdds:
         assert "5 of the last 6 messages of /numbers are kept" in err
         assert "topics: {/numbers: {history: 6}}" in err
 
-    def test_a_field_that_a_message_lacks_is_told_once(self, capsys: Captured):
+    def test_missing_field_is_reported_once(self, capsys: Captured):
         assert main(["topic", "echo", "note", "--field", "marks.y", "--timeout", "1s", "--filter", "m > 1"]) == 1
         err = capsys.readouterr().err
         assert err.count("there is no 'y'") == 1
 
-    def test_once_ends_where_the_first_message_lacks_the_field(self, capsys: Captured):
+    def test_once_ends_when_the_field_is_missing(self, capsys: Captured):
         assert main(["topic", "echo", "note", "--once", "--field", "marks.y"]) == 4
-        told = "error: a message of /note has no such field: there is no 'y'; -n 1 waits for one that has it\n"
-        assert capsys.readouterr() == ("", told)
+        message = "error: a message of /note has no such field: there is no 'y'; -n 1 waits for one that has it\n"
+        assert capsys.readouterr() == ("", message)
 
-    def test_a_topic_of_two_types_is_an_error_that_names_both(self, capsys: Captured):
+    def test_topic_of_two_types_is_an_error(self, capsys: Captured):
         with join() as peer, peer.advertise("/talk", known_type(peer, "std_msgs/msg/Float64")):
             assert main(["topic", "echo", "talk", "--once"]) == 2
             err = capsys.readouterr().err
@@ -192,7 +192,7 @@ class TestOdds:
             assert main(["topic", "info", "talk"]) == 0
             assert "conflicting types" in capsys.readouterr().err
 
-    def test_one_command_hears_another(self):
+    def test_one_command_receives_from_another(self):
         with join() as peer, peer.advertise("/new", known_type(peer, "std_msgs/msg/Int64")) as speaker:
             command = [*BUSFLOW, "topic", "echo", "new", "--once"]
             with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
@@ -206,7 +206,7 @@ class TestOdds:
         assert re.fullmatch(r"data: [0-9]+\n0\n", done.stdout)
         assert done.stderr == ""
 
-    def test_ctrl_c_ends_it_with_130_and_no_traceback(self):
+    def test_ctrl_c_exits_130_without_traceback(self):
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         with subprocess.Popen([*BUSFLOW, "topic", "echo", "numbers"], **pipes) as it:
             assert it.stdout is not None

@@ -1,4 +1,4 @@
-"""`busflow topic pub`: what is published arrives, and what cannot be is told first."""
+"""`busflow topic pub`: publishes messages, and refuses invalid ones beforehand."""
 
 import json
 import signal
@@ -18,13 +18,13 @@ pytestmark = pytest.mark.usefixtures("odds")
 FLOAT = "std_msgs/msg/Float64"
 
 
-def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Callable[[str], str]):
+def test_output_is_that_of_ros2(capsys: Captured, ros2_said: Callable[[str], str]):
     assert main(["topic", "pub", "--once", "/cmd", FLOAT, "{data: 1.5}"]) == 0
     assert capsys.readouterr() == (ros2_said("202_pub_once_with_listener"), "")
 
 
-def test_what_is_published_arrives():
-    with join() as peer, peer.listen(peer.graph().topic("heard")) as listener:
+def test_published_messages_arrive():
+    with join() as peer, peer.listen(peer.graph().topic("commanded")) as listener:
         arrived: list[float] = []
         for number in range(5):
             assert main(["topic", "pub", "--once", "cmd", "std_msgs/Float64", f"data: {number}.5"]) == 0
@@ -40,7 +40,7 @@ def test_as_often_and_as_fast_as_asked_for(capsys: Captured):
     assert lines[0] == {"version": 1, "topic": "/cmd", "count": 2, "message": {"data": 0.0}}
 
 
-def test_a_type_that_the_run_does_not_use_is_one_of_ours(capsys: Captured):
+def test_unused_builtin_type_can_be_published(capsys: Captured):
     values = "{header: auto, position: [1, 2]}"
     assert main(["topic", "pub", "-t", "1", "-w", "0", "x", "sensor_msgs/msg/JointState", values]) == 0
     out, err = capsys.readouterr()
@@ -55,7 +55,7 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "expected"),
     [
         (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is no float64\n  {data: oops}\n         ^^^^\n"),
         (["cmd", FLOAT, "{value: 1.0}"], 2, "has no field 'value'; known: data"),
@@ -70,11 +70,11 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
         (["cmd", FLOAT, "-1", "-t", "2"], 2, "exclude each other"),
     ],
 )
-def test_what_cannot_be_published_is_told_and_nothing_is(capsys: Captured, arguments: list[str], code: int, told: str):
+def test_invalid_message_is_refused_before_publishing(capsys: Captured, arguments: list[str], code: int, expected: str):
     assert main(["topic", "pub", *arguments]) == code
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert expected in err
 
 
 def test_it_waits_for_a_subscription_until_ctrl_c():
@@ -97,7 +97,7 @@ def test_it_waits_no_longer_than_asked_for(capsys: Captured):
     assert err.splitlines()[-1] == "error: /nobody did not have 1 subscription within 0.01 s"
 
 
-def test_what_is_offered_is_told_to_the_graph():
+def test_offered_qos_is_visible_in_the_graph():
     qos = ["--qos-depth", "3", "--qos-reliability", "best_effort", "--qos-durability", "transient_local"]
     command = [sys.executable, "-m", "busflow", "topic", "pub", "-w", "0", "-r", "1", *qos, "offered", FLOAT]
     with join() as peer, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as it:
@@ -109,7 +109,7 @@ def test_what_is_offered_is_told_to_the_graph():
     assert (offer.depth, offer.reliability, offer.durability) == (3, "best_effort", "transient_local")
 
 
-def test_an_offer_that_does_not_suffice_is_told(capsys: Captured):
+def test_insufficient_qos_is_warned_of(capsys: Captured):
     assert main(["topic", "pub", "-t", "1", "-w", "0", "--qos-reliability", "best_effort", "cmd", FLOAT]) == 0
-    told = "warning: a subscription of /cmd asks for reliability: reliable, and receives nothing of this\n"
-    assert capsys.readouterr().err == told
+    message = "warning: a subscription of /cmd asks for reliability: reliable, and receives nothing of this\n"
+    assert capsys.readouterr().err == message

@@ -1,4 +1,4 @@
-"""The root of the command: what it answers to wrong usage, failures, signals and closed pipes."""
+"""Tests of `__init__.py`: usage errors, failures, signals and closed pipes; and of what commands import."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,8 +14,17 @@ import busflow
 from busflow.cli import main
 
 BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
-"""The environment of a command whose output waits in a buffer until its end, as it usually does."""
+"""The environment of a command with the usual buffered output."""
 BUSFLOW = [sys.executable, "-c", "import sys; from busflow.cli import main; sys.exit(main())"]
+
+BAG = Path(__file__).parents[1] / "cases/rosbag2/talker/talker.mcap"
+HEAVY = ("pydantic", "numpy", "structlog", "asyncio", "rich", "anyio", "yaml")
+IMPORTS = (
+    "import sys, busflow.cli\n"
+    "code = busflow.cli.main(sys.argv[2:])\n"
+    "print('imported:', [name for name in sys.argv[1].split(',') if name in sys.modules], file=sys.stderr)\n"
+    "sys.exit(code)"
+)
 
 Captured = pytest.CaptureFixture[str]
 
@@ -51,7 +61,7 @@ def test_the_version_is_the_packages(capsys: Captured):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["rnu"], "error: there is no command 'rnu': did you mean 'run'?"),
         (["plugins", "lst"], "error: there is no command 'lst': did you mean 'list'?"),
@@ -74,15 +84,15 @@ def test_the_version_is_the_packages(capsys: Captured):
         (["bag", "convert", "a", "b"], "Missing option '--to'. Choose from: ros2bag, csv,"),
     ],
 )
-def test_wrong_usage_is_told_with_what_would_be_right(capsys: Captured, arguments: list[str], told: str):
+def test_wrong_usage_is_answered_with_a_fix(capsys: Captured, arguments: list[str], expected: str):
     assert main(arguments) == 2
     captured = capsys.readouterr()
-    assert told in captured.err
+    assert expected in captured.err
     assert "Usage: busflow" in captured.err
     assert captured.out == ""
 
 
-def test_what_the_user_typed_cannot_steer_the_terminal(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
+def test_user_input_is_escaped(capsys: Captured, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     for arguments in (["\x1b[31m"], ["--\x1b[31m"], ["new", "\x1b[31m"], ["run", "\x1b[31m"], ["new", "a\x9b31m"]):
         assert main(arguments) == 2
@@ -91,7 +101,7 @@ def test_what_the_user_typed_cannot_steer_the_terminal(capsys: Captured, monkeyp
 
 @pytest.mark.usefixtures("broken")
 class TestFailure:
-    def test_an_error_is_one_rendered_block_with_its_exit_code(self, capsys: Captured):
+    def test_error_is_one_block_with_its_exit_code(self, capsys: Captured):
         assert main(["plugins", "info", "broken"]) == 2
         err = capsys.readouterr().err
         assert err.splitlines() == [
@@ -128,7 +138,7 @@ class TestFailure:
         assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_at_its_end_it_closes_what_nobody_has_any_more_and_does_not_take_the_rest_apart():
+def test_exit_closes_garbage_without_interpreter_teardown():
     code = (
         "import gc, sys; from busflow.cli import main; gc.disable()\n"
         "class Circle:\n"
@@ -156,8 +166,77 @@ def test_without_any_standard_output_it_still_works():
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_a_full_disk_is_told():
+def test_full_disk_is_reported():
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([*BUSFLOW, "--help"], stdout=full, stderr=subprocess.PIPE, text=True, env=BUFFERED)
     assert done.returncode == 1
     assert done.stderr == "error: No space left on device, on writing the output\n"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "",
+        "--help",
+        "--version",
+        "plugins list",
+        "plugins list --json",
+        "plugins info --help",
+        "run --help",
+        "check --help",
+        "config --help",
+        "graph --help",
+        "schema --help",
+        "new --help",
+        "node --help",
+        "node list --help",
+        "param --help",
+        "ps --help",
+        "log --help",
+        "doctor --help",
+        "interface show sensor_msgs/msg/Imu",
+        "completion zsh",
+        "topic --help",
+        "topic echo --help",
+        "topic pub --help",
+    ],
+)
+def test_a_command_that_runs_nothing_imports_nothing_heavy(command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()], capture_output=True, text=True
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "ps",
+        "graph",
+        "log --node processor",
+        "interface list",
+        "node list",
+        "node list -v",
+        "node info processor",
+        "param list",
+        "param get imu_publisher rate_hz",
+        "topic list",
+        "topic info -v imu/data",
+        "topic echo --once imu/data --filter linear_acceleration.z>-99",
+        "topic hz imu/data -n 1 --every 0.2",
+        "topic bw imu/data -n 1 --every 0.2",
+        "topic stats",
+    ],
+)
+def test_a_command_that_only_looks_imports_nothing_heavy(imu_lab: Any, command: str):
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS, ",".join(HEAVY), *command.split()],
+        capture_output=True,
+        text=True,
+        env=imu_lab.environment,
+    )
+    assert done.stderr.splitlines()[-1] == "imported: []"
+    assert done.returncode == 0
+    assert done.stdout

@@ -1,4 +1,4 @@
-"""Playing a recording into a run that is there already: its bytes, as they are, on the run's topics."""
+"""`play_into`: plays a recording into a running graph: publishes the recorded bytes on the run's topics."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.qos import QoS
-from busflow.cli.bag.playing import print_played
+from busflow.cli.bag.play_alone import print_played
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.options.run import joined
 from busflow.cli.terminal.output import print_message
-from busflow.cli.terminal.player_console import Console, Standing
+from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.clock import NS_PER_S, SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.interfaces.encoding.builtin_types import builtin_types
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from busflow.wire.client.speaker import Speaker
 
 _LOOK_S = 1.0
-"""How often to look whether the run is there."""
+"""The interval at which to check that the run is alive."""
 _CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 
 def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
-    """Play into a run; the exit code.
+    """Play a recording into a run; return the exit code.
 
     Raises:
-        NoSuchRun: There is none of this name.
+        NoSuchRun: There is no run of this name.
         InvalidInput: One of its topics has another type.
         InspectionUnavailable: It ended meanwhile.
     """
@@ -57,10 +57,10 @@ def play_into(run: str, asked: Mapping[str, Any], *, as_json: bool) -> int:
 
 
 class _Into:
-    """A tape, and a way into the run for each of its topics."""
+    """The ordered messages of a recording, and a speaker in the run for each of its topics."""
 
     def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
-        """Check everything, and be there with every topic, before anything is published."""
+        """Check everything, and advertise every topic, before anything is published."""
         self._peer, self._asked = peer, asked
         channels = chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         self._clock_hz: float = asked["clock_hz"]
@@ -69,63 +69,65 @@ class _Into:
         graph = peer.graph()
         for channel in channels:
             self._check(channel, graph)
-        self._ways = {each: self._way(each, ends) for each in channels}
-        self._clock_way = self._advertised_clock(ends) if self._clock_hz else None
+        self._speakers = {each: self._advertised(each, ends) for each in channels}
+        self._clock_speaker = self._advertised_clock(ends) if self._clock_hz else None
         peer.settle()
         span = Span.of_seconds(asked["start_s"], asked["until_s"], asked["duration_s"])
-        self._tape = OrderedMessages(bag, channels, span, threaded=True)
+        self._messages = OrderedMessages(bag, channels, span, threaded=True)
         self._playing: Playing | None = None
 
     @property
     def played(self) -> int:
-        """Messages so far."""
+        """The number of messages published so far."""
         return 0 if self._playing is None else self._playing.played
 
     async def go(self) -> None:
-        """Play to the end, over and over if asked."""
+        """Play to the end, again and again with --loop."""
         try:
             await self._play()
         finally:
-            await self._tape.close()
+            await self._messages.close()
 
     async def _play(self) -> None:
         clock, asked = SystemClock(), self._asked
         if asked["delay_s"] > 0:
             await clock.sleep(asked["delay_s"])
-        playing = self._playing = Playing(self._tape, clock, self._publish, rate=asked["rate"], paused=asked["paused"])
+        playing = self._playing = Playing(
+            self._messages, clock, self._publish, rate=asked["rate"], paused=asked["paused"]
+        )
         console = Console(_LoopControls(asyncio.get_running_loop(), playing))
         async with asyncio.TaskGroup() as beside:
             tasks = [beside.create_task(self._watch(clock, playing))]
-            if self._clock_way is not None:
-                tasks.append(beside.create_task(self._tell_time(self._clock_way, clock, playing)))
+            if self._clock_speaker is not None:
+                tasks.append(beside.create_task(self._publish_clock(self._clock_speaker, clock, playing)))
             with console.shown():
                 while await playing.play() and asked["loop"] and await playing.again():
                     continue
             for task in tasks:
                 task.cancel()
-            if self._clock_way is not None:
-                self._tell(self._clock_way, playing)  # how late it is in the end
+            if self._clock_speaker is not None:
+                self._publish_time(self._clock_speaker, playing)  # the final time
         if not self._peer.alive:
             raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
 
     async def _publish(self, entry: Entry) -> None:
-        self._ways[entry.channel].publish_bytes(entry.payload)
+        self._speakers[entry.channel].publish_bytes(entry.payload)
 
     async def _watch(self, clock: SystemClock, playing: Playing) -> None:
-        """Stop when the run is not there any more."""
+        """Stop playing when the run has ended."""
         while self._peer.alive:
             await clock.sleep(_LOOK_S)
         playing.stop()
 
-    async def _tell_time(self, way: Speaker, clock: SystemClock, playing: Playing) -> None:
+    async def _publish_clock(self, speaker: Speaker, clock: SystemClock, playing: Playing) -> None:
         while True:
-            self._tell(way, playing)
+            self._publish_time(speaker, playing)
             await clock.sleep(1 / self._clock_hz)
 
     @staticmethod
-    def _tell(way: Speaker, playing: Playing) -> None:
+    def _publish_time(speaker: Speaker, playing: Playing) -> None:
         seconds, nanoseconds = divmod(max(0, playing.position_ns), NS_PER_S)
-        way.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
+        speaker.publish({"clock": {"sec": seconds, "nanosec": nanoseconds}})
 
     def _topic(self, channel: Channel) -> str:
         return self._asked["rename"].get(channel.topic, channel.topic)
@@ -138,9 +140,9 @@ class _Into:
             fix = f"leave it out with --exclude {channel.topic}, or publish it elsewhere with --remap"
             raise InvalidInput(Problem("type", message, fix))
         if there is not None and there.publishers:
-            print_message(f"warning: {printable(topic)} is published in the run too: those who receive it hear both")
+            print_message(f"warning: {printable(topic)} is published in the run too: its subscriptions receive both")
 
-    def _way(self, channel: Channel, ends: ExitStack) -> Speaker:
+    def _advertised(self, channel: Channel, ends: ExitStack) -> Speaker:
         qos = to_text(offered(channel.qos) or QoS())
         return ends.enter_context(self._peer.advertise(self._topic(channel), channel.type, qos=qos, settle=False))
 
@@ -151,18 +153,18 @@ class _Into:
 
 
 class _LoopControls:
-    """A player on an event loop."""
+    """Controls of a player that runs on an event loop of this process."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, playing: Playing) -> None:
         self._loop, self._playing = loop, playing
         self._steps: set[asyncio.Task[bool]] = set()
 
-    def shown(self) -> Standing:
-        """How it stands."""
-        return Standing.of(self._playing)
+    def shown(self) -> PlayerState:
+        """Return the player's state."""
+        return PlayerState.of(self._playing)
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Pause or resume."""
         clock = self._playing.clock
         self._loop.call_soon_threadsafe(clock.resume if clock.is_paused else clock.pause)
 

@@ -1,4 +1,4 @@
-"""Playing a recording as a run of its own, which others can look into."""
+"""`play_alone`: plays a recording as a run of its own, which other terminals can inspect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import click
 
 from busflow.cli.options.bag import refuse_beyond_end
 from busflow.cli.terminal.output import colour, print_answer, print_message
-from busflow.cli.terminal.player_console import Console, Standing
+from busflow.cli.terminal.player_console import Console, PlayerState
 from busflow.errors import BusflowError, ExitCode, NodeFailed
 from busflow.log import LogRecord, console_sink
 from busflow.node.supervision import supervised
@@ -31,16 +31,16 @@ _UNFIT = re.compile(r"[^\w.-]+")
 
 
 def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
-    """Play in a run of its own, named after the file; the exit code.
+    """Play a recording in a run of its own, named after the file; return the exit code.
 
     Raises:
         BagError: The recording cannot be read.
-        NoSuchTarget: It has nothing of what is asked for.
-        click.UsageError: It ends before what is asked for begins.
+        NoSuchTarget: It has none of the chosen topics.
+        click.UsageError: It ends before the chosen start.
         LaunchError: It cannot be played.
     """
     with Bag(asked["file"]) as bag:
-        # What is wrong is said of the file, and of no node.
+        # Errors found here name the file; the player would report them as errors of a node.
         chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
         refuse_beyond_end(bag, asked["start_s"])
     player = Player(**asked)
@@ -67,7 +67,7 @@ def play_alone(asked: Mapping[str, Any], *, as_json: bool) -> int:
 
 
 def print_played(played: int, file: Path, incomplete: tuple[str, ...], code: ExitCode, *, as_json: bool) -> ExitCode:
-    """Say what was played; the exit code, which also says whether it was all."""
+    """Print how much was played; return the exit code, INCOMPLETE if the recording is not complete."""
     if as_json:
         print_answer({"file": str(file), "played": played, "complete": not incomplete, "why": list(incomplete)})
     else:
@@ -78,17 +78,17 @@ def print_played(played: int, file: Path, incomplete: tuple[str, ...], code: Exi
 
 
 class _GraphControls:
-    """A player that is a node: it is asked through its parameters, as others may ask it, once it plays."""
+    """Controls of a player that is a node: they set its parameters, as other terminals can, once it plays."""
 
     def __init__(self, graph: Graph, player: Player) -> None:
         self._graph, self._player = graph, player
 
-    def shown(self) -> Standing | None:
-        """How it stands."""
-        return None if self._player.playing is None else Standing.of(self._player.playing)
+    def shown(self) -> PlayerState | None:
+        """Return the player's state; None before it plays."""
+        return None if self._player.playing is None else PlayerState.of(self._player.playing)
 
     def toggle(self) -> None:
-        """Pause, or go on."""
+        """Pause or resume."""
         self._set(paused=not self._player.parameters.paused)
 
     def step(self) -> None:

@@ -1,4 +1,4 @@
-"""`busflow run --record` and `record:`: where a recording goes, and what comes of it when it fails."""
+"""`running.py`: the recording of a run, by `busflow run --record` or `record:`, also on failures and full disks."""
 
 import json
 import os
@@ -45,21 +45,21 @@ def test_patterns_without_a_file_are_refused(capsys: Captured):
     assert "add --record FILE" in capsys.readouterr().err
 
 
-def test_a_launch_file_says_where_to_and_what():
+def test_launch_file_states_destination_and_topics():
     with_record("record: {to: 'runs/{name}.mcap', exclude: [/rosout], compression: lz4}\n")
     Path("runs").mkdir()
     assert main(["run", "talk.yaml", *SIM]) == 0
     assert topics("runs/talk.mcap") == {"/numbers", "/parameter_events"}
 
 
-def test_the_command_line_chooses_another_file_and_the_rest_stays():
+def test_command_line_overrides_the_file_only():
     with_record("record: {to: a.mcap, exclude: [/rosout]}\n")
     assert main(["run", "talk.yaml", *SIM, "--record", "b.mcap"]) == 0
     assert topics("b.mcap") == {"/numbers", "/parameter_events"}
     assert not Path("a.mcap").exists()
 
 
-def test_a_file_that_is_there_is_told_before_anything_runs(capsys: Captured):
+def test_existing_recording_is_refused_before_the_run(capsys: Captured):
     Path("run.mcap").write_bytes(b"precious")
     assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap"]) == 2
     out, err = capsys.readouterr()
@@ -68,7 +68,7 @@ def test_a_file_that_is_there_is_told_before_anything_runs(capsys: Captured):
     assert Path("run.mcap").read_bytes() == b"precious"
 
 
-def test_a_missing_folder_is_told_with_its_remedy(capsys: Captured):
+def test_missing_folder_is_reported_with_the_fix(capsys: Captured):
     assert main(["run", "talk.yaml", *SIM, "--record", "runs/run.mcap"]) == 2
     assert "mkdir -p runs" in capsys.readouterr().err
 
@@ -78,7 +78,7 @@ def test_a_graph_that_cannot_run_leaves_no_file():
     assert not Path("run.mcap").exists()
 
 
-def test_a_node_that_fails_is_in_a_recording_that_is_complete():
+def test_failing_node_leaves_a_complete_recording():
     failing = ["--set", "nodes.talker.parameters.fail_at=50"]
     assert main(["run", "talk.yaml", *SIM, "--record", "run.mcap", *failing]) == 1
     with Bag("run.mcap") as bag:
@@ -99,7 +99,7 @@ def test_a_signal_ends_the_file_too(number: signal.Signals, code: int):
 
 
 def run_with_little_room(*options: str) -> subprocess.CompletedProcess[str]:
-    """As on a disk that is full: the system refuses to let a file grow beyond so much."""
+    """Run with a limit on file sizes, which acts as a full disk."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
@@ -110,23 +110,23 @@ def run_with_little_room(*options: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("how", [["--sim", "--for", "5s", "rate_hz:=1000"], ["--for", "4s", "rate_hz:=1000"]])
-def test_a_full_disk_is_told_once_and_the_run_goes_on(how: list[str]):
+def test_full_disk_is_reported_once_without_stopping(how: list[str]):
     done = run_with_little_room(*how, "--report", "run.json", "--set", "nodes.listener.plugin=talker")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("is incomplete") == 1
     assert "run.mcap is incomplete: nothing more can be written to it: File too large" in done.stderr
     assert "INCOMPLETE" in done.stdout
-    told = json.loads(Path("run.json").read_text())
-    assert told["recording"]["missed"] > 0
+    answer = json.loads(Path("run.json").read_text())
+    assert answer["recording"]["missed"] > 0
     with Bag("run.mcap") as bag:
         found = [entry.sequence for entry in bag.entries()]
         assert not bag.complete
     assert found == list(range(1, len(found) + 1))
-    assert 0 < len(found) < told["topics"][0]["published"]
+    assert 0 < len(found) < answer["topics"][0]["published"]
 
 
 @pytest.mark.parametrize("how", [["--sim", "--for", "5s"], ["--for", "20s"]])
-def test_a_full_disk_ends_a_run_that_is_to_miss_nothing(how: list[str]):
+def test_full_disk_ends_run_with_on_drop_fail(how: list[str]):
     done = run_with_little_room(*how, "rate_hz:=1000", "--set", "record.on_drop=fail")
     assert done.returncode == 5
     assert "error: the recording run.mcap is incomplete: nothing more can be written to it" in done.stderr

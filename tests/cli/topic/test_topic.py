@@ -1,4 +1,4 @@
-"""`busflow topic list`, `type`, `find` and `info`: beside what ROS 2 printed of the same lab."""
+"""Tests of `listing.py`, `info.py`, `stats.py`, `echo.py`, `measuring.py` and `pub.py`, beside output of ROS 2."""
 
 import json
 import re
@@ -13,7 +13,7 @@ Said = Callable[[str], str]
 
 in_the_lab = pytest.mark.usefixtures("lab")
 _ELSEWHERE = ("/parameter_events", "/rosout")
-"""Topics of which every node of ROS 2 has an end, whether anybody looks or not."""
+"""Topics on which every node of ROS 2 has an endpoint."""
 _GID = re.compile("GID: [0-9a-f.]+")
 
 
@@ -39,7 +39,7 @@ def of_the_lab(text: str) -> str:
         ("type imu/data", "39_topic_type"),
     ],
 )
-def test_it_is_what_ros2_prints(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
+def test_output_is_that_of_ros2(capsys: Captured, ros2_said: Said, arguments: str, capture: str):
     assert main(["topic", *arguments.split()]) == 0
     out, err = capsys.readouterr()
     assert (_GID.sub("GID: #", of_the_lab(out)), err) == (_GID.sub("GID: #", of_the_lab(ros2_said(capture))), "")
@@ -57,7 +57,7 @@ def test_counts(capsys: Captured):
 
 @in_the_lab
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         ("info imu/dta", "there is no topic /imu/dta; did you mean '/imu/data'?"),
         ("type joint_state", "did you mean '/joint_states'?"),
@@ -68,21 +68,21 @@ def test_counts(capsys: Captured):
         ("info \x1b[31m", r"there is no topic /\x1b[31m"),
     ],
 )
-def test_what_is_not_there_is_exit_4_at_once_with_the_nearest(capsys: Captured, arguments: str, told: str):
+def test_unknown_names_exit_4_with_the_nearest(capsys: Captured, arguments: str, expected: str):
     assert main(["topic", *arguments.split()]) == 4
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert expected in err
     assert len(err.splitlines()) == 1
 
 
 @in_the_lab
 def test_json_says_it_with_a_version(capsys: Captured):
     assert main(["topic", "list", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["version"], told["run"]) == (1, "imu_lab")
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["run"]) == (1, "imu_lab")
     assert {"name": "/imu/data", "types": ["sensor_msgs/msg/Imu"], "publishers": 1, "subscriptions": 1}.items() <= next(
-        topic for topic in told["topics"] if topic["name"] == "/imu/data"
+        topic for topic in answer["topics"] if topic["name"] == "/imu/data"
     ).items()
     assert main(["topic", "type", "imu/data", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["types"] == ["sensor_msgs/msg/Imu"]
@@ -91,10 +91,10 @@ def test_json_says_it_with_a_version(capsys: Captured):
 
 
 @in_the_lab
-def test_info_as_json_has_counts_and_where_each_end_is_declared(capsys: Captured):
+def test_json_info_has_counts_and_declaration_places(capsys: Captured):
     assert main(["topic", "info", "imu/data", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    (subscription,) = told["subscriptions"]
+    answer = json.loads(capsys.readouterr().out)
+    (subscription,) = answer["subscriptions"]
     assert (subscription["node"], subscription["origin"]) == ("/processor", "Processor.on_imu")
     assert subscription["qos"]["reliability"] == "best_effort"
     accounted = subscription["delivered"] + subscription["dropped"] + subscription["queued"]
@@ -110,7 +110,7 @@ def test_hidden_topics_are_shown_on_request(capsys: Captured):
 
 
 @pytest.mark.usefixtures("place")
-def test_without_a_run_it_is_exit_4_and_what_to_type(capsys: Captured):
+def test_missing_run_is_exit_4_with_advice(capsys: Captured):
     assert main(["topic", "list"]) == 4
     assert "busflow run FILE" in capsys.readouterr().err
 
@@ -123,8 +123,8 @@ def test_stats_is_the_ledger(capsys: Captured):
     assert topic[:2] == ["/imu/data", "sensor_msgs/msg/Imu"]
     assert line[1:5] == ["/processor", "depth", "5,", "drop_oldest"]
     assert main(["topic", "stats", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    lines = [line for topic in told["topics"] for line in topic["subscriptions"]]
+    answer = json.loads(capsys.readouterr().out)
+    lines = [line for topic in answer["topics"] for line in topic["subscriptions"]]
     assert {line["node"] for line in lines} == {"/processor"}
     assert all(line["published"] == line["delivered"] + line["dropped"] + line["queued"] for line in lines)
 
@@ -148,5 +148,22 @@ def test_names_are_completed_as_they_are_typed(monkeypatch: pytest.MonkeyPatch, 
 
 
 @pytest.mark.usefixtures("place")
-def test_completion_is_silent_where_nothing_runs(monkeypatch: pytest.MonkeyPatch, capsys: Captured):
+def test_completion_without_a_run_is_silent(monkeypatch: pytest.MonkeyPatch, capsys: Captured):
     assert completed("topic echo im", monkeypatch, capsys) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ("echo imu/data --count 0", "--count"),
+        ("echo imu/data --csv --json", "exclude each other"),
+        ("hz", "NAME"),
+        ("bw imu/data --every never", "--every"),
+        ("pub cmd std_msgs/msg/Float64 --once --times 2", "--once and --times exclude each other"),
+        ("pub cmd std_msgs/msg/Float64 --rate 0", "--rate"),
+    ],
+)
+@pytest.mark.usefixtures("place")
+def test_wrong_usage_needs_no_run(capsys: Captured, arguments: str, expected: str):
+    assert main(["topic", *arguments.split()]) == 2
+    assert expected in capsys.readouterr().err

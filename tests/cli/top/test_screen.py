@@ -1,4 +1,4 @@
-"""`busflow top`, on a running graph: its screen driven by keys, and the command in a real terminal."""
+"""The screen of `busflow top` on a running graph, driven by keys, and the command in a terminal."""
 
 import asyncio
 import os
@@ -31,14 +31,14 @@ def text(app: Top, name: str) -> str:
 
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
-    """Let the screen go on until something is so."""
+    """Run the screen until a condition holds."""
     async with asyncio.timeout(PATIENCE_S):
         while not holds():
             await pilot.pause(0.02)
 
 
 def driven(play: Callable[[Top, Pilot[None]], Any], size: tuple[int, int] = (160, 50)) -> None:
-    """Run the screen on the lab that runs, and play on its keys."""
+    """Run the screen on the running lab, and press keys."""
 
     async def go() -> None:
         with join() as peer:
@@ -66,7 +66,7 @@ def test_nodes_topics_and_rates_are_shown():
 
 @pytest.mark.usefixtures("lab")
 @pytest.mark.parametrize("size", [(80, 24), (60, 24), (40, 20)], ids="{0[0]}x{0[1]}".format)
-def test_in_a_small_terminal_the_figures_are_in_sight_and_no_room_is_wasted(size: tuple[int, int]):
+def test_small_terminal_shows_all_figures(size: tuple[int, int]):
     async def play(app: Top, pilot: Pilot[None]) -> None:
         await until(pilot, lambda: bool(app.query_one("#log", RichLog).lines))
         for name, figures in (("topics", {"Hz", "dropped", "queued"}), ("nodes", {"state", "dropped"})):
@@ -82,7 +82,7 @@ def test_in_a_small_terminal_the_figures_are_in_sight_and_no_room_is_wasted(size
 
 
 @pytest.mark.usefixtures("lab")
-def test_the_tables_follow_the_terminal_and_what_is_chosen_stays_so():
+def test_tables_follow_size_and_keep_the_selection():
     def titles(app: Top) -> list[str]:
         return [str(column.value) for column in app.query_one("#topics", DataTable).columns]
 
@@ -102,7 +102,7 @@ def test_the_tables_follow_the_terminal_and_what_is_chosen_stays_so():
 
 
 @pytest.mark.usefixtures("lab")
-def test_a_chosen_topic_is_echoed_and_a_number_of_it_plotted():
+def test_chosen_topic_is_echoed_and_plotted():
     async def play(app: Top, pilot: Pilot[None]) -> None:
         table: DataTable[Any] = app.query_one("#topics", DataTable)
         table.move_cursor(row=table.get_row_index("/imu/data"))
@@ -117,7 +117,7 @@ def test_a_chosen_topic_is_echoed_and_a_number_of_it_plotted():
 
 
 async def plot(app: Top, pilot: Pilot[None], field: str) -> None:
-    """Answer what to plot; the field at once, since Textual waits a second after each key while messages come."""
+    """Enter the field to plot, in one step: Textual waits a second after each key while messages arrive."""
     await pilot.press("p")
     app.query_one(Input).value = field
     await pilot.press("enter")
@@ -143,7 +143,7 @@ def test_the_log_is_shown():
 
 
 @pytest.mark.usefixtures("lab")
-def test_a_look_that_comes_while_the_screen_is_being_closed_is_not_shown():
+def test_snapshot_during_closing_is_not_shown():
     async def go() -> None:
         with join() as peer:
             app = Top(peer, 0.1)
@@ -155,7 +155,7 @@ def test_a_look_that_comes_while_the_screen_is_being_closed_is_not_shown():
                     await before()  # the widgets are gone
                     app._leaving.clear()
                     try:
-                        await asyncio.to_thread(app._hand, app._tell, "late")
+                        await asyncio.to_thread(app._hand, app._show_head, "late")
                     finally:
                         app._leaving.set()
 
@@ -165,14 +165,14 @@ def test_a_look_that_comes_while_the_screen_is_being_closed_is_not_shown():
 
 
 @pytest.mark.usefixtures("place")
-def test_without_a_terminal_or_a_run_it_says_so(capsys: pytest.CaptureFixture[str]):
+def test_missing_terminal_or_run_is_reported(capsys: pytest.CaptureFixture[str]):
     assert main(["top"]) == 2
     assert "needs a terminal" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("lab")
 @pytest.mark.parametrize(("key", "code"), [(b"q", 0), (b"\x03", 130)])
-def test_in_a_real_terminal_q_and_ctrl_c_end_it(key: bytes, code: int):
+def test_q_and_ctrl_c_end_it(key: bytes, code: int):
     screen, terminal = pty.openpty()
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "40"}
     command = [sys.executable, "-m", "busflow", "top", "--interval", "0.1"]
@@ -184,7 +184,7 @@ def test_in_a_real_terminal_q_and_ctrl_c_end_it(key: bytes, code: int):
             assert ready, shown
             shown += os.read(screen, 65536)
         os.write(screen, key)
-        with suppress(OSError):  # how Linux says that nobody has the terminal any more
+        with suppress(OSError):  # how Linux reports a closed terminal
             while os.read(screen, 65536):
                 pass
         assert top.wait(PATIENCE_S) == code

@@ -1,4 +1,4 @@
-"""`busflow topic hz`, `bw` and `delay`: beside what ROS 2 printed of the same lab, and of a topic that drops."""
+"""`busflow topic hz`, `bw` and `delay`: their output beside that of ROS 2, and on a topic that drops messages."""
 
 import json
 import re
@@ -23,7 +23,7 @@ class TestLab:
         ("verb", "capture"),
         [("hz", "11_topic_hz_imu_data"), ("bw", "12_topic_bw_imu_data"), ("delay", "13_topic_delay_imu_data")],
     )
-    def test_it_is_what_ros2_prints(self, capsys: Captured, ros2_said: Said, verb: str, capture: str):
+    def test_output_is_that_of_ros2(self, capsys: Captured, ros2_said: Said, verb: str, capture: str):
         assert main(["topic", verb, "/imu/data", "-n", "2", "--every", "300ms"]) == 0
         out, err = capsys.readouterr()
         ours = [_NUMBER.sub("#", line) for line in out.splitlines()]
@@ -52,7 +52,7 @@ class TestLab:
         lines = capsys.readouterr().out.splitlines()
         assert [line for line in lines if line.startswith("/")] == ["/imu/data:", "/joint_states:"]
 
-    def test_ctrl_c_tells_the_rest_and_ends_with_130(self):
+    def test_ctrl_c_prints_the_last_interval(self):
         command = [sys.executable, "-m", "busflow", "topic", "hz", "imu/data", "--every", "0.5"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as it:
             assert it.stdout is not None
@@ -65,7 +65,7 @@ class TestLab:
 
 @pytest.mark.usefixtures("odds")
 class TestOdds:
-    def test_drops_of_the_interval_are_told(self, capsys: Captured):
+    def test_drops_of_the_interval_are_printed(self, capsys: Captured):
         assert main(["topic", "hz", "flood", "-n", "1"]) == 0
         *_, line = capsys.readouterr().out.splitlines()
         assert re.fullmatch(r"\t/odds dropped [0-9]+ of [0-9]+ \([0-9]+ overflow\)", line)
@@ -76,10 +76,10 @@ class TestOdds:
 
     def test_an_image_is_measured_to_the_byte(self, capsys: Captured):
         assert main(["topic", "bw", "camera/image", "-n", "1", "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert told["size_bytes"]["mean"] == 6_220_800 + 48
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["size_bytes"]["mean"] == 6_220_800 + 48
 
-    def test_a_topic_that_nobody_publishes_says_so(self, capsys: Captured):
+    def test_unpublished_topic_is_warned_of(self, capsys: Captured):
         assert main(["topic", "hz", "cmd", "-n", "2", "--every", "10ms"]) == 0
         out, err = capsys.readouterr()
         assert out == ""

@@ -1,4 +1,4 @@
-"""How a command that makes a file ends when somebody ends it: what it writes is closed, or taken away, first."""
+"""Signal handlers for commands that write a file, so that it is closed or removed before the command ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from busflow.runner.signals import CODES, heeded
 
 @contextmanager
 def handled(numbers: Iterable[signal.Signals], handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
-    """Let signals call a handler while the block lasts."""
+    """Install a handler for signals while the block lasts."""
     before = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
@@ -24,9 +24,9 @@ def handled(numbers: Iterable[signal.Signals], handler: Callable[[int, FrameType
 
 @contextmanager
 def unwound_by_signals() -> Generator[None]:
-    """Let SIGTERM, and a terminal that is gone, unwind the block as Ctrl-C does; the exit code tells which it was."""
+    """Let SIGTERM and SIGHUP unwind the block as Ctrl-C does, with the exit code of the signal."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # signals are the main thread's
+        yield  # only the main thread can handle signals
         return
     numbers = [number for number in heeded() if number is not signal.SIGINT]
 

@@ -1,4 +1,4 @@
-"""What `busflow top` computes from two looks at a graph."""
+"""Rows, numbers and lines of `busflow top`, computed from two snapshots of a graph."""
 
 import pytest
 
@@ -12,7 +12,7 @@ def token(kind: TokenKind, number: int, node: str, topic: str = "", type_: str =
 
 
 def graph(published: int, *, queued: int = 0, dropped: int = 0, state: str = "running"):
-    """A camera that one node watches, and somebody's command line."""
+    """A camera with one node and one command line as subscribers."""
     line = {"node": "/watcher", "queued": queued, "depth": 4, "dropped": dropped, "published": published}
     image = "sensor_msgs/msg/Image"
     topic = {
@@ -33,7 +33,7 @@ def graph(published: int, *, queued: int = 0, dropped: int = 0, state: str = "ru
     return view(tokens, [{"process": "main", "pid": 1, "nodes": nodes, "topics": [topic]}])
 
 
-def test_a_rate_is_what_was_published_between_two_looks():
+def test_rate_is_computed_between_two_snapshots():
     before, now = Look(graph(100), 10.0), Look(graph(160), 12.0)
     (row,) = topic_rows(now, before)
     assert row.rate_hz == pytest.approx(30.0)
@@ -46,24 +46,24 @@ def test_the_first_look_knows_no_rate():
     assert topic_rows(look, look)[0].cells()[2] == ""
 
 
-def test_a_run_that_began_anew_has_no_negative_rate():
+def test_restarted_run_has_no_negative_rate():
     assert topic_rows(Look(graph(3), 12.0), Look(graph(100), 10.0))[0].rate_hz == 0
 
 
-def test_what_receivers_cannot_keep_up_with_is_told():
+def test_drops_and_full_queues_are_shown():
     look = Look(graph(100, queued=3, dropped=7), 10.0)
     (row,) = topic_rows(look, look)
     assert row.cells()[-2:] == ("7", "3 (75%)")
     assert [each.dropped for each in node_rows(look)] == [0, 7]
 
 
-def test_what_is_hidden_is_left_out():
+def test_hidden_rows_are_left_out():
     look = Look(graph(1), 0.0)
     assert [row.name for row in topic_rows(look, look)] == ["/image"]
     assert [row.name for row in node_rows(look)] == ["/camera", "/watcher"]
 
 
-def test_what_comes_from_outside_cannot_steer_the_terminal():
+def test_foreign_text_is_escaped():
     look = Look(graph(1, state="\x1b[2J"), 0.0)
     assert node_rows(look)[0].cells()[1] == "\\x1b[2J"
     assert list(lines({"frame\x07": "\x1b]0;x"})) == ["frame\\x07: \\x1b]0;x"]

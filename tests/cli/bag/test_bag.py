@@ -1,4 +1,4 @@
-"""`busflow bag play`: in a run of its own, which others look into, and into one that runs."""
+"""Tests of `play.py`, `play_alone.py`, `play_into.py`, `recover.py` and `signal_handling.py`."""
 
 import json
 import os
@@ -10,12 +10,10 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from busflow.cli import main
-from busflow.cli.bag.playing import _GraphControls
-from busflow.cli.terminal.player_console import Console, Standing
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.std_msgs import Float64, Int64
-from busflow.recording.player.player import Player
-from busflow.runner.graph import Graph
+from busflow.recording.tools.convert import JsonlFile
+from tests.recording.conftest import write_numbers
 
 MS = 1_000_000
 
@@ -29,7 +27,7 @@ nodes:
 
 
 def write(path, messages, *, finish=True):
-    """A recording of (topic, message, time in ns)."""
+    """Write a recording of (topic, message, time in ns)."""
     with path.open("wb") as stream:
         writer = Writer(stream, chunk_size=4096, compression=CompressionType.NONE)
         writer.start("ros2", "a test")
@@ -88,21 +86,21 @@ def played(place):
 
 
 @pytest.mark.usefixtures("place")
-def test_it_plays_to_the_end_and_says_how_much(capsys, bag):
+def test_playing_ends_with_the_message_count(capsys, bag):
     assert main(["bag", "play", bag, "--rate", "20"]) == 0
     assert capsys.readouterr().out == f"{bag}: 100 messages played\n"
     assert main(["bag", "play", bag, "--rate", "20", "--start", "500ms", "--duration", "100ms", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["played"], told["complete"]) == (11, True)
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["played"], answer["complete"]) == (11, True)
 
 
 @pytest.mark.usefixtures("place")
-def test_what_is_incomplete_is_played_as_far_as_it_goes(capsys, tmp_path):
+def test_incomplete_recording_is_played_as_far_as_possible(capsys, tmp_path):
     path = write(tmp_path / "cut.mcap", [("/n", Int64(data=n), n) for n in range(1000)], finish=False)
     assert main(["bag", "play", path]) == 5
-    told = capsys.readouterr()
-    assert told.out == f"{path}: 1000 messages played, and it is INCOMPLETE\n"
-    assert "the recording is not the whole of what happened" in told.err
+    output = capsys.readouterr()
+    assert output.out == f"{path}: 1000 messages played, and it is INCOMPLETE\n"
+    assert "the recording is not the whole of what happened" in output.err
 
 
 def test_others_look_into_it(capsys, bag, place, played):
@@ -116,7 +114,7 @@ def test_others_look_into_it(capsys, bag, place, played):
     assert main(["service", "call", "/player/play_next", "std_srvs/srv/Trigger"]) == 0
 
 
-def test_a_type_without_a_class_is_read_by_others(capsys, place, played, tmp_path):
+def test_unknown_type_can_be_read_by_others(capsys, place, played, tmp_path):
     path = tmp_path / "things.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -142,7 +140,7 @@ def test_ctrl_c_ends_it_at_once(bag, place, played):
 
 
 def wait_for_run(place, name):
-    """Until others find it, and its topics are there."""
+    """Wait until other processes find the run and its topics."""
     for _ in range(200):
         found = subprocess.run(
             [sys.executable, "-m", "busflow", "topic", "list", "--run", name],
@@ -169,7 +167,7 @@ def wait_for_run(place, name):
         (["--duration", "x"], "a duration is"),
     ],
 )
-def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments, why):
+def test_invalid_arguments_are_refused_before_playing(capsys, bag, arguments, why):
     assert main(["bag", "play", bag, *arguments]) == 2
     assert why in capsys.readouterr().err
 
@@ -187,7 +185,7 @@ def test_what_cannot_be_is_told_before_anything_is_played(capsys, bag, arguments
         (["--run", "nobody"], "nothing is running"),
     ],
 )
-def test_what_is_not_there_is_told_before_anything_is_played(capsys, bag, arguments, why):
+def test_missing_targets_are_refused_before_playing(capsys, bag, arguments, why):
     assert main(["bag", "play", bag, *arguments]) == 4
     assert why in capsys.readouterr().err
 
@@ -205,7 +203,7 @@ def test_a_file_that_is_none(capsys, tmp_path):
 
 @pytest.fixture
 def listen(project):
-    """A project whose listener says when it is there."""
+    """A project whose listener logs when it is ready."""
     plugin = project / "plugins/listener.py"
     ready = "    async def start(self) -> None:\n        self.log.info('ready')\n\n    @subscription"
     plugin.write_text(plugin.read_text().replace("    @subscription", ready))
@@ -252,53 +250,8 @@ def test_a_run_follows_the_clock_of_a_recording(tmp_path, project, start_run):
     assert seconds == sorted({*seconds, 3} & {1, 2, 3})  # on a busy machine it may come too late for the first
 
 
-# In a terminal.
-
-
-class Asked:
-    """What a console asks, in order."""
-
-    def __init__(self, standing=None):
-        self.standing, self.asked = standing, []
-
-    def shown(self):
-        return self.standing
-
-    def toggle(self):
-        self.asked.append("toggle")
-
-    def step(self):
-        self.asked.append("step")
-
-    def pace(self, factor):
-        self.asked.append(round(factor, 3))
-
-
-def test_keys_are_those_of_ros_2():
-    asked = Asked()
-    Console(asked).press(b" s\x1b[C\x1b[A\x1b[Bqq \x1b[Z ")
-    assert asked.asked == ["toggle", "step", "step", 1.1, 0.909, "toggle", "toggle"]
-
-
-def test_the_bar_tells_how_far_it_is():
-    console = Console(Asked(Standing(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
-    assert console.line(100) == "[##########..............................] 2.5 / 10.0 s  42 messages  x2"
-    assert len(console.line(30)) < 30
-    console = Console(Asked(Standing(0, 0, 1.0, True, 0)))
-    assert console.line(80).endswith("0.0 / 0.0 s  0 messages  paused")
-    assert Console(Asked()).line(80) == ""
-
-
-def test_a_player_that_has_yet_to_begin_has_no_bar_and_takes_no_key(bag):
-    player = Player(file=bag)
-    console = Console(_GraphControls(Graph([player]), player))
-    assert console.line(80) == ""
-    console.press(b" s\x1b[A")
-    assert (player.parameters.paused, player.parameters.rate) == (False, 1.0)
-
-
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals here")
-def test_in_a_terminal_the_space_key_lets_it_go_on(bag, played):
+def test_space_key_resumes_playing(bag, played):
     terminal, inside = os.openpty()
     player = played(bag, "--start-paused", "--rate", "50", stdin=inside, stderr=inside, stdout=inside)
     os.close(inside)
@@ -311,3 +264,37 @@ def test_in_a_terminal_the_space_key_lets_it_go_on(bag, played):
     assert player.process.wait(timeout=60) == 0
     assert b"x50" in seen
     os.close(terminal)
+
+
+# Other commands.
+
+
+def test_readable_messages_are_recovered(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    numbers = write_numbers(tmp_path / "numbers.mcap", 500)
+    content = numbers.read_bytes()
+    numbers.write_bytes(content[: len(content) // 2])
+    assert main(["bag", "recover", numbers.name]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("numbers.recovered.mcap: 2")
+    assert said.out.endswith(" messages saved (attachments: 0, metadata: 0)\n")
+    assert said.err.startswith("warning: numbers.mcap: at byte ")
+    assert main(["bag", "recover", numbers.name]) == 2
+    assert "it exists already; name another one, or take" in capsys.readouterr().err
+    assert main(["bag", "recover", numbers.name, "-o", "b.mcap", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["version"], answer["output"], answer["missing"]) == (1, "b.mcap", None)
+    assert main(["bag", "verify", "b.mcap"]) == 5
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGTERM, 143)])
+def test_hangup_leaves_no_partial_output(tmp_path, monkeypatch, number, code):
+    monkeypatch.chdir(tmp_path)
+    write_numbers(tmp_path / "numbers.mcap", 10)
+    monkeypatch.setattr(JsonlFile, "write", lambda _self, _entry: signal.raise_signal(number))
+    before = signal.getsignal(number)
+    with pytest.raises(SystemExit) as ended:
+        main(["bag", "convert", "numbers.mcap", "out.jsonl", "--to", "jsonl"])
+    assert ended.value.code == code
+    assert [each.name for each in tmp_path.iterdir()] == ["numbers.mcap"]
+    assert signal.getsignal(number) is before

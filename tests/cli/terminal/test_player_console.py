@@ -1,0 +1,48 @@
+"""The console of a player: its keys and its bar."""
+
+from busflow.cli.bag.play_alone import _GraphControls
+from busflow.cli.terminal.player_console import Console, PlayerState
+from busflow.recording.player.player import Player
+from busflow.runner.graph import Graph
+
+
+class Controls:
+    """Controls that note what a console asks of them, in order."""
+
+    def __init__(self, state=None):
+        self.state, self.asked = state, []
+
+    def shown(self):
+        return self.state
+
+    def toggle(self):
+        self.asked.append("toggle")
+
+    def step(self):
+        self.asked.append("step")
+
+    def pace(self, factor):
+        self.asked.append(round(factor, 3))
+
+
+def test_keys_are_those_of_ros_2():
+    controls = Controls()
+    Console(controls).press(b" s\x1b[C\x1b[A\x1b[Bqq \x1b[Z ")
+    assert controls.asked == ["toggle", "step", "step", 1.1, 0.909, "toggle", "toggle"]
+
+
+def test_bar_shows_the_position():
+    console = Console(Controls(PlayerState(2_500_000_000, 10_000_000_000, 2.0, False, 42)))
+    assert console.line(100) == "[##########..............................] 2.5 / 10.0 s  42 messages  x2"
+    assert len(console.line(30)) < 30
+    console = Console(Controls(PlayerState(0, 0, 1.0, True, 0)))
+    assert console.line(80).endswith("0.0 / 0.0 s  0 messages  paused")
+    assert Console(Controls()).line(80) == ""
+
+
+def test_idle_player_has_no_bar_and_ignores_keys(tmp_path):
+    player = Player(file=tmp_path / "run.mcap")
+    console = Console(_GraphControls(Graph([player]), player))
+    assert console.line(80) == ""
+    console.press(b" s\x1b[A")
+    assert (player.parameters.paused, player.parameters.rate) == (False, 1.0)
