@@ -54,7 +54,7 @@ class Processor(Node):
         pass
 
     @timer(0.5)
-    def show_status(self) -> None:
+    def tell_status(self) -> None:
         pass
 
 

@@ -51,7 +51,7 @@ class SensorProcessor(Node):
             self.log.info("the joints move fast", mean_speed=round(mean_speed, 3))
 
     @timer(0.5)
-    def show_status(self) -> None:
+    def tell_status(self) -> None:
         if self.status != self.shown:
             self.shown = self.status
             self.log.info(self.status)

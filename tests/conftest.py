@@ -2,12 +2,15 @@
 
 import asyncio
 import os
+import random
 import shutil
 import signal
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -28,8 +31,34 @@ settings.register_profile("random", ON_ANY_MACHINE, max_examples=500)
 """Other and more examples each time: `pytest --hypothesis-profile=random`."""
 settings.load_profile("seeded")
 
-# A shell that starts the tests in the background has them ignore Ctrl-C, and with them whatever they start.
+# A shell that starts tests in the background lets them and the processes they start ignore Ctrl-C; `nohup` ignores SIGHUP.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    # A handler of our own goes on with the tests; the processes that they start do not inherit it and have the default.
+    signal.signal(signal.SIGHUP, lambda *_: None)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--shuffle", action="store_true", help="run the tests in a random order, whose seed is printed")
+    parser.addoption("--shuffle-seed", type=int, metavar="SEED", help="run the tests in that order again")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw the seed of a shuffle once, before there are workers, which get it from this process."""
+    if hasattr(config, "workerinput"):
+        config.option.shuffle_seed = config.workerinput["shuffle_seed"]
+    elif config.option.shuffle and config.option.shuffle_seed is None:
+        config.option.shuffle_seed = random.SystemRandom().randrange(1_000_000)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    node.workerinput["shuffle_seed"] = node.config.option.shuffle_seed
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if (seed := config.option.shuffle_seed) is not None:
+        terminalreporter.write_line(f"shuffled: the same order again with --shuffle-seed={seed}")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
@@ -52,8 +81,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not config.option.markexpr and not any("::" in argument for argument in config.args):
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("long")])
         items[:] = [item for item in items if not item.get_closest_marker("long")]
+    if config.option.shuffle_seed is not None:
+        shuffle(items, random.Random(config.option.shuffle_seed))
+        return
     slow = {item.path for item in items if item.get_closest_marker("timeout")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+def shuffle(items: list[pytest.Item], order: random.Random) -> None:
+    """Shuffle the files, and the tests within each: their fixtures are still made once for a file."""
+    files = sorted({item.path for item in items})
+    order.shuffle(files)
+    place = {file: index for index, file in enumerate(files)}
+    order.shuffle(items)
+    items.sort(key=lambda item: place[item.path])
 
 
 class Bench:
@@ -98,3 +139,52 @@ def runtime_folder() -> Iterator[Path]:
     yield folder
     del os.environ["BUSFLOW_RUNTIME_DIR"]
     shutil.rmtree(folder, ignore_errors=True)
+
+
+def children() -> set[str]:
+    """The living processes that this one has started, each with its command, where the system lists them."""
+    found: set[str] = set()
+    for task in Path("/proc/self/task").glob("*/children"):
+        with suppress(OSError):
+            for pid in task.read_text().split():
+                if command := Path(f"/proc/{pid}/cmdline").read_bytes():  # empty once it has ended
+                    found.add(f"{pid}: {command.replace(bytes(1), b' ').decode(errors='replace')[:200]}")
+    return found
+
+
+def listening() -> set[str]:
+    """The TCP addresses at which this process listens, as Linux writes them."""
+    own: set[str] = set()
+    for each in Path("/proc/self/fd").glob("*"):
+        with suppress(OSError):
+            own.add(str(each.readlink()))
+    files = [file for name in ("tcp", "tcp6") if (file := Path("/proc/self/net", name)).exists()]
+    rows = [line.split() for file in files for line in file.read_text().splitlines()[1:]]
+    return {row[1] for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in own}
+
+
+def things(runtime: Path, root: Path) -> dict[str, set[str]]:
+    """Everything that a file of tests could leave behind; caches may come and go."""
+    return {
+        "processes": children(),
+        "sockets that listen": listening(),
+        "files of runs": {path.name for path in runtime.iterdir()} - {".lock"},
+        "files of the project": {path.name for path in root.iterdir() if not path.name.startswith((".", "__"))},
+    }
+
+
+@pytest.fixture(scope="session")
+def lasting() -> set[int]:
+    """The processes that are meant to last as long as the tests do: a fixture that starts one adds its number."""
+    return set()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nothing_is_left(runtime_folder: Path, lasting: set[int], pytestconfig: pytest.Config) -> Iterator[None]:
+    """Fail if a file of tests leaves a process, a socket or a file behind, and name it."""
+    before = things(runtime_folder, pytestconfig.rootpath)
+    yield
+    after = things(runtime_folder, pytestconfig.rootpath)
+    kept = {each for each in after["processes"] if int(each.partition(":")[0]) in lasting}
+    left = {kind: sorted(now - before[kind] - kept) for kind, now in after.items()}
+    assert not any(left.values()), f"the tests of this file leave behind {left}"

@@ -17,15 +17,14 @@ SHOWN = {
     "node/raise-callback": "test_faults.py::test_failures_lose_no_message_of_others",
     "node/raise-timer": "node/test_supervision.py::test_a_node_that_fails_too_often_ends_the_run",
     "node/raise-service": "bus/test_server.py::test_handler_error_reaches_caller_and_server_log",
-    "node/exception-in-error-hook": "runner/test_supervisor.py::"
-    "test_whatever_a_node_raises_wherever_is_its_failure_and_it_is_stopped",
-    "node/block-loop": "runner/test_watchdog.py::test_a_handler_that_blocks_is_named_with_its_stack",
+    "node/exception-in-error-hook": "runner/test_supervisor.py::test_any_exception_of_a_node_is_its_failure",
+    "node/block-loop": "runner/test_watchdog.py::test_blocking_handler_is_named_with_its_stack",
     "node/infinite-await": "test_faults.py::test_endless_async_handler_blocks_no_other",
     "node/slow-subscriber": "bus/test_subscription.py::test_queue_overflows_during_an_async_handler",
-    "node/reentrant": "runner/test_graph.py::test_a_node_that_feeds_itself_for_ever_does_not_hold_up_timers",
-    "node/threads": "runner/test_graph.py::test_threads_publish_in_order_and_every_message_is_accounted_for",
+    "node/reentrant": "runner/test_graph.py::test_self_feeding_node_does_not_delay_timers",
+    "node/threads": "runner/test_graph.py::test_messages_from_threads_are_ordered_and_counted",
     "node/signal-handler": "e2e/test_ctrl_c.py::test_node_signal_changes_nothing_for_ctrl_c",
-    "node/gc-tasks": "runner/test_graph.py::test_a_task_that_a_node_spawned_fails_the_node",
+    "node/gc-tasks": "runner/test_graph.py::test_failing_spawned_task_fails_its_node",
 }
 SKIPPED = {
     "node/block-c": "needs another process to notice: later",

@@ -303,11 +303,12 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., tu
 
 
 @pytest.fixture(scope="session")
-def imu_lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+def imu_lab(tmp_path_factory: pytest.TempPathFactory, lasting: set[int]) -> Iterator[Place]:
     """The place of a run of the lab of ROS 2's captures, for the whole session."""
     plugins = {"imu_publisher": IMU_PUBLISHER, "processor": PROCESSOR}
     options = ("-v", "--watchdog", "off")  # which would log a busy machine, in a log that is compared
     with standing(tmp_path_factory.mktemp("imu_lab"), "imu_lab", IMU_LAB, plugins, *options) as (place, run):
+        lasting.add(run.process.pid)
         run.wait_for("works")
         yield place
 

@@ -89,11 +89,11 @@ NODES = {
 }
 
 
-def on_each_loop(name: str, *told: str) -> list[Any]:
-    """A node on busflow's own event loop, and on the other one that a run may have; and what is told of it."""
-    missing = pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed")
+def on_each_loop(name: str, *text: str) -> list[Any]:
+    """A node on busflow's own event loop, and, as a long test, on uvloop's; with the text that is expected."""
+    marks = [pytest.mark.skipif(find_spec("uvloop") is None, reason="uvloop is not installed"), pytest.mark.long]
     other = (name, "--event-loop", "uvloop")
-    return [pytest.param(name, *told, id=name), pytest.param(other, *told, id=f"{name}-uvloop", marks=missing)]
+    return [pytest.param(name, *text, id=name), pytest.param(other, *text, id=f"{name}-uvloop", marks=marks)]
 
 
 class Terminal:

@@ -87,7 +87,7 @@ nodes:
     ("number", "told"),
     [
         pytest.param(signal.SIGKILL, "was ended by SIGKILL", id="killed"),
-        pytest.param(signal.SIGSTOP, "hangs", id="stopped"),
+        pytest.param(signal.SIGSTOP, "hangs", id="stopped", marks=pytest.mark.long),
         pytest.param(signal.SIGSEGV, "was ended by SIGSEGV", id="crashed", marks=pytest.mark.long),
     ],
 )

@@ -160,7 +160,7 @@ def run(folder, tests, *options, **environment):
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("mode", ["strict", "auto"])
+@pytest.mark.parametrize("mode", ["strict", pytest.param("auto", marks=pytest.mark.long)])
 def test_marked_tests_run_beside_pytest_asyncio_and_anyio(tmp_path, mode):
     code, output = run(tmp_path, TESTS + UNMARKED + OTHERS, f"--asyncio-mode={mode}")
     assert "9 passed, 1 xfailed" in output, output

@@ -35,8 +35,8 @@ class Tick:
     def parse(cls, text: str, time_ns: int) -> Tick | None:
         """Parse a recorded tick; None for anything else.
 
-        >>> Tick.parse("/processor show_status 0.5 500000000", 7)
-        Tick(node='/processor', timer='show_status', period_s=0.5, elapsed_ns=500000000, time_ns=7)
+        >>> Tick.parse("/processor tell_status 0.5 500000000", 7)
+        Tick(node='/processor', timer='tell_status', period_s=0.5, elapsed_ns=500000000, time_ns=7)
         """
         try:
             node, rest = text.split(" ", 1)

@@ -135,23 +135,17 @@ class Check:
                 self._exceed(lonely)
 
     def _miss(self, lonely: Lonely[Published]) -> None:
+        text = "recorded, and not published in the replay"
         for number, each in enumerate(lonely.waiting, start=self._topics[lonely.topic].paired + 1):
-            self._add(
-                DifferenceKind.MISSING, lonely.topic, number, each.time_ns, "recorded, and not published in the replay"
-            )
+            self._add(DifferenceKind.MISSING, lonely.topic, number, each.time_ns, text)
         self.count += lonely.let_go
 
     def _exceed(self, lonely: Lonely[Published]) -> None:
         topic = self._topics[lonely.topic]
+        text = "published in the replay, and not recorded"
         for number, each in enumerate(lonely.waiting, start=topic.paired + 1):
             if not self._is_forgiven(each):
-                self._add(
-                    DifferenceKind.EXTRA,
-                    lonely.topic,
-                    number,
-                    each.time_ns,
-                    "published in the replay, and not recorded",
-                )
+                self._add(DifferenceKind.EXTRA, lonely.topic, number, each.time_ns, text)
         self.count += max(0, lonely.let_go - topic.late)  # those at the end are the last ones
 
     def _pass_over(self, name: str, published: Published) -> None:

@@ -75,9 +75,8 @@ class Replay:
         if self.same:
             lines = [f"{names}: the same as in {self.recording}; compared: {pairs}"]
         else:
-            lines = [
-                f"{names}: {counted(self.difference_count, 'difference')} from {self.recording}; compared: {pairs}"
-            ]
+            differences = counted(self.difference_count, "difference")
+            lines = [f"{names}: {differences} from {self.recording}; compared: {pairs}"]
         lines += [f"  {each}" for each in self.differences[:most]]
         if self.difference_count > most:
             lines.append(f"  … and {self.difference_count - most} more")

@@ -191,14 +191,9 @@ def _node(name: str, ends: Mapping[TokenKind, Sequence[EndView]], details: Mappi
     def own(kind: TokenKind) -> tuple[EndView, ...]:
         return tuple(end for end in ends[kind] if end.node == name)
 
-    return NodeView(
-        name,
-        own(TokenKind.PUBLISHER),
-        own(TokenKind.SUBSCRIPTION),
-        own(TokenKind.SERVICE),
-        own(TokenKind.CLIENT),
-        details,
-    )
+    kinds = TokenKind.PUBLISHER, TokenKind.SUBSCRIPTION, TokenKind.SERVICE, TokenKind.CLIENT
+    publishers, subscriptions, servers, clients = map(own, kinds)
+    return NodeView(name, publishers, subscriptions, servers, clients, details)
 
 
 def _named(name: str, known: Mapping[str, Any], what: str) -> Any:

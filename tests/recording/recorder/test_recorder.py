@@ -90,11 +90,13 @@ async def test_each_tick_of_a_timer_is_recorded_before_what_it_makes_of_it(tmp_p
     async with harness(LAB, record=path) as lab:
         await lab.advance(0.5)
     with Bag(path) as bag:
-        told = [Tick.parse(each.channel.plain(each.payload)["data"], each.log_time_ns) for each in bag.entries([TICKS])]
+        recorded = [
+            Tick.parse(each.channel.plain(each.payload)["data"], each.log_time_ns) for each in bag.entries([TICKS])
+        ]
         began_ns = bag.facts.started_ns
-    ours = [each for each in told if each.timer == "show_status"]
-    assert ours == [Tick("/sensor_processor", "show_status", 0.5, 500_000_000, began_ns + 500_000_000)]
-    assert [each.elapsed_ns for each in told if each.timer == "publish_sensors"] == [n * 10**8 for n in range(1, 6)]
+    ours = [each for each in recorded if each.timer == "tell_status"]
+    assert ours == [Tick("/sensor_processor", "tell_status", 0.5, 500_000_000, began_ns + 500_000_000)]
+    assert [each.elapsed_ns for each in recorded if each.timer == "publish_sensors"] == [n * 10**8 for n in range(1, 6)]
 
 
 @pytest.mark.parametrize("text", ["", "/node", "/node timer 0.1", "/node timer x 3", "/node timer 0.1 y"])
