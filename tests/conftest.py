@@ -31,7 +31,7 @@ settings.register_profile("random", ON_ANY_MACHINE, max_examples=500)
 """Other and more examples each time: `pytest --hypothesis-profile=random`."""
 settings.load_profile("seeded")
 
-# A shell that starts tests in the background lets them and the processes they start ignore Ctrl-C; `nohup` ignores SIGHUP.
+# In the background a shell makes the tests and their processes ignore Ctrl-C; `nohup` makes them ignore SIGHUP.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     # A handler of our own goes on with the tests; the processes that they start do not inherit it and have the default.

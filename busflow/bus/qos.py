@@ -142,7 +142,7 @@ class Durability(_Policy):
 
 
 class Liveliness(_Policy):
-    """Who says that a publisher is alive: its process, or every single message."""
+    """The sign of life of a publisher: its process, or every single message."""
 
     SYSTEM_DEFAULT = "system_default"
     AUTOMATIC = "automatic"

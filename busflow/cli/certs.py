@@ -52,7 +52,7 @@ def new(folder: Path) -> None:
 @click.option("--days", type=click.IntRange(1, 3650), default=730, show_default=True, help="How long it is valid.")
 @click.option("--replace", is_flag=True, help="Replace an existing certificate; the new one keeps the addresses.")
 def add(name: str, folder: Path, addresses: tuple[str, ...], days: int, replace: bool) -> None:
-    """Make a certificate and its key in DIR, by default `certs`, for NAME, a machine or a person who may join.
+    """Make a certificate and its key in DIR, by default `certs`, for NAME: a machine, or a person with access.
 
     The machine that runs `busflow run` without --machine has the name main.
     """

@@ -198,77 +198,77 @@ class MultiArrayLayout(Message, package="std_msgs"):
 
 
 class ByteMultiArray(Message, package="std_msgs"):
-    """A block of octets; `layout` tells its dimensions."""
+    """A block of octets; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: ByteArray = zeros()
 
 
 class Float32MultiArray(Message, package="std_msgs"):
-    """A block of numbers of 32 bits; `layout` tells its dimensions."""
+    """A block of numbers of 32 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Float32Array = zeros()
 
 
 class Float64MultiArray(Message, package="std_msgs"):
-    """A block of numbers of 64 bits; `layout` tells its dimensions."""
+    """A block of numbers of 64 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Float64Array = zeros()
 
 
 class Int8MultiArray(Message, package="std_msgs"):
-    """A block of integers of 8 bits; `layout` tells its dimensions."""
+    """A block of integers of 8 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Int8Array = zeros()
 
 
 class Int16MultiArray(Message, package="std_msgs"):
-    """A block of integers of 16 bits; `layout` tells its dimensions."""
+    """A block of integers of 16 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Int16Array = zeros()
 
 
 class Int32MultiArray(Message, package="std_msgs"):
-    """A block of integers of 32 bits; `layout` tells its dimensions."""
+    """A block of integers of 32 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Int32Array = zeros()
 
 
 class Int64MultiArray(Message, package="std_msgs"):
-    """A block of integers of 64 bits; `layout` tells its dimensions."""
+    """A block of integers of 64 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: Int64Array = zeros()
 
 
 class UInt8MultiArray(Message, package="std_msgs"):
-    """A block of unsigned integers of 8 bits; `layout` tells its dimensions."""
+    """A block of unsigned integers of 8 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: UInt8Array = zeros()
 
 
 class UInt16MultiArray(Message, package="std_msgs"):
-    """A block of unsigned integers of 16 bits; `layout` tells its dimensions."""
+    """A block of unsigned integers of 16 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: UInt16Array = zeros()
 
 
 class UInt32MultiArray(Message, package="std_msgs"):
-    """A block of unsigned integers of 32 bits; `layout` tells its dimensions."""
+    """A block of unsigned integers of 32 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: UInt32Array = zeros()
 
 
 class UInt64MultiArray(Message, package="std_msgs"):
-    """A block of unsigned integers of 64 bits; `layout` tells its dimensions."""
+    """A block of unsigned integers of 64 bits; `layout` has its dimensions."""
 
     layout: MultiArrayLayout = MultiArrayLayout()
     data: UInt64Array = zeros()

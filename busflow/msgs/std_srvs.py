@@ -6,7 +6,7 @@ __all__ = ["Empty", "SetBool", "Trigger"]
 
 
 class Empty(ServiceType, package="std_srvs"):
-    """Triggers something and tells nothing about it."""
+    """Triggers an action, without a result."""
 
     class Request(Message):
         """Nothing."""

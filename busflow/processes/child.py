@@ -114,9 +114,8 @@ class Child:
             while reports in pipes.get_map():
                 for key, _ in pipes.select():
                     self._read(key.fd, names[key.fd], pipes)
-            code = (
-                process.wait()
-            )  # no process it may have started holds the writing end of this pipe: it is ending, or has
+            # No process that it started holds the writing end of this pipe: it is ending, or has ended.
+            code = process.wait()
             for key in tuple(pipes.get_map().values()):
                 self._read(key.fd, names[key.fd], pipes)
         for name, rest in self._rest.items():

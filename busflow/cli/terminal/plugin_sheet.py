@@ -33,7 +33,7 @@ _OF_SERVICES = ("serves", "calls")
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """The description of a plugin for a user who writes a launch file."""
+    """The description of a plugin for authors of launch files."""
 
     name: str
     summary: str

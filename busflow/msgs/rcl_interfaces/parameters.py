@@ -35,7 +35,7 @@ class ParameterType(Message, package="rcl_interfaces"):
 
 
 class ParameterValue(Message, package="rcl_interfaces"):
-    """The value of a parameter: `type` tells which of the other fields holds it."""
+    """The value of a parameter: `type` says which of the other fields holds it."""
 
     type: uint8 = 0
     """A constant of ParameterType."""

@@ -64,7 +64,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import the file of a type when it is first named (PEP 562): who reads an Imu needs no camera."""
+    """Import the file of a type when it is first named (PEP 562): reading an Imu needs no camera."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -32,7 +32,7 @@ class LaserScan(Message, package="sensor_msgs"):
     ranges: Float32Array = zeros()
     """m, ray by ray."""
     intensities: Float32Array = zeros()
-    """How strong each echo was, in the device's own unit; empty where it does not tell."""
+    """How strong each echo was, in the device's own unit; empty if it is not measured."""
 
 
 class LaserEcho(Message, package="sensor_msgs"):
@@ -62,9 +62,9 @@ class MultiEchoLaserScan(Message, package="sensor_msgs"):
     range_max: float32 = 0.0
     """m; what is farther is to be ignored."""
     ranges: Sequence[LaserEcho] = ()
-    """m, ray by ray; infinity is out of range, minus infinity too near to tell, NaN to be ignored."""
+    """m, ray by ray; infinity is out of range, minus infinity too near to measure, NaN to be ignored."""
     intensities: Sequence[LaserEcho] = ()
-    """How strong each echo was, in the device's own unit; empty where it does not tell."""
+    """How strong each echo was, in the device's own unit; empty if it is not measured."""
 
 
 class Range(Message, package="sensor_msgs"):

@@ -6,7 +6,7 @@ from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.series import Damage
 
 
-def test_a_recording_tells_what_it_holds_without_being_read(numbers):
+def test_contents_are_known_without_reading_all(numbers):
     with Bag(numbers) as bag:
         (channel,) = bag.channels
         assert (channel.topic, channel.type_name, channel.count) == ("/number", "std_msgs/msg/Float64", 1000)
@@ -63,5 +63,5 @@ def test_what_is_no_recording_is_refused_in_a_line(tmp_path, content, said):
 
 
 @pytest.mark.parametrize(("count", "said"), [(0, "0 messages come"), (1, "1 message comes"), (2, "2 messages come")])
-def test_damage_tells_how_many_come_before_it(count, said):
+def test_damage_counts_the_messages_before_it(count, said):
     assert str(Damage("a.mcap", 7, "it is cut off", count)) == f"a.mcap at byte 7: it is cut off; {said} before it"

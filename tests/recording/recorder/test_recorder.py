@@ -218,7 +218,7 @@ async def test_a_call_is_recorded_with_request_and_answer(tmp_path):
 
 
 @virtual_time
-async def test_the_log_is_recorded_though_nobody_receives_it(tmp_path):
+async def test_log_is_recorded_without_a_subscription(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(0.5)
@@ -277,7 +277,7 @@ def test_only_what_is_asked_for_is_recorded_and_the_parameters_always(tmp_path, 
 
 
 @virtual_time
-async def test_a_pattern_that_meant_nothing_is_told(tmp_path):
+async def test_unmatched_pattern_is_logged(tmp_path):
     async with harness(Counter, record={"to": str(tmp_path / "run.mcap"), "topics": ["/cuont"]}) as lab:
         await lab.advance(0.1)
     assert [line.event for line in lab.log] == [
@@ -351,7 +351,7 @@ async def test_a_file_that_is_there_keeps_the_run_from_starting(tmp_path):
 
 
 @virtual_time
-async def test_a_node_that_is_started_anew_does_not_tell_its_parameters_again(tmp_path):
+async def test_restarted_node_records_parameters_only_once(tmp_path):
     class Brittle(Node):
         parameters: Gain
 
@@ -401,7 +401,7 @@ async def test_what_is_large_is_recorded_whole(tmp_path):
 
 
 @virtual_time
-async def test_a_file_that_is_deleted_meanwhile_is_told_and_the_run_goes_on(tmp_path):
+async def test_deleted_file_is_logged_and_run_goes_on(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(1.0)
