@@ -22,6 +22,7 @@ from busflow.bus.qos import QoS
 from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
+from busflow.wire.zenoh.run_directory import runs
 
 # How long an example takes, or is drawn, says how busy the machine is.
 ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -147,7 +148,8 @@ def children() -> set[str]:
     for task in Path("/proc/self/task").glob("*/children"):
         with suppress(OSError):
             for pid in task.read_text().split():
-                if command := Path(f"/proc/{pid}/cmdline").read_bytes():  # empty once it has ended
+                command = Path(f"/proc/{pid}/cmdline").read_bytes()  # empty once it has ended
+                if command and b"multiprocessing.resource_tracker" not in command:  # which Python keeps for good
                     found.add(f"{pid}: {command.replace(bytes(1), b' ').decode(errors='replace')[:200]}")
     return found
 
@@ -165,6 +167,7 @@ def listening() -> set[str]:
 
 def things(runtime: Path, root: Path) -> dict[str, set[str]]:
     """Everything that a file of tests could leave behind; caches may come and go."""
+    runs()  # as any command does, this removes the directories of killed runs
     return {
         "processes": children(),
         "sockets that listen": listening(),

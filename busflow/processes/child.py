@@ -26,7 +26,7 @@ _LINE_BYTES = 4096
 _REPORT_BYTES = 1 << 24
 
 
-class ChildListener(Protocol):
+class ChildSink(Protocol):
     """Receives a child's messages and prints, in the thread that reads them."""
 
     def on_message(self, message: Mapping[str, Any]) -> None:
@@ -42,11 +42,7 @@ class Child:
     """A process that has been started."""
 
     def __init__(
-        self,
-        arguments: Sequence[str],
-        environment: Mapping[str, str],
-        first_line: Callable[[], bytes],
-        listener: ChildListener,
+        self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
     ) -> None:
         """Start it: a new interpreter, never a fork of this one.
 
@@ -54,7 +50,7 @@ class Child:
             arguments: those of the `busflow` command.
             environment: all its variables.
             first_line: what it reads first, on its standard input.
-            listener: receives its messages and prints.
+            sink: receives its messages and prints.
 
         Raises:
             OSError: the system does not let it start.
@@ -77,7 +73,7 @@ class Child:
         finally:
             os.close(writing)
         self.pid = self._process.pid
-        self._listener, self._first_line = listener, first_line
+        self._sink, self._first_line = sink, first_line
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[int] = self._loop.create_future()
         self._rest = {"report": b"", "out": b"", "err": b""}
@@ -156,10 +152,10 @@ class Child:
         if not line:
             return
         if name != "report":
-            self._listener.on_print(line.decode(errors="backslashreplace"), error=name == "err")
+            self._sink.on_print(line.decode(errors="backslashreplace"), error=name == "err")
             return
         with suppress(ValueError):  # half a line, of a process that was killed
-            self._listener.on_message(json.loads(line))
+            self._sink.on_message(json.loads(line))
 
 
 def _importing(environment: Mapping[str, str]) -> dict[str, str]:

@@ -40,8 +40,7 @@ class Summary:
         counted = self.statistics
         if counted is None or counted.channel_count != len(self.channels):
             return False
-        needed = {channel.schema_id for channel in self.channels.values()} - {0}
-        return needed <= self.schemas.keys()
+        return {channel.schema_id for channel in self.channels.values()} - {0} <= self.schemas.keys()
 
 
 def summary_of(file: RecordFile) -> Summary:

@@ -72,11 +72,8 @@ class Replay:
         """The outcome in lines for people."""
         pairs = ", ".join(f"{count} on {topic}" for topic, count in sorted(self.compared.items())) or "nothing"
         names = ", ".join(self.nodes)
-        if self.same:
-            lines = [f"{names}: the same as in {self.recording}; compared: {pairs}"]
-        else:
-            differences = counted(self.difference_count, "difference")
-            lines = [f"{names}: {differences} from {self.recording}; compared: {pairs}"]
+        outcome = "the same as in" if self.same else f"{counted(self.difference_count, 'difference')} from"
+        lines = [f"{names}: {outcome} {self.recording}; compared: {pairs}"]
         lines += [f"  {each}" for each in self.differences[:most]]
         if self.difference_count > most:
             lines.append(f"  … and {self.difference_count - most} more")

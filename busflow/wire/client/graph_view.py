@@ -175,24 +175,18 @@ def _topics(
     names = sorted({end.token.topic for end in (*firsts, *seconds)} | set(details))
     found: dict[str, TopicView] = {}
     for name in names:
-        ends = [end for end in (*firsts, *seconds) if end.token.topic == name]
-        types = {end.token.type: None for end in ends} or {str(details[name]["type"]): None}
-        found[name] = TopicView(
-            name,
-            tuple(types),
-            tuple(end for end in firsts if end.token.topic == name),
-            tuple(end for end in seconds if end.token.topic == name),
-            details.get(name, {}),
-        )
+        publishers = tuple(end for end in firsts if end.token.topic == name)
+        subscriptions = tuple(end for end in seconds if end.token.topic == name)
+        types = {end.token.type: None for end in (*publishers, *subscriptions)} or {str(details[name]["type"]): None}
+        found[name] = TopicView(name, tuple(types), publishers, subscriptions, details.get(name, {}))
     return found
 
 
 def _node(name: str, ends: Mapping[TokenKind, Sequence[EndView]], details: Mapping[str, Any]) -> NodeView:
-    def own(kind: TokenKind) -> tuple[EndView, ...]:
-        return tuple(end for end in ends[kind] if end.node == name)
-
     kinds = TokenKind.PUBLISHER, TokenKind.SUBSCRIPTION, TokenKind.SERVICE, TokenKind.CLIENT
-    publishers, subscriptions, servers, clients = map(own, kinds)
+    publishers, subscriptions, servers, clients = (
+        tuple(end for end in ends[kind] if end.node == name) for kind in kinds
+    )
     return NodeView(name, publishers, subscriptions, servers, clients, details)
 
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 64 * 1024 * 1024
 """Limit of the bytes that wait to be read, whatever their number; a single larger message may wait."""
-_UNSIGNED = Attachment(0, 0, b"")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +37,9 @@ class Received:
         """Convert a sample of Zenoh."""
         attachment = sample.attachment
         try:
-            found = _UNSIGNED if attachment is None else Attachment.decode(attachment.to_bytes())
-        except MalformedMessage:  # whoever signs in another way is still heard
-            found = _UNSIGNED
+            found = Attachment.decode(attachment.to_bytes()) if attachment is not None else Attachment(0, 0, b"")
+        except MalformedMessage:  # a message signed in another way is received too
+            found = Attachment(0, 0, b"")
         return cls(sample.payload.to_bytes(), found.sequence, found.stamp_ns, found.gid)
 
 
