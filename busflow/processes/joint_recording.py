@@ -107,7 +107,7 @@ class JointRecording(Extension):
         return self._spec.on_drop is OnDrop.FAIL
 
     def so_far(self, recordings: Sequence[Mapping[str, Any]]) -> RecordingReport:
-        """What there is of it, by what its processes and their earlier lives tell."""
+        """The state of the recording, from the reports of its processes and their earlier starts."""
         if self.outcome is not None:
             return self.outcome
         recorded, missed = (sum(int(each[count]) for each in recordings) for count in ("recorded", "missed"))

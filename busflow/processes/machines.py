@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
 
 _FIRST_S = 0.5
-"""Who was linked for so long when another run of its machine came, was there before: a newcomer sees all at once."""
+"""The time for which a run must have been linked to count as older than another run of its machine."""
 _LATE_S = 2.0
 """How long a machine may take before the log says that it is missing."""
 _NAMESAKE_S = 3.0
@@ -35,7 +35,7 @@ class _Machine:
     was_linked: bool = False
     changed_s: float = 0.0
     reason: str = ""
-    """Why it is not linked, as it was told last."""
+    """The last logged reason why it is not linked."""
 
 
 class Machines:
@@ -106,7 +106,7 @@ class Machines:
         return {"machine": self.own, "machines": states}
 
     async def watch(self) -> None:
-        """Tell of each that is missing why it is, once for each reason, until this is cancelled."""
+        """Log why each missing machine is missing, once for each reason, until this is cancelled."""
         wait_s = _LATE_S
         while True:
             self._changed.clear()
@@ -122,7 +122,7 @@ class Machines:
                 wait_s = _LATE_S
 
     async def _look(self, name: str, machine: _Machine) -> None:
-        """Find out why a machine is missing, and tell it if that is news."""
+        """Find out why a machine is missing, and log a new reason."""
         end = self._dialled.get(name)
         if end is None:
             listen = self._spec.machines[self.own].listen

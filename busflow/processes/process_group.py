@@ -167,7 +167,7 @@ class ProcessGroup(Extension):
             self._shortcomings.append(f"{text} (on_drop: fail)")
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
-        """What the processes tell of their recordings, those of their earlier lives included."""
+        """The reports of the processes on their recordings, including those of earlier starts."""
         main = self._graph.report().recording
         recordings = [asdict(main)] if main is not None else []
         for member in self.members:
@@ -328,7 +328,7 @@ class ProcessGroup(Extension):
         self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
 
     def _about(self) -> Mapping[str, Any]:
-        """What of the others is known here, for when they cannot tell themselves."""
+        """The facts known here about the other processes, for when they cannot answer themselves."""
         members = [
             {"process": member.name, "pid": member.pid, "nodes": len(member.nodes), "restarts": member.restarts}
             | {"states": {member.state.value: len(member.nodes)}}

@@ -35,7 +35,7 @@ class MemberState(StrEnum):
     STARTING = "starting"
     RUNNING = "running"
     HANGS = "hangs"
-    """It has not been heard of for almost two seconds: it is stopped, or the machine has no time for it."""
+    """No message came from it for almost two seconds: it is stopped, or the machine has no time for it."""
     RESTARTING = "restarting"
     ENDED = "ended"
     FAILED = "failed"

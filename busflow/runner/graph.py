@@ -236,7 +236,7 @@ class Graph:
             self.ask_to_stop()
 
     def give_up(self, error: BusflowError) -> None:
-        """End the graph for a reason that is no node's; whoever waits for its end is told."""
+        """End the graph for a reason outside of its nodes, and notify the waiters for its end."""
         if self.given_up is None:
             self.given_up = error
             self.ask_to_stop()

@@ -143,7 +143,7 @@ class Revision:
     """What is different between two descriptions of one graph."""
 
     parameters: Mapping[str, Mapping[str, object]]
-    """By node, the parameters that the file gives other values, and that the node can be told while it runs."""
+    """By node, the parameters that the file changes and that can be set while the node runs."""
     leaving: tuple[str, ...]
     """The nodes that are no longer there."""
     coming: tuple[PlannedNode, ...]

@@ -49,7 +49,7 @@ class TopicReport:
 
 @dataclass(frozen=True, slots=True)
 class ServiceReport:
-    """One service: the account of who answered it, and of each who asked."""
+    """One service: the statistics of its server and of each client."""
 
     name: str
     type: str
@@ -146,7 +146,7 @@ class Report:
 
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
-    """The bus's topics by name, each with the ledger of those who received it; `/rosout` only if somebody did."""
+    """The bus's topics by name, each with its subscriptions' ledger; `/rosout` only with a subscription."""
     return tuple(
         TopicReport(
             name=each.topic,

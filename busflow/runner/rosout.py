@@ -1,4 +1,4 @@
-"""Rosout: the run's log on the topic `/rosout`, as ROS 2 has it, for whoever receives it.
+"""Rosout: publishes the run's log on `/rosout`, as ROS 2 does, while the topic has a subscription.
 
 It has a publisher from the first subscription on, or once the run can be looked into from outside. A line becomes a
 message only while somebody receives the topic.

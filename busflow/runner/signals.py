@@ -83,7 +83,7 @@ class SignalGuard:
             self._give_back()
 
     def _leave_child(self) -> None:
-        """In a process that a node has forked: its signals are its own, and not told to the run's guard.
+        """Give a forked process its own signals, which do not reach the run's guard.
 
         Ctrl-C, which a terminal sends to all, stays with the run, which ends its nodes and they what they forked.
         """

@@ -230,7 +230,7 @@ class Unit:
     # What others wait for, and what it waits for.
 
     def comes_about(self, condition: Condition) -> asyncio.Event:
-        """What is set when a condition has come about, or never will: `met` tells which."""
+        """An event that is set when a condition is met, or never will be: `met` says which."""
         if condition not in self._come_about:
             self._come_about[condition] = asyncio.Event()
             if condition is Condition.FIRST_MESSAGE:

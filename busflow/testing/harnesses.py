@@ -231,7 +231,7 @@ class Harness:
     # What the test does.
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message from outside, on a topic that somebody receives; where nobody does, `advertise` it.
+        """Publish a message from outside on a topic with a subscription; `advertise` a topic without one.
 
         Raises:
             NotSeen: Nobody has received the topic so far: a test would wait in vain for what comes of it.

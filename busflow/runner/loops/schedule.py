@@ -64,7 +64,7 @@ class Schedule:
         self._tasks: dict[int, asyncio.Task[Any]] = {}
 
     def attach(self, loop: asyncio.AbstractEventLoop, now_ns: Callable[[], int]) -> None:
-        """Tell times by this loop."""
+        """Read times from this loop."""
         self._now_ns = now_ns
         if self._record:
             loop.set_task_factory(self._remembered_task)
@@ -72,7 +72,7 @@ class Schedule:
     # What the dispatcher asks.
 
     def pick(self, ready: Sequence[Runnable]) -> int:
-        """Who in the line has its turn."""
+        """Choose the endpoint in line that has its turn."""
         if len(ready) < 2:
             return 0
         return self._choose(Lever.PICK, len(ready), lambda chosen: _overtaking(_names_in_line(ready), chosen))
@@ -150,7 +150,7 @@ class Schedule:
         context: Context | None = None,
         **options: Any,
     ) -> asyncio.Task[Any]:
-        """A task that can be told by its context, the only trace of it that its callbacks show."""
+        """A task that is recognised by its context, the only trace of it in its callbacks."""
         context = copy_context() if context is None else context
         task = asyncio.Task(coroutine, loop=loop, context=context, **options)
         self._tasks[id(context)] = task
@@ -179,7 +179,7 @@ def _overtaking(names: list[str], chosen: int) -> str:
 
 
 def _names_in_line(ready: Sequence[Runnable]) -> list[str]:
-    """What tells those in line apart: the topics where all are of one node, the nodes where all are of one topic."""
+    """Names that distinguish the endpoints in line: topics if all are of one node, nodes if all are of one topic."""
     places = [_place_in_line(each) for each in ready]
     topics, nodes = ({place[part] for place in places} for part in (0, 1))
     if len(nodes) == 1:

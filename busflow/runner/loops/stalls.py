@@ -1,4 +1,4 @@
-"""Who waits for what: the line of code in which each unfinished task of a loop is waiting."""
+"""Finds the line of code in which each unfinished task of a loop waits."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def describe(task: asyncio.Task[Any]) -> str:
 
 
 def _steps(awaited: Any) -> Iterator[tuple[str, FrameType]]:
-    """Each coroutine or generator from the task's own to the innermost, as far as Python tells."""
+    """Each coroutine or generator from the task's own to the innermost, as far as Python shows them."""
     while awaited is not None:
         for kind, inner in (("cr", "cr_await"), ("gi", "gi_yieldfrom"), ("ag", "ag_await")):
             frame: FrameType | None = getattr(awaited, f"{kind}_frame", None)

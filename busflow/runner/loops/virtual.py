@@ -31,7 +31,7 @@ Events: TypeAlias = list[tuple[selectors.SelectorKey, int]]
 
 NS_PER_S = 1_000_000_000
 HORIZON_S = 86_400.0
-"""How far virtual time goes in a test unless told: periodic timers would let a wait in vain go on for ever."""
+"""The default end of virtual time in a test: periodic timers would let a wait in vain go on for ever."""
 _TURNS = 1_000_000  # of the loop within one instant, before it counts as going round in circles
 _THREAD_POLL_S = 0.01
 _FOREIGN_S = 0.05  # real time for a thread that we know nothing of, when nothing else can go on
@@ -293,7 +293,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 class _Selector(selectors.DefaultSelector):
-    """Where an event loop waits for input. It asks the loop how long, instead of being told."""
+    """The place where an event loop waits for input. It asks the loop how long to wait."""
 
     def __init__(self, choose: Callable[[float | None], Events]) -> None:
         super().__init__()

@@ -237,7 +237,7 @@ class Peer:
     def advertise(
         self, topic: str, type_: ForeignType, *, qos: str = _DEFAULT_QOS, settle: bool = True
     ) -> Generator[Speaker]:
-        """Publish a topic while the block lasts, which begins when every process that receives the topic will hear it.
+        """Publish a topic while the block lasts, which begins when every process that receives it is ready.
 
         Args:
             topic: its full name.

@@ -25,7 +25,7 @@ class Speaker:
     """A client's publisher on one topic."""
 
     def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
-        """A speaker on a way out, which may keep what it sends; a plain publisher `beside` it tells who listens."""
+        """A speaker that may keep messages for late subscriptions; a plain publisher beside it reports matching subscriptions."""
         self.published = 0
         self._way, self._type, self._gid, self._clock = way, type_, gid, clock
         self._matched = threading.Event()

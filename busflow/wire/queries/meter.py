@@ -80,7 +80,7 @@ class Tally:
     def _restart(self) -> None:
         self.count = 0
         self.odd = 0
-        """Messages whose size or age cannot be told."""
+        """Messages of unknown size or age."""
         self.periods, self.sizes, self.ages = Spread(), Spread(), Spread()
 
     def add(self, now_ns: int) -> None:

@@ -83,7 +83,7 @@ class FoundRun:
         return self in runs()
 
     def require(self, _what: str) -> None:
-        """Allow everything: a user who can open the directory has all rights."""
+        """Allow everything: any process that can open the directory has all rights."""
 
     def answered(self, _answers: Iterable[Mapping[str, object]]) -> Self:
         """Return the run itself: the directory already describes it, so the answers to `run` add nothing."""

@@ -41,7 +41,7 @@ def test_a_graph_in_which_all_fits_is_healthy():
     assert found(ends, answer(topics=[topic(subscriptions=[subscription()])], timers=[timer])) == []
 
 
-def test_two_types_and_two_definitions_of_one_are_named_with_who_has_them():
+def test_conflicting_types_and_definitions_name_their_nodes():
     other = token(TokenKind.SUBSCRIPTION, "sink", "/x", type_="std_msgs/msg/String")
     (problem,) = found([token(TokenKind.PUBLISHER, "source", "/x"), other])
     assert (problem.code, problem.severity) == ("type-mismatch", Severity.ERROR)
@@ -52,7 +52,7 @@ def test_two_types_and_two_definitions_of_one_are_named_with_who_has_them():
     assert problem.message == f"/x carries 2 definitions of {FLOAT} (/source) and {FLOAT} (/sink)"
 
 
-def test_a_pair_that_does_not_fit_is_told_also_of_other_processes():
+def test_unfit_pair_is_found_in_other_processes():
     ends = [
         token(TokenKind.PUBLISHER, "source", "/x", qos=SENSOR_DATA, session="b"),
         token(TokenKind.SUBSCRIPTION, "sink", "/x", qos=QoS(deadline_s=0.5)),
@@ -65,7 +65,7 @@ def test_a_pair_that_does_not_fit_is_told_also_of_other_processes():
     assert "on the publisher" in problem.fix
 
 
-def test_what_nobody_publishes_is_told_with_the_nearest():
+def test_unpublished_topic_is_named_with_the_nearest():
     ends = [token(TokenKind.PUBLISHER, "source", "/imu/data"), token(TokenKind.SUBSCRIPTION, "sink", "/imu/dta")]
     (problem,) = found(ends)
     assert problem.message == "/sink receives /imu/dta, which nobody publishes"
@@ -73,7 +73,7 @@ def test_what_nobody_publishes_is_told_with_the_nearest():
     assert found([token(TokenKind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
 
 
-def test_a_client_whose_service_nobody_answers_is_told_with_the_nearest():
+def test_client_without_server_is_named_with_the_nearest():
     ends = [
         token(TokenKind.SERVICE, "camera", "/camera/take"),
         token(TokenKind.SERVICE, "camera", "/camera/get_parameters", type_="rcl_interfaces/srv/GetParameters"),
@@ -85,7 +85,7 @@ def test_a_client_whose_service_nobody_answers_is_told_with_the_nearest():
     assert found([token(TokenKind.CLIENT, "_busflow_cli_7", "/camera/tak")]) == []
 
 
-def test_calls_that_went_wrong_are_told_with_what_helps():
+def test_failed_calls_are_reported_with_a_fix():
     server = {"node": "/arm", "received": 9, "served": 2, "failed": 1, "refused": 2, "withdrawn": 3, "lost": 1}
     client = {"node": "/leg", "called": 1, "answered": 0, "failed": 1, "timed_out": 1, "cancelled": 0}
     told = answer(services=[{"name": "/arm/grip", "servers": [server], "clients": [client]}])
@@ -104,7 +104,7 @@ def test_two_nodes_of_one_name():
     assert problem.message == "2 nodes are called /arm"
 
 
-def test_what_the_ledger_lost_is_told_with_its_reason_and_remedy():
+def test_drops_are_reported_with_reason_and_fix():
     ends = [token(TokenKind.PUBLISHER, "source", "/x"), token(TokenKind.SUBSCRIPTION, "sink", "/x")]
     lost = subscription(dropped=4, drops={"expired": 1, "overflow": 3})
     (problem,) = found(ends, answer(topics=[topic(subscriptions=[lost])]))
@@ -126,7 +126,7 @@ def test_what_was_lost_on_the_way_in_in_the_inbox_and_by_timers():
     ]
 
 
-def test_a_node_that_was_restarted_is_told_with_why():
+def test_restarted_node_is_reported_with_the_reason():
     nodes = [{"name": "/arm", "state": "running", "restarts": 2, "failures": ["failed in Arm.tick: ValueError: no"]}]
     (problem,) = found((), answer(nodes=nodes))
     assert problem.message == "/arm was started anew 2 times: failed in Arm.tick: ValueError: no"
@@ -141,7 +141,7 @@ def test_a_failed_node_comes_first():
     assert second.severity is Severity.WARNING
 
 
-def test_a_qos_that_nobody_can_read_is_no_reason_to_show_nothing():
+def test_unreadable_qos_does_not_hide_the_rest():
     strange = token(TokenKind.PUBLISHER, "source", "/x")
     strange = replace(strange, qos="::,99:999999999999999999999999,0:,:,,")
     (problem,) = found([strange, token(TokenKind.SUBSCRIPTION, "sink", "/x")])

@@ -104,7 +104,7 @@ def test_what_ros_2_hides_is_hidden(name, hidden):
     assert is_hidden(name) is hidden
 
 
-def test_a_topic_tells_the_versions_of_its_types():
+def test_topic_has_the_versions_of_its_types():
     def of(kind, entity, type_hash):
         return Token("a", 1, entity, kind, "/", "n", "/a", "lab/msg/Thing", type_hash)
 

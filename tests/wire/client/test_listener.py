@@ -26,7 +26,7 @@ def sample(sequence=None, payload=b"x", gid=GID, attachment=None):
     return SimpleNamespace(payload=Raw(payload), attachment=None if attachment is None else Raw(attachment))
 
 
-def test_messages_come_in_order_with_who_sent_them_and_when():
+def test_messages_come_in_order_with_sender_and_time():
     listener = Listener(10)
     for sequence in (1, 2):
         listener.put(sample(sequence))
@@ -62,7 +62,7 @@ def test_what_waits_is_bounded_in_bytes_and_a_larger_one_is_still_received():
 
 
 @pytest.mark.parametrize("attachment", [None, b"", b"\0" * 33, b"x" * 32])
-def test_whoever_signs_in_another_way_is_still_heard(attachment):
+def test_message_signed_otherwise_is_still_received(attachment):
     listener = Listener(2)
     listener.put(sample(attachment=attachment))
     listener.put(sample(attachment=attachment))

@@ -74,7 +74,7 @@ def test_without_the_authority_s_key_nothing_can_be_made(authority: Authority, t
         Authority.open(tmp_path / "nowhere")
 
 
-def test_what_is_there_is_told(authority: Authority, tmp_path: Path):
+def test_existing_certificates_are_listed(authority: Authority, tmp_path: Path):
     authority.add("arm", days=7)
     other = Authority.new(tmp_path / "other")
     (authority.folder / "far.pem").write_bytes(other.add("far").cert.read_bytes())

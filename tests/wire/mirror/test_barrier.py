@@ -105,7 +105,7 @@ def test_nodes_wait_for_the_others_and_lose_nothing_of_what_is_published_first(d
     conversation(talk)
 
 
-def test_who_was_there_and_has_gone_is_not_waited_for(directory):
+def test_process_that_has_gone_is_not_waited_for(directory):
     async def talk():
         first = Process(Listener, "first", directory)
         await first.graph.start()

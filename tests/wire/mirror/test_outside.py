@@ -157,7 +157,7 @@ def warnings(capsys):
 # What leaves.
 
 
-async def test_nothing_is_encoded_until_somebody_listens_and_nothing_after(looked_at, monkeypatch):
+async def test_messages_are_encoded_only_for_listeners(looked_at, monkeypatch):
     encoded = Counter()
     real = TypeSupport.encode.func
 
@@ -194,7 +194,7 @@ async def test_nothing_is_encoded_until_somebody_listens_and_nothing_after(looke
         assert encoded.total() == before
 
 
-async def test_who_listens_and_asks_misses_nothing_that_comes_after_the_answer(looked_at, monkeypatch):
+async def test_listener_misses_nothing_after_the_answer(looked_at, monkeypatch):
     monkeypatch.setattr(Outlet, "_listen", lambda *_: None)  # as late as Zenoh can be with telling who listens
     async with looked_at(Talker) as looked:
         talker = looked.graph.node(Talker)
@@ -214,7 +214,7 @@ async def test_who_listens_and_asks_misses_nothing_that_comes_after_the_answer(l
         assert (await listening).sequence == 1
 
 
-async def test_an_inlet_of_the_same_process_makes_nobody_encode(looked_at):
+async def test_inlet_of_the_same_process_causes_no_encoding(looked_at):
     async with looked_at(Talker, Ear) as looked:
         talker = looked.graph.node(Talker)
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
@@ -280,7 +280,7 @@ async def test_large_images_leave_whole_and_in_order_and_small_ones_do_not_overt
         assert bytes(decoded["data"]) == data.tobytes()
 
 
-async def test_what_cannot_be_put_into_bytes_is_told_once_and_the_local_subscription_has_it(looked_at, capsys):
+async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_at, capsys):
     async with looked_at(Talker) as looked:
         words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
         topic = await looked.ask(lambda: looked.peer.graph().topic("words"))
@@ -353,7 +353,7 @@ async def test_one_that_leaves_is_gone_however_busy_the_others_are(looked_at):
         await going_on
 
 
-async def test_a_publisher_that_leaves_holds_nobody_up_while_zenoh_tells_who_listens(looked_at):
+async def test_leaving_publisher_does_not_block_the_loop(looked_at):
     """Zenoh tells of listeners, and has what is kept repeated, in one thread, which needs the interpreter's lock."""
     telling, ended, go_on, went_on = threading.Event(), threading.Event(), threading.Event(), []
 
@@ -382,7 +382,7 @@ async def test_a_publisher_that_leaves_holds_nobody_up_while_zenoh_tells_who_lis
     assert went_on[0]
 
 
-async def test_each_subscription_hears_each_message_once_however_many_come(looked_at):
+async def test_each_subscription_receives_each_message_once(looked_at):
     async with looked_at(Talker, Ear, Ear(name="second")) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         said, go = threading.Event(), threading.Event()
@@ -458,7 +458,7 @@ async def test_what_has_expired_on_its_way_is_no_message_any_more(looked_at, str
         assert (await looked.ask(details, looked, "/numbers"))["losses"] == {"expired": 1}
 
 
-async def test_a_node_of_ros_2_is_a_peer_seen_heard_and_spoken_to(looked_at, strangers):
+async def test_ros_2_node_is_a_full_peer(looked_at, strangers):
     async with looked_at(Talker, Ear) as looked:
         stranger, support = strangers(looked, name="turtle"), TypeSupport(Int64)
         got = []
@@ -537,7 +537,7 @@ async def test_a_blocking_queue_takes_what_comes_from_outside_as_it_has_room(loo
         assert await looked.ask(lambda: details(looked, "/numbers")["losses"]) == {}
 
 
-async def test_a_blocking_queue_that_nobody_empties_refuses_and_says_so_once(looked_at, capsys):
+async def test_full_blocking_queue_refuses_and_logs_once(looked_at, capsys):
     async with looked_at(Talker) as looked:
         stuck = looked.graph.subscribe(Int64, "stuck", qos=QoS(depth=1, overflow=Overflow.BLOCK, block_timeout_s=0.01))
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
@@ -605,7 +605,7 @@ async def test_types_of_the_user_s_own_go_both_ways_and_a_peer_needs_no_class(
 # What is kept out.
 
 
-async def test_one_that_does_not_fit_is_told_once_and_nothing_of_it_is_received(looked_at, strangers, capsys):
+async def test_unfit_publisher_is_logged_once_and_not_received(looked_at, strangers, capsys):
     async with looked_at(Talker, Ear) as looked:
         stranger, support = strangers(looked), TypeSupport(Int64)
         weak, before = to_text(QoS(reliability=Reliability.BEST_EFFORT)), looked.graph.log.counts["warning"]
@@ -699,7 +699,7 @@ TYPES = {cls: TypeSupport(cls).name for cls in (String, Float64, Float64MultiArr
 
 
 @pytest.mark.parametrize("cls", TYPES, ids=TYPES.get)
-async def test_malformed_bytes_are_counted_told_once_and_the_bus_goes_on(looked_at, strangers, capsys, cls):
+async def test_malformed_bytes_are_counted_and_logged_once(looked_at, strangers, capsys, cls):
     class Hears(Node):
         def __init__(self):
             super().__init__()

@@ -63,7 +63,7 @@ def test_a_peer_asks_and_is_answered():
 
 
 @pytest.mark.usefixtures("room")
-def test_a_peer_hears_why_there_is_no_answer():
+def test_peer_gets_the_reason_without_an_answer():
     with join() as peer:
         switch = peer.service("/lamp/switch")
         with pytest.raises(ServiceFailed, match="it stays on"):
@@ -158,7 +158,7 @@ def test_a_node_asks_a_node_of_another_process():
 
 
 @pytest.mark.usefixtures("room")
-def test_a_node_s_request_that_nobody_waits_for_any_more_is_withdrawn_in_the_process_of_the_server():
+def test_abandoned_request_is_withdrawn_at_the_server():
     async def conversation(hand):
         for _ in range(3):
             with pytest.raises(ServiceTimeout):

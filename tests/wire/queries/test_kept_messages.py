@@ -12,7 +12,7 @@ def numbers(messages):
 
 
 @virtual_time
-async def test_the_last_message_of_a_volatile_topic_is_kept_whoever_published_it(make_bench):
+async def test_last_message_of_volatile_topic_is_kept(make_bench):
     bench = make_bench()
     first, second = bench.publisher(), bench.publisher(node="/other")
     topic = bench.bus.topics["/number"]

@@ -75,7 +75,7 @@ async def test_the_age_is_that_of_the_stamp(make_bench):
 
 
 @virtual_time
-async def test_who_measures_is_never_the_reason_why_a_publish_fails(make_bench):
+async def test_measuring_never_makes_a_publish_fail(make_bench):
     def cannot(_message):
         raise MalformedMessage("no bytes for it")
 
@@ -90,7 +90,7 @@ async def test_who_measures_is_never_the_reason_why_a_publish_fails(make_bench):
 
 
 @virtual_time
-async def test_a_meter_that_nobody_reads_any_more_is_taken_off(make_bench):
+async def test_unread_meter_is_removed(make_bench):
     bench = make_bench()
     bench.publisher()
     meters, topic = Meters(bench.bus, sizes(None)), bench.bus.topics["/number"]
@@ -132,7 +132,7 @@ def test_a_spread_of_nothing_has_no_extremes():
 
 
 @virtual_time
-async def test_what_arrives_from_another_process_is_told_apart_and_by_node(make_bench):
+async def test_remote_messages_are_counted_by_node(make_bench):
     bench = make_bench()
     own, topic = bench.publisher(), bench.bus.topics["/number"]
     remote = [

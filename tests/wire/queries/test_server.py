@@ -107,7 +107,7 @@ async def test_an_unknown_target_is_that_error_for_a_peer_and_any_other_fault_a_
             await looked.ask(looked.peer.ask, "types", names=7)
 
 
-async def test_a_fault_of_the_one_who_answers_is_told_on_both_sides(looked_at, monkeypatch, capsys):
+async def test_fault_in_an_answer_reaches_both_sides(looked_at, monkeypatch, capsys):
     async with looked_at(Talker) as looked:
         monkeypatch.setattr(type(looked.graph), "report", lambda _graph: [].nothing)
         (told,) = await looked.ask(raw, looked.peer, "report", b"{}")

@@ -293,7 +293,7 @@ def test_where_the_runtime_directory_cannot_be_used_the_next_folder_is(monkeypat
         RunDirectory.claim("lab1", {})
 
 
-def test_somebody_else_s_folder_in_tmp_hides_no_run(home, tmp_path, monkeypatch):
+def test_folder_of_another_user_hides_no_run(home, tmp_path, monkeypatch):
     (tmp_path / "theirs").mkdir(mode=0o755)
     folders = [Path(home["BUSFLOW_RUNTIME_DIR"]), tmp_path / "theirs"]
     monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: folders)
@@ -342,7 +342,7 @@ def test_what_a_newer_version_says_besides_is_passed_over(home):
     directory.close()
 
 
-def test_whoever_looks_is_told_what_there_is(home):
+def test_error_lists_the_living_runs(home):
     with pytest.raises(NoSuchRun, match="nothing is running; start a graph"):
         find_run(None, home)
     first, second = claimed("lab1", home), claimed("arm", home, since_ns=2)
@@ -355,7 +355,7 @@ def test_whoever_looks_is_told_what_there_is(home):
     second.close()
 
 
-def test_a_directory_that_somebody_removed_is_closed_all_the_same(home):
+def test_removed_directory_is_closed_without_error(home):
     directory = claimed("lab1", home)
     subprocess.run(["rm", "-r", str(directory.path)], check=True)
     directory.close()

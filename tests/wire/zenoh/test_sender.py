@@ -81,7 +81,7 @@ def test_what_waits_is_bounded_in_bytes_too_and_what_is_larger_still_goes_alone(
     assert done == []
 
 
-def test_work_that_fails_is_told_and_the_next_is_done(sender, errors):
+def test_failing_work_is_reported_and_the_next_done(sender, errors):
     sender.hand(lambda: 1 / 0)
     settle(sender)
     assert [type(error) for error in errors] == [ZeroDivisionError]

@@ -26,7 +26,7 @@ class Admission:
     """
 
     def __init__(self, host: str, origins: Sequence[str] = ()) -> None:
-        """Who may connect.
+        """The viewers that may connect.
 
         Args:
             host: the address at which we are; where it is this machine's own, we have to be found by one of its names.

@@ -1,4 +1,4 @@
-"""Bridge: serves a run to viewers: who is let in, what they are offered, and the end."""
+"""Bridge: serves a run to viewers: admission, offered topics and services, and the end."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from busflow_ui.foxglove.catalogue import OfferedService
 
 _LOOK_S = 1.0
-"""How often it is looked what there is, while somebody is connected."""
+"""The interval at which the graph is read, while a viewer is connected."""
 _LIFE_S = 0.2
 """How often it is looked whether the run still lives."""
 _FAREWELL_S = 0.3
@@ -48,7 +48,7 @@ _MOST_CALLS = 16
 _MOST_FRAME = 16 * 1024 * 1024
 """The largest message that a viewer may send."""
 _MOST_REFUSED = 20
-"""How many kinds of refusals are told; a page could try with ever new ones."""
+"""The number of kinds of refusals that are printed; a page could try with ever new ones."""
 _PARAMETERS_S = 0.2
 _STATE = "run"
 """The name of the status that says how the run fares."""
@@ -126,7 +126,7 @@ class Bridge:
         return self._server.sockets[0].getsockname()[1]
 
     async def ended(self) -> None:
-        """Keep what is offered up to date, until the run has ended, and tell all viewers of that."""
+        """Keep the offer up to date until the run has ended, and notify all viewers of the end."""
         keeping = [asyncio.create_task(each()) for each in (self._keep_catalogue, self._keep_parameters)]
         try:
             while self.peer.alive:
@@ -184,7 +184,7 @@ class Bridge:
                 await self._unless_silent(self.send_parameters)
 
     async def _unless_silent(self, ask: Callable[[], Awaitable[None]]) -> None:
-        """Ask the run; viewers are told where it does not answer, and when it does again."""
+        """Ask the run; viewers are notified when it does not answer, and when it does again."""
         try:
             await ask()
         except BusflowError as error:

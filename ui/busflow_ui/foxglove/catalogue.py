@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 Kind: TypeAlias = tuple[str, str | None]
-"""A type by its name and its hash, if that is told."""
+"""A type by its name and its hash, if that is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +143,7 @@ class Catalogue:
         return Change(tuple(new), tuple(gone), services, gone_services)
 
     def clock(self) -> OfferedTopic | None:
-        """The channel by which somebody tells the nodes the time, if anybody does."""
+        """The channel of `/clock`, if it is published."""
         clocks = (each for each in self.channels.values() if (each.topic.name, each.type.name) == (CLOCK, CLOCK_TYPE))
         return next((each for each in clocks if each.topic.publishers), None)
 
@@ -162,7 +162,7 @@ class Catalogue:
         return (topic for topic in wanted if full_topic_name_fault(topic.name) is None)
 
     def _learn(self, topic: str, kind: Kind) -> None:
-        """Find out what a type is; a topic of an unknown one cannot be shown, and that is told once."""
+        """Find out what a type is; a topic of an unknown type cannot be shown, which is reported once."""
         try:
             self._types[kind] = known_type(self._peer, *kind)
         except InspectionUnavailable:
@@ -185,7 +185,7 @@ def _key(channel: OfferedTopic) -> tuple[str, ForeignType]:
 
 
 def _answered(graph: GraphView) -> list[TopicView]:
-    """The services that somebody answers."""
+    """The services that have a server."""
     return [each for each in graph.services.values() if each.publishers and not each.hidden]
 
 

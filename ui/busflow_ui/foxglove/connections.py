@@ -37,7 +37,7 @@ class Connections:
         )
 
     def since(self, former: Connections) -> Mapping[str, Any]:
-        """What has to be told to who knows the former ones, in the protocol's words."""
+        """The update for a viewer that knows the former entries, in the protocol's words."""
         topics, were = (
             self.published.keys() | self.subscribed.keys(),
             former.published.keys() | former.subscribed.keys(),
@@ -52,7 +52,7 @@ class Connections:
 
 
 def _changed(now: Ends, former: Ends, word: str, names: Iterable[str]) -> list[dict[str, Any]]:
-    """Each entry that is another one now; an end that nobody has any more is told as one of nobody."""
+    """Each changed entry; an endpoint whose nodes have all gone is sent with an empty list."""
     return [
         {"name": name, word: list(now.get(name, ()))}
         for name in sorted(names)

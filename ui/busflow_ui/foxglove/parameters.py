@@ -60,7 +60,7 @@ class RunParameters:
         return self.get(names) if names else []
 
     def forget(self) -> None:
-        """Nobody listens any more: what is set until somebody does again is not told."""
+        """Forget the values: without a listening viewer, later changes are not sent."""
         self._last_seen = None
 
     def _set(self, node: str, values: Mapping[str, Any]) -> list[str]:

@@ -134,7 +134,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class FollowParameters:
-    """It wants to hear of changes, or no longer; of all parameters where it names none."""
+    """A request to follow parameters, or to stop; it means all parameters if it names none."""
 
     names: tuple[str, ...]
     on: bool
@@ -142,7 +142,7 @@ class FollowParameters:
 
 @dataclass(frozen=True, slots=True)
 class FollowGraph:
-    """It wants to know who publishes and receives what, or no longer."""
+    """A request to follow the graph of publishers and subscriptions, or to stop."""
 
     on: bool
 
@@ -269,7 +269,7 @@ def _set_parameters(fields: Mapping[str, Any]) -> SetParameters:
 
 
 def _typed(row: Mapping[str, Any]) -> Any:
-    """A value, whole numbers made floats where it says that they are: JSON does not tell 1.0 from 1."""
+    """A value with whole numbers made floats where it says so: JSON does not distinguish 1.0 from 1."""
     value, type_ = row.get("value"), row.get("type")
     try:
         if type_ == "float64" and type(value) is int:

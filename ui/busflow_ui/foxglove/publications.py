@@ -40,7 +40,7 @@ class Publications:
         self._closed = False
 
     def begin(self, channel: ClientChannel, graph: GraphView) -> None:
-        """Get ready to publish a topic, which is heard once the peer has settled. It asks the run and waits.
+        """Get ready to publish a topic; its messages arrive once the peer has settled. It asks the run and waits.
 
         Raises:
             InvalidName: The topic's name is none.

@@ -38,7 +38,7 @@ _MOST_BYTES = 16 * 1024 * 1024
 """What may wait of one topic: some frames of a camera, or a second of what is small and fast."""
 _MOST_ANSWERS = 4096
 _MOST_ANSWER_BYTES = 64 * 1024 * 1024
-"""What else may wait: who asks for more than this without reading is let go."""
+"""The limit of other waiting bytes: a viewer that requests more without reading is disconnected."""
 _MOST_CALLS = 16
 _CALL_S = 30.0
 _GATHER_S = 0.005
@@ -64,7 +64,7 @@ class ViewedRun(Protocol):
         """Have a service called, beside whatever else is asked."""
 
     async def send_parameters(self) -> None:
-        """Tell all viewers what was set since the last time, now rather than at the next look."""
+        """Send all viewers the changed parameters now rather than at the next look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class Viewer:
         self._loop = asyncio.get_running_loop()
 
     async def serve(self) -> None:
-        """Send and hear until either side ends the connection.
+        """Send and receive until either side ends the connection.
 
         Raises:
             ExceptionGroup: Sending, hearing or a call has failed by a mistake of ours; with one, the others end.

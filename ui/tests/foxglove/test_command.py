@@ -318,7 +318,7 @@ def test_two_clients_do_not_share_what_they_ask_for(served: Served):
     other.message()
 
 
-def test_a_client_that_does_not_read_loses_messages_and_nobody_else_does(odd_lab: Any):
+def test_slow_client_alone_loses_messages(odd_lab: Any):
     with serving(odd_lab) as served:
         idle, busy = served.client(max_queue=1), served.client()
         idle.subscribe("/camera/image")
@@ -352,7 +352,7 @@ def test_parameters_are_read_set_and_followed(served: Served, lab1: Any):
     assert changed["parameters"] == [row | {"value": 10.0}]
 
 
-def test_what_the_run_refuses_is_told_and_shown_as_it_is(served: Served):
+def test_refused_parameter_is_reported_and_old_value_shown(served: Served):
     client = served.client()
     client.ask("setParameters", parameters=[{"name": "/sensor_publisher.noise.imu", "value": 99}])
     told = client.status("noise.imu")
@@ -480,7 +480,7 @@ def test_viewers_own_pages_and_those_that_are_allowed_are_let_in(lab1: Any, orig
     assert f"({origin}) has come" in told
 
 
-def test_a_refused_page_is_told_of_once_and_escaped(lab1: Any):
+def test_refused_page_is_printed_once_and_escaped(lab1: Any):
     with serving(lab1[0]) as served:
         for _ in range(2):
             with pytest.raises(InvalidStatus):
@@ -490,7 +490,7 @@ def test_a_refused_page_is_told_of_once_and_escaped(lab1: Any):
     assert "\x9b" not in told
 
 
-def test_nonsense_is_told_to_who_sends_it(served: Served):
+def test_malformed_frame_is_answered_with_an_error(served: Served):
     client = served.client()
     for nonsense in (
         "{",
@@ -512,7 +512,7 @@ def test_nonsense_is_told_to_who_sends_it(served: Served):
     client.status("nothing is subscribed to under the number 9")
 
 
-def test_who_asks_and_never_reads_is_let_go(served: Served):
+def test_client_that_never_reads_is_disconnected(served: Served):
     greedy, other = served.client(max_queue=1), served.client()
     other.subscribe("/imu/data")
 
@@ -531,7 +531,7 @@ def test_who_asks_and_never_reads_is_let_go(served: Served):
 # Time.
 
 
-def test_where_somebody_publishes_the_time_it_is_the_viewers_too(lab1: Any):
+def test_published_clock_is_the_viewers_time(lab1: Any):
     command = [sys.executable, "-m", "busflow", "topic", "pub", "-r", "20", "/clock", "rosgraph_msgs/Clock"]
     with serving(lab1[0]) as served:
         before = served.client()
@@ -547,7 +547,7 @@ def test_where_somebody_publishes_the_time_it_is_the_viewers_too(lab1: Any):
 # The end.
 
 
-def test_a_run_that_does_not_answer_is_told_of_and_keeps_nobody_from_leaving(place: Any, start_run: Any, project: Any):
+def test_silent_run_is_reported_and_viewers_can_leave(place: Any, start_run: Any, project: Any):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     with serving(place) as served:
@@ -576,7 +576,7 @@ def test_ctrl_c_ends_it_though_a_client_does_not_read(odd_lab: Any):
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_the_end_of_the_run_is_told_and_ends_it(place: Any, start_run: Any, project: Any, how: signal.Signals):
+def test_end_of_the_run_ends_the_command(place: Any, start_run: Any, project: Any, how: signal.Signals):
     run = start_run(project, "talk.yaml")
     run.wait_for("heard")
     with serving(place) as served:
@@ -647,7 +647,7 @@ def test_an_address_of_the_other_protocol_is_served_too(lab1: Any):
         served.client().subscribe("/imu/data")
 
 
-def test_of_many_who_come_at_once_only_so_many_are_let_in(lab1: Any):
+def test_number_of_viewers_is_limited(lab1: Any):
     with serving(lab1[0]) as served, ExitStack() as stack:
         options: dict[str, Any] = {"subprotocols": ["foxglove.sdk.v1"], "compression": None, "close_timeout": 0.1}
         sockets = [stack.enter_context(connect(served.url, **options)) for _ in range(48)]

@@ -39,7 +39,7 @@ def url(run: Any) -> Iterator[str]:
         process.kill()
 
 
-def test_it_is_heard_in_every_process(run: Any, url: str):
+def test_published_message_reaches_every_process(run: Any, url: str):
     for number in range(1, 4):
         with connect(url, subprotocols=["foxglove.sdk.v1"], close_timeout=0.5) as viewer:
             channel = {"id": 1, "topic": "/numbers", "encoding": "json", "schemaName": "std_msgs/msg/Int64"}
