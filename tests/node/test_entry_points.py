@@ -1,5 +1,6 @@
 """Entry points are found wherever the path holds metadata, and asked for only there."""
 
+import importlib.metadata  # noqa: F401  # below, the path has no standard library to import it from
 import sys
 import zipfile
 from importlib.machinery import PathFinder
