@@ -81,7 +81,7 @@ class Recipient(ABC, Generic[T, S]):
 
     def _fresh(self, item: Any) -> T | None:
         """Return the handler's argument for an item, or None if it has expired; called if the source is perishable."""
-        return item
+        return item  # pragma: no cover  # requests do not expire, and a subscription has its own
 
     def open(self) -> Coroutine[Any, Any, None] | None:
         """Start the delivery; for an `async` handler, the node must run the returned coroutine as a task."""

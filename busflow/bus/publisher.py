@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
@@ -137,9 +137,7 @@ class Publisher(Generic[M]):
     def _publish_carefully(self, message: M) -> None:
         topic = self._attached(message)
         if get_ident() != self._thread:
-            if self._hand_over is None:
-                raise NotRunning(f"publish on {topic.name} came from a thread before the graph was started")
-            self._hand_over(lambda: self.publish(message))
+            cast("Callable[[Callable[[], None]], None]", self._hand_over)(lambda: self.publish(message))
             return
         full = topic.first_full()
         if full is not None:
@@ -189,7 +187,7 @@ class Publisher(Generic[M]):
             raise NotRunning(f"the publisher of {self.topic} in {self.endpoint.node} is not part of a running graph")
         return self._topic
 
-    def attach(self, topic: Topic[M], thread: int, hand_over: Callable[[Callable[[], None]], None] | None) -> None:
+    def attach(self, topic: Topic[M], thread: int, hand_over: Callable[[Callable[[], None]], None]) -> None:
         """Connect to a topic; called by the bus."""
         self._topic, self._thread, self._hand_over = topic, thread, hand_over
         qos = self.endpoint.qos

@@ -64,7 +64,7 @@ class Ends:
                 self.servers.append(end)
             case Client():
                 self.clients.append(end)
-            case Timer():
+            case _:
                 self.timers.append(end)
         if self._life.is_open:
             self._open(end)
@@ -88,7 +88,7 @@ class Ends:
                 self._connect_server(end, bus)
             case Client():
                 bus.attach_client(end)
-            case Timer():
+            case _:
                 self._connect_timer(end, bus)
 
     def _connect_publisher(self, publisher: Publisher[Any], bus: Bus) -> None:

@@ -287,3 +287,51 @@ async def test_call_on_a_closed_bus_raises(make_bench):
     bus.close()
     with pytest.raises(NotRunning, match="is not running"):
         await asyncio.to_thread(bus.call, list)
+
+
+@virtual_time
+async def test_call_raises_the_functions_own_timeout(make_bench):
+    def late():
+        raise TimeoutError("the device")
+
+    with pytest.raises(TimeoutError, match="the device"):
+        await asyncio.to_thread(make_bench().bus.call, late)
+
+
+@virtual_time
+async def test_remote_publisher_is_checked_by_its_mirror(make_bench):
+    bench = make_bench()
+    endpoint = Endpoint("/away", "/number", Int64, QoS(reliability="best_effort"), "away", "number", remote=True)
+    publisher = Publisher(Int64, endpoint)
+    bench.bus.attach_publisher(publisher)
+    subscription = bench.subscription(reliability="reliable")
+    publisher.publish(number(1))
+    assert queued(subscription) == [1]
+    with pytest.raises(IncompatibleQoS):
+        bench.publisher(reliability="best_effort")
+
+
+@virtual_time
+async def test_tap_that_is_removed_gets_no_more(make_bench):
+    bench, received = make_bench(), []
+    publisher = bench.publisher()
+    topic = bench.bus.topics["/number"]
+    bench.bus.tap(topic, received.append)
+    publisher.publish(number(1))
+    bench.bus.untap(topic, received.append)
+    publisher.publish(number(2))
+    assert received == [number(1)]
+
+
+@virtual_time
+async def test_recent_messages_are_kept_when_requested(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    topic = bench.bus.topics["/number"]
+    bench.bus.keep_recent(topic, 2)
+    for value in (1, 2, 3):
+        publisher.publish(number(value))
+    assert list(topic.recent) == [number(2), number(3)]
+    bench.bus.keep_recent(topic, 0)
+    publisher.publish(number(4))
+    assert topic.recent is None

@@ -169,3 +169,15 @@ def test_call_from_another_thread_is_refused():
 
     asyncio.run(main())
     assert caught == ["a call of /adder/add must be awaited on the graph's own event loop"]
+
+
+@virtual_time
+async def test_closed_client_calls_nothing():
+    async with harness(Adder) as lab:
+        asking = lab.node(Adder).create_client(Add, "adder/add")
+        assert (await asking.call()).sum == 1
+        assert repr(asking) == "<Client /adder/add of /adder: 1 answered, 0 failed, 0 waiting>"
+        for _ in range(2):
+            asking.close()
+        with pytest.raises(NotRunning, match="the client of /adder/add in /adder is not part of a running graph"):
+            await asking.call()

@@ -330,3 +330,15 @@ def test_slow_handlers_get_turns_of_one_message():
     limits, quantum = asyncio.run(main())
     assert limits[:3] == [QUANTUM, 1, 1]
     assert quantum == QUANTUM
+
+
+def test_entry_point_without_messages_leaves_nothing_scheduled():
+    async def main():
+        dispatcher, log = opened(virtual=False), []
+        dispatcher.run_now(lambda: log.append("called"))
+        assert log == ["called"]
+        dispatcher.schedule(Backlog(dispatcher, log, "a", 1))
+        await asyncio.sleep(0)
+        return log
+
+    assert asyncio.run(main()) == ["called", "a"]

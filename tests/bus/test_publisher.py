@@ -6,6 +6,7 @@ import threading
 import pytest
 
 from busflow.bus.endpoint import Endpoint
+from busflow.bus.events import DeadlineMissed, LivelinessLost
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.errors import IncompatibleType, NotRunning, SendTimeout, WouldBlock
@@ -456,3 +457,99 @@ async def test_a_publisher_shows_its_topic_node_and_count(make_bench):
     assert repr(publisher) == "<Publisher /number of /source: 1 published>"
     assert publisher.topic == "/number"
     assert issubclass(publisher.type, Message)
+
+
+@virtual_time
+async def test_publisher_knows_whether_anything_receives_it(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    assert not publisher.is_received
+    publisher.send_through(lambda _message: None)
+    assert publisher.is_received
+    publisher.send_through(None)
+    subscription = bench.subscription()
+    assert publisher.is_received
+    subscription.close()
+    assert not publisher.is_received
+
+
+LEASED = {"deadline_s": 1, "lease_s": 2, "liveliness": "manual_by_topic"}
+
+
+@virtual_time
+async def test_successor_keeps_deadline_and_lease(make_bench):
+    bench, events = make_bench(), []
+    before = bench.publisher(**LEASED)
+    before.publish(number(1))
+    await asyncio.sleep(0.6)
+    after = Publisher(Int64, before.endpoint)
+    after.on_event = events.append
+    bench.bus.attach_publisher(after, before)
+    await asyncio.sleep(0.6)
+    assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]
+    assert after.alive
+    await asyncio.sleep(1)
+    assert [event for event in events if isinstance(event, LivelinessLost)] == [LivelinessLost("/number", 1)]
+    assert not after.alive
+
+
+@virtual_time
+async def test_silent_publisher_without_listener_is_counted(make_bench):
+    publisher = make_bench().publisher(**LEASED)
+    publisher.publish(number(1))
+    await asyncio.sleep(2.5)
+    assert (publisher.deadlines_missed, publisher.liveliness_lost, publisher.alive) == (2, 1, False)
+
+
+@virtual_time
+async def test_listener_may_close_the_silent_publisher(make_bench):
+    bench, events = make_bench(), []
+    publisher = bench.publisher(**LEASED)
+    publisher.publish(number(1))
+
+    def leave(event):
+        events.append(event)
+        if isinstance(event, LivelinessLost):
+            publisher.close()
+
+    publisher.on_event = leave
+    await asyncio.sleep(5)
+    assert isinstance(events[-1], LivelinessLost)
+    assert bench.bus.topics["/number"].publishers == []
+
+
+@virtual_time
+async def test_closed_publisher_reports_no_change(make_bench):
+    bench, events = make_bench(), []
+    publisher = bench.publisher()
+    bench.subscription()
+    publisher.report_changes()
+    publisher.on_event = events.append
+    publisher.close()
+    publisher.report_changes()
+    assert events == []
+
+
+@virtual_time
+async def test_successor_of_a_closed_publisher_is_closed(make_bench):
+    bench = make_bench()
+    before = bench.publisher()
+    before.publish(number(1))
+    before.close()
+    after = Publisher(Int64, before.endpoint)
+    bench.bus.attach_publisher(after, before)
+    with pytest.raises(NotRunning, match="is not part of a running graph"):
+        after.publish(number(2))
+
+
+@virtual_time
+async def test_earlier_messages_come_first_in_the_history(make_bench):
+    bench = make_bench()
+    latched = bench.publisher(durability="transient_local", depth=3)
+    latched.publish(number(3))
+    latched.publish(number(4))
+    latched.remember([latched.as_kept(number(value)) for value in (1, 2)])
+    assert [item.data for _, item in latched.history] == [2, 3, 4]
+    volatile = bench.publisher(node="/other")
+    volatile.remember([number(1)])
+    assert volatile.history == ()

@@ -11,7 +11,18 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from busflow.bus import qos
-from busflow.bus.qos import PRESETS, Durability, History, Liveliness, Overflow, QoS, Reliability, qos_faults
+from busflow.bus.qos import (
+    PRESETS,
+    Durability,
+    History,
+    Liveliness,
+    Overflow,
+    QoS,
+    Reliability,
+    checked_qos,
+    qos_faults,
+)
+from busflow.errors import InvalidDeclaration
 
 FOLDER = Path(__file__).parents[1] / "cases"
 PROFILES = json.loads((FOLDER / "a_qos_profiles.json").read_text(encoding="utf-8"))["cases"]
@@ -189,3 +200,10 @@ def test_schema_uses_the_yaml_names():
     assert {"deadline", "lifespan", "lease", "block_timeout", "depth", "overflow"} <= properties.keys()
     assert all("description" in entry or "$ref" in entry for entry in properties.values())
     assert all(entry["description"] for entry in schema["$defs"].values())
+
+
+@pytest.mark.parametrize(("given", "depth"), [(5, 5), (0, 10), (True, 10), ("reliable", 10)])
+def test_bare_depth_is_answered_with_a_profile(given, depth):
+    with pytest.raises(InvalidDeclaration) as caught:
+        checked_qos(given, "publisher(…)")
+    assert str(caught.value) == f"publisher(…): qos must be a QoS: write qos=QoS(depth={depth}), not {given!r}"

@@ -92,3 +92,7 @@ def test_published_equals_delivered_dropped_and_queued(overflow, depth, steps):
                 model.append(step)
         assert list(queue.items) == list(model)
         assert published == delivered + queue.dropped + len(queue)
+
+
+def test_a_queue_shows_its_policy_and_counts():
+    assert repr(filled(Overflow.DROP_OLDEST, 3, "abcde")) == "<DropOldest 3/3, 2 dropped>"

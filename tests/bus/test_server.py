@@ -176,3 +176,11 @@ async def test_restarted_server_continues_its_account():
             assert (await lab.call(Trigger, "phoenix/work")).success
         account = line(lab, "/phoenix/work")
         assert (account.received, account.served, account.lost, accounts(lab)) == (6, 3, 3, True)
+
+
+@virtual_time
+async def test_a_server_shows_its_service_node_and_counts():
+    async with harness(Adder) as lab:
+        server = lab.node(Adder).create_service(Trigger, "ask", lambda _: Trigger.Response())
+        await lab.call(Trigger, "ask")
+        assert repr(server) == "<Server /ask of /adder: 1 served, 0 failed, 0 waiting>"

@@ -242,6 +242,18 @@ async def test_remote_server_answers_like_a_local_one():
 
 
 @virtual_time
+async def test_server_that_came_twice_is_awaited_once():
+    async with harness(Adder) as lab:
+        away, there = lab.graph.bus.service("/away", Trigger, "the wire"), Elsewhere()
+        waiting = [asyncio.create_task(away.wait_for_server(5)) for _ in range(2)]
+        await lab.settle()
+        away.join(there)
+        away.leave(there)
+        away.join(there)
+        await asyncio.gather(*waiting)
+
+
+@virtual_time
 async def test_remote_caller_is_served_like_a_local_one():
     async with harness(Adder) as lab:
         found = lab.graph.bus.services["/adder/add"]

@@ -672,3 +672,99 @@ async def test_successor_keeps_deadline_and_link(make_bench):
     assert [event for event in events if isinstance(event, DeadlineMissed)] == [DeadlineMissed("/number", 1)]
     assert len(list(bench.bus.ledger())) == 1
     assert bench.balanced()
+
+
+@virtual_time
+async def test_observer_sees_a_message_before_its_handler(make_bench):
+    bench, log = make_bench(), []
+    publisher = bench.publisher()
+    subscription = bench.subscription(lambda message: log.append(("handler", message.data)))
+    subscription.observe(lambda message: log.append(("observer", message.data)))
+    publish(publisher, 1)
+    await settle()
+    assert log == [("observer", 1), ("handler", 1)]
+
+
+@virtual_time
+async def test_earlier_messages_count_as_published(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    subscription.receive_earlier([number(1), number(2)])
+    publish(publisher, 3)
+    assert queued(subscription) == [1, 2, 3]
+    assert (subscription.published, publisher.published) == (3, 1)
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_duplicate_that_a_link_withholds_is_not_counted(make_bench):
+    class Link:
+        held = 0
+
+        def __init__(self, target):
+            self.target = target
+
+        def carry(self, item):
+            if item.data == 1:
+                self.target.discount_duplicate()
+            else:
+                self.target.receive(item)
+
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    subscription.link = Link(subscription)
+    bench.bus.topics["/number"].rebuild()
+    publish(publisher, 1, 2)
+    assert queued(subscription) == [2]
+    assert subscription.published == 1
+    assert bench.balanced()
+
+
+@virtual_time
+async def test_drops_are_observed_from_the_attachment_on(make_bench):
+    bench, reasons = make_bench(), []
+    endpoint = Endpoint("/sink", "/number", Int64, QoS(depth=1), "Sink.numbers", "number")
+    subscription = Subscription(Int64, endpoint)
+    subscription.observe_drops(reasons.append)
+    bench.bus.attach_subscription(subscription, bench.failures.append)
+    publish(bench.publisher(), 1, 2, 3)
+    assert reasons == ["overflow", "overflow"]
+
+
+@virtual_time
+async def test_closed_subscription_reports_no_change(make_bench):
+    bench, events = make_bench(), []
+    bench.publisher()
+    subscription = bench.subscription()
+    subscription.report_changes()
+    subscription.on_event = events.append
+    subscription.close()
+    subscription.report_changes()
+    assert events == []
+
+
+@virtual_time
+async def test_successor_of_a_closed_subscription_is_closed(make_bench):
+    bench = make_bench()
+    publisher, before = bench.publisher(), bench.subscription()
+    publish(publisher, 1)
+    before.close()
+    after = Subscription(Int64, before.endpoint)
+    bench.bus.attach_subscription(after, bench.failures.append, before)
+    publish(publisher, 2)
+    assert queued(after) == [1]
+    assert bench.bus.topics["/number"].subscriptions == []
+
+
+@virtual_time
+async def test_unattached_iteration_waits_until_the_close():
+    subscription = Subscription(Int64, Endpoint("/sink", "/number", Int64, QoS(), "Sink.numbers", "number"))
+
+    async def received():
+        return [message async for message in subscription]
+
+    task = asyncio.create_task(received())
+    await settle()
+    assert not task.done()
+    subscription.close()
+    assert await task == []

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from busflow.bus.bus import Bus
 from busflow.bus.timer import LATENESS_KEPT, Missed, Timer
-from busflow.clock import Clock, Time
+from busflow.clock import Clock, Duration, Time
 from busflow.errors import InvalidDeclaration
 from busflow.msgs.std_msgs import Int64
 from busflow.testing import virtual_time
@@ -446,3 +446,21 @@ async def test_plain_handler_returning_a_coroutine_fails(make_bench):
     [error] = ticking.failures
     assert isinstance(error, InvalidDeclaration)
     assert "timer tick returned a coroutine" in str(error)
+
+
+@virtual_time
+async def test_grid_follows_a_jump_back_of_time():
+    clock = HandClock()
+    ticking = Ticking(Bus(clock), 1, lambda: None)
+
+    def jump_back(milliseconds):
+        for listener in clock.on_jump:
+            listener(Duration(-milliseconds * 1_000_000))
+        return clock.due_ns // 1_000_000
+
+    clock.now_ns = 400_000_000
+    assert jump_back(300) == 1300, "the tick keeps its stamp"
+    assert jump_back(500) == 1400, "time is before the last tick: a new grid"
+    ticking.timer.cancel()
+    clock.now_ns = 500_000_000
+    assert jump_back(500) == 1400, "a cancelled timer stays cancelled"

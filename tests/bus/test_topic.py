@@ -235,6 +235,36 @@ async def test_failing_tap_is_logged_once_and_removed(make_bench):
 
 
 @virtual_time
+async def test_tap_that_removes_itself_may_raise(make_bench):
+    bench, contexts = make_bench(), []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, context: contexts.append(context))
+    publisher = bench.publisher()
+    topic = bench.bus.topics["/number"]
+
+    def once(_message):
+        bench.bus.untap(topic, once)
+        raise ValueError("enough")
+
+    bench.bus.tap(topic, once)
+    for value in (1, 2):
+        publisher.publish(Int64(data=value))
+    assert [str(each["exception"]) for each in contexts] == ["enough"]
+    assert topic.taps == []
+
+
+@virtual_time
+async def test_subscription_that_left_stays_in_the_account(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    for value in (1, 2):
+        subscription = bench.subscription()
+        publisher.publish(Int64(data=value))
+        subscription.close()
+    (gone,) = bench.bus.topics["/number"].gone
+    assert (gone.node, gone.published, gone.queued) == ("/sink", 2, 2)
+
+
+@virtual_time
 async def test_successor_keeps_the_history(make_bench):
     bench = make_bench()
     latched = {"durability": "transient_local", "depth": 2}

@@ -4,10 +4,11 @@ import asyncio
 
 import pytest
 
-from busflow import Node, Parameters, on_event, on_parameters, publisher, subscription, timer
+from busflow import Node, Parameters, QoS, on_event, on_parameters, publisher, subscription, timer
 from busflow.bus.events import DeadlineMissed
 from busflow.errors import InvalidDeclaration
 from busflow.msgs.std_msgs import Float64, Int64
+from busflow.node.node import runtime_of
 from busflow.testing import explore, harness, virtual_time
 
 
@@ -241,3 +242,26 @@ async def test_in_whatever_order_no_message_sees_half_a_change():
         assert scales == sorted(scales)
         assert len(scales) == 40
         assert lab.ledger.dropped == 0
+
+
+@virtual_time
+async def test_handler_stopped_while_it_awaits_is_no_failure():
+    async with harness(Slow) as lab:
+        lab.set_parameters(Slow, gain=2)
+        await lab.advance(0.1)
+        assert runtime_of(lab.node(Slow)).statistics().tasks == 1
+    assert lab.graph.failures == []
+
+
+@virtual_time
+async def test_handler_of_an_event_names_its_node():
+    async with harness(Warned) as lab:
+        (handler,) = runtime_of(lab.node(Warned)).ends.listeners
+        assert (handler.node, handler.topic) == ("/warned", "/numbers")
+
+
+class Warned(Node):
+    numbers = subscription(Int64, "numbers", qos=QoS(deadline=1))
+
+    @on_event("numbers")
+    def on_missed(self, _event: DeadlineMissed) -> None: ...

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
@@ -373,3 +374,48 @@ async def test_an_overridden_timer_can_call_the_method_of_its_base():
     async with graph:
         await asyncio.sleep(0.15)
     assert graph.node(Derived).ticks == 11
+
+
+def test_subscription_without_handler_is_no_decorator():
+    with pytest.raises(
+        InvalidDeclaration, match=r'write @subscription\("numbers"\): .* def on_it\(self, message: Int64\)'
+    ):
+
+        @subscription(Int64, "numbers")
+        def on_it(self, message): ...
+
+
+def test_timer_calls_its_method_with_the_node_alone():
+    with pytest.raises(
+        InvalidDeclaration, match=r"@timer calls tick with nothing but the node: write def tick\(self\)"
+    ):
+
+        @timer(1)
+        def tick(self, number): ...
+
+
+def test_topic_name_is_text():
+    with pytest.raises(InvalidDeclaration, match=r"publisher\(Int64, …\) needs the topic's name, a text, not 3"):
+        publisher(Int64, 3)
+
+
+def test_callable_without_signature_may_be_handler():
+    assert isinstance(timer(1)(partial(nothing)), TimerDeclaration)
+    assert isinstance(subscription("numbers")(partial(nothing)), Handler)
+
+
+@pytest.mark.parametrize(
+    ("decorator", "example"), [(subscription("numbers"), "message: Imu"), (on_event("numbers"), "event: ")]
+)
+def test_handler_takes_one_thing_besides_the_node(decorator, example):
+    def method(self): ...
+    def greedy(self, one, two): ...
+    def collecting(self, *all_of_it): ...
+
+    for wrong in (method, greedy):
+        with pytest.raises(
+            InvalidDeclaration, match=f"calls {wrong.__name__} with the node and one thing more"
+        ) as caught:
+            decorator(wrong)
+        assert f"write def {wrong.__name__}(self, {example}" in str(caught.value)
+    assert isinstance(decorator(collecting), Handler)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from busflow import Durability, Node, Parameters, QoS, publisher, subscription
+from busflow import Durability, Node, Parameters, QoS, publisher, subscription, supervised
 from busflow.errors import LaunchError
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import Float64
@@ -106,3 +106,22 @@ async def test_topic_of_another_type_is_logged():
         (line,) = [each for each in lab.log if each.level == "warning" and each.node == "/tuned"]
         assert line.event == "a change of parameters is not announced"
         assert "carries std_msgs/msg/Float64" in str(line.values["reason"])
+
+
+@virtual_time
+async def test_restarted_node_still_publishes():
+    class Fragile(Tuned):
+        @subscription("crash")
+        def crash(self, _number: Float64) -> None:
+            raise ValueError
+
+    async with harness(supervised(Fragile(), restart="always"), Watcher) as lab:
+        lab.publish("crash", Float64())
+        await lab.advance(0.05)
+        lab.set_parameters(Fragile, gain=5)
+        assert [values(each.changed_parameters) for each in lab.node(Watcher).heard] == [{}]
+        await lab.advance(1)
+        lab.set_parameters(Fragile, gain=7)
+        await lab.settle()
+        published = [values((*each.new_parameters, *each.changed_parameters)) for each in lab.node(Watcher).heard]
+        assert published == [{"gain": 1.0, "name": "left"}, {"gain": 5.0, "name": "left"}, {"gain": 7.0}]

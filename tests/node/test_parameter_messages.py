@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from hypothesis import given
@@ -57,6 +58,7 @@ class Everything(Parameters):
     count: int = Field(default=3, ge=0, multiple_of=2)
     limit: float | None = None
     frame: ReadOnly[str] = "imu_link"
+    mode: Literal["slow", "fast"] = "slow"
     names: tuple[str, ...] = ()
     offsets: tuple[float, ...] = ()
     file: Path = Path("a.yaml")
@@ -83,12 +85,14 @@ def test_a_descriptor_says_what_is_declared():
     assert rate.additional_constraints == "greater than 0, at most 1000"
     assert (integers.from_value, integers.to_value, integers.step) == (0, 2**63 - 1, 2)
     assert descriptor_message(INFOS["frame"]).read_only
+    assert descriptor_message(INFOS["mode"]).additional_constraints == "one of slow, fast"
     kinds = {name: descriptor_message(info).type for name, info in INFOS.items()}
     assert kinds == {
         "rate_hz": ParameterType.PARAMETER_DOUBLE,
         "count": ParameterType.PARAMETER_INTEGER,
         "limit": ParameterType.PARAMETER_DOUBLE,
         "frame": ParameterType.PARAMETER_STRING,
+        "mode": ParameterType.PARAMETER_STRING,
         "names": ParameterType.PARAMETER_STRING_ARRAY,
         "offsets": ParameterType.PARAMETER_DOUBLE_ARRAY,
         "file": ParameterType.PARAMETER_STRING,

@@ -38,6 +38,7 @@ CAMERA = "from busflow import Node\nclass Camera(Node):\n    '''Sees.\n\n    Mor
         ("from .missing import Camera\nclass A(Camera): ...", {}),
         ("class Node: ...\nclass A(Node): ...", {}),
         ("def make():\n    from busflow import Node\n    class A(Node): ...", {}),
+        ("class A(make()): ...", {}),
         ("", {}),
     ],
 )

@@ -1,5 +1,6 @@
 """Plugins are found by text alone, loaded once per file, and a failure names the user's line."""
 
+import asyncio
 import os
 import signal
 import subprocess
@@ -161,6 +162,15 @@ class TestOnePackage:
         hand = plugins.load("hand", [package])
         assert hand.__base__ is arm
         assert vars(hand)["mark"] is getattr(sys.modules[name], "MARK", None)
+
+    def test_a_module_imported_through_a_link_is_reused(
+        self, write: Write, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ):
+        write("linked_arm.py", NODE.format(name="Arm"))
+        (tmp_path / "link").symlink_to(folder)
+        monkeypatch.syspath_prepend(tmp_path / "link")
+        arm = __import__("linked_arm").Arm
+        assert plugins.load("linked_arm", [folder]) is arm
 
     def test_a_script_that_runs_its_own_folder_is_not_imported_again(self, write: Write, folder: Path):
         script = write(
@@ -333,6 +343,12 @@ class TestFailingImport:
             signal.signal(signal.SIGINT, handler)
         assert modules_of(folder) == []
 
+    def test_cancellation_is_no_fault_of_the_plugin(self, write: Write, folder: Path):
+        write("camera.py", "import asyncio\nraise asyncio.CancelledError\n")
+        with pytest.raises(asyncio.CancelledError):
+            plugins.load("camera", [folder])
+        assert modules_of(folder) == []
+
     def test_control_characters_are_shown_as_escapes(self, write: Write, folder: Path):
         write("camera.py", "raise ValueError('\\x1b[31mred\\nsecond line')\n")
         text = str(failure("camera", folder))
@@ -455,3 +471,31 @@ class TestInstalled:
         assert not Scan.happened
         failure("radar", folder)
         assert Scan.happened
+
+
+class TestBuiltIn:
+    def test_player_is_listed_and_loaded(self):
+        (player,) = plugins.built_in()
+        assert (player.name, player.fault) == ("player", None)
+        assert player.summary.startswith(plugins.load("player", []).__doc__.partition("\n")[0])
+
+    def test_a_folder_comes_before_them(self, write: Write, folder: Path):
+        write("player.py", NODE.format(name="Mine"))
+        assert plugins.load("player", [folder]).__name__ == "Mine"
+
+
+class TestUnreadable:
+    def test_a_folder_that_cannot_be_listed_is_a_problem(self, tmp_path: Path):
+        (tmp_path / "loop").symlink_to(tmp_path / "loop")
+        problem = plugins.unreadable(tmp_path / "loop")
+        assert problem is not None
+        assert problem.code == "unreadable-folder"
+        assert problem.message.startswith(f"cannot read the folder {tmp_path}/loop: ")
+        assert problem.fix == f"let it be read: chmod u+rx {tmp_path}/loop"
+
+    def test_folders_that_can_be_read_or_are_missing_are_none(self, write: Write, folder: Path):
+        file = write("camera.py", NODE.format(name="Camera"))
+        (folder / "arm").mkdir()
+        write("hand/__init__.py", "")
+        for each in (folder, folder / "arm", folder / "hand", folder / "absent", file):
+            assert plugins.unreadable(each) is None

@@ -16,7 +16,7 @@ from busflow.bus.events import (
     SubscriptionMatched,
 )
 from busflow.clock import SimClock
-from busflow.errors import InvalidDeclaration, InvalidName, LaunchError
+from busflow.errors import InvalidDeclaration, InvalidName, LaunchError, NotRunning
 from busflow.log import Log
 from busflow.node.context import Rng, Surroundings
 from busflow.node.handlers import on_event
@@ -416,3 +416,24 @@ async def test_ends_that_are_closed_are_forgotten_and_their_accounts_become_one(
             node.create_publisher(Number, "many").close()
         assert (len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)) == before
         assert len([line for line in graph.bus.ledger() if line.topic == "/many"]) == 1
+
+
+@virtual_time
+async def test_created_subscription_needs_a_callable_handler():
+    async with graph_of(Source) as graph:
+        with pytest.raises(InvalidDeclaration, match="needs a method to call with each message, or none, not 3"):
+            graph.node(Source).create_subscription(Number, "many", 3)
+
+
+@virtual_time
+async def test_node_creates_nothing_after_its_end():
+    async with graph_of(Source) as graph:
+        node = graph.node(Source)
+    with pytest.raises(NotRunning, match="/source has left its graph; it can create nothing more"):
+        node.create_publisher(Number, "many")
+
+
+@virtual_time
+async def test_declared_node_has_no_bus_yet():
+    with pytest.raises(NotRunning, match="/relay is not connected yet"):
+        declared(Relay()).bus  # noqa: B018  # a property that raises

@@ -26,6 +26,7 @@ from busflow import (
 )
 from busflow.clock import SimClock
 from busflow.errors import InvalidDeclaration, LaunchError
+from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import Trigger
 from busflow.testing import explore, harness, virtual_time
 
@@ -387,6 +388,32 @@ async def test_a_class_that_fails_when_it_is_built_anew_counts_as_a_life_until_t
 
 
 @virtual_time
+async def test_life_that_fails_while_connecting_loses_no_count():
+    built: list[Node] = []
+
+    class Unlucky(Counting):
+        def declare(self) -> None:
+            built.append(self)
+            if len(built) == 2:
+                self.create_publisher(Int64, "numbers")
+            self.create_publisher(Number, "extra")
+
+    graph = graph_of(supervised(Unlucky, restart="on-failure"))
+    async with graph:
+        graph.publish("numbers", Number(data=1))
+        graph.publish("numbers", Number(data=-1))
+        await asyncio.sleep(1)
+        assert (len(built), state(graph, "/unlucky").restarts) == (3, 2)
+        graph.publish("numbers", Number(data=3))
+        await asyncio.sleep(0)
+        assert built[-1].seen == [3]
+        [line] = [line for line in graph.bus.ledger() if line.topic == "/numbers"]
+        assert (line.published, line.delivered) == (3, 3)
+        assert [len(graph.bus.topics[each].publishers) for each in ("/latched", "/extra")] == [1, 1]
+    assert balanced(graph)
+
+
+@virtual_time
 async def test_always_also_restarts_a_node_that_returned_and_gives_it_up_in_the_end():
     lives = []
 
@@ -542,6 +569,16 @@ async def test_unrestartable_class_is_reported_before_the_start():
 def test_unknown_words_are_refused(how, said):
     with pytest.raises(InvalidDeclaration, match=said):
         supervised(Second, **how)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [{"most": 0}, {"first_s": 0}, {"first_s": 2, "longest_s": 1}, {"window_s": 0}],
+    ids=lambda limits: next(iter(limits)),
+)
+def test_limits_of_restarts_are_possible(limits):
+    with pytest.raises(InvalidDeclaration, match="at least one restart, the longest pause not below the first"):
+        RestartPolicy(**limits)
 
 
 # What an end means.

@@ -1,0 +1,51 @@
+"""Entry points are found wherever the path holds metadata, and asked for only there."""
+
+import importlib.metadata  # noqa: F401  # below, the path has no standard library to import it from
+import sys
+import zipfile
+from importlib.machinery import PathFinder
+from pathlib import Path
+
+import pytest
+
+from busflow.node.entry_points import entry_points
+
+METADATA = {
+    "lab-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: lab\nVersion: 1.0\n",
+    "lab-1.0.dist-info/entry_points.txt": "[lab.nodes]\nlidar = lab.lidar:Lidar\n",
+}
+
+
+@pytest.fixture(autouse=True)
+def path(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """A path with nothing on it, and no finder of distributions but the standard one."""
+    path: list[str] = []
+    monkeypatch.setattr(sys, "path", path)
+    monkeypatch.setattr(sys, "meta_path", [PathFinder])
+    return path
+
+
+def found() -> list[tuple[str, str]]:
+    return [(each.name, each.value) for each in entry_points("lab.nodes")]
+
+
+def test_folder_with_metadata_offers_its_entries(path: list[str], tmp_path: Path):
+    for name, text in METADATA.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    path.append(str(tmp_path))
+    assert found() == [("lidar", "lab.lidar:Lidar")]
+
+
+def test_zip_file_on_the_path_offers_its_entries(path: list[str], tmp_path: Path):
+    with zipfile.ZipFile(tmp_path / "lab.zip", "w") as file:
+        for name, text in METADATA.items():
+            file.writestr(name, text)
+    path.append(str(tmp_path / "lab.zip"))
+    assert found() == [("lidar", "lab.lidar:Lidar")]
+
+
+def test_missing_folder_offers_nothing(path: list[str], tmp_path: Path):
+    (tmp_path / "other-1.0.egg-info").mkdir()
+    path.extend([str(tmp_path / "absent"), str(tmp_path)])
+    assert found() == []
