@@ -103,9 +103,9 @@ class ProcessGroup(Extension):
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
         if self._recording is not None:
-            from busflow.recording.recorder.spool import LAST_WORDS_S
+            from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S
 
-            self._kill_s += LAST_WORDS_S
+            self._kill_s += CLOSE_TIMEOUT_S
         self.end_s = self._kill_s + _LEAVE_S
         graph.attach(self)
         if self._recording is not None:
