@@ -1,16 +1,16 @@
 """Recipient: delivers queued items, the messages of a topic or the requests of a service, to a handler.
 
 Theory of operation. The cost of a delivery is decided in four places: `Publisher.publish`, `Topic.wake`, the loop of
-the dispatcher, and here. Of the ten bare calls of a Python function (43 ns each, where this was measured) that a
-message costs in a burst of 64,
+the dispatcher, and here. A message in a burst of 64 costs as much as ten empty calls of a Python function (43 ns each
+on the machine where this was measured):
 
-    4  are the publish: the call, the thread and the type looked at, the count, and a deque's append, in C
-    3  are the turn: the message taken, counted and handed over, of which the call of the handler is one
-    3  are shared with other messages: the turns of the dispatcher (eight), the turn of the loop (all of the burst)
+    4  for the publish: the call, the checks of thread and type, the count, and a deque's append, in C
+    3  for the turn: the message is taken, counted and given to the handler, whose call is one of the three
+    3  shared with other messages: a turn of the dispatcher (by eight), a turn of the loop (by the whole burst)
 
-and each further subscription adds half a call for its append and those three for its turn. So each step here that runs
-once per message is needed for a promise: `delivered` is counted before the handler can read it, and a recipient that
-its own handler paused gets no further message. A count that a subtraction can give on request (overflow) is not kept.
+Each further subscription adds half a call for its append and three for its turn. So each step here that runs once per
+message is needed for a promise: `delivered` is counted before the handler can read it, and a recipient that was paused
+by its own handler gets no further message. A count that a subtraction can give on request (overflow) is not kept.
 A subscription that needs more than the plain case (observed drops, links, deadlines) has a slower push function, and
 only that subscription pays for it.
 """
@@ -47,7 +47,7 @@ class DeliverySource:
         """One future for each sender that waits for room."""
 
     def grant(self) -> None:
-        """Wake the first waiting sender when there is room."""
+        """Wake the first waiting sender if there is room; only a topic has senders that wait."""
 
 
 class Recipient(ABC, Generic[T, S]):
@@ -77,7 +77,7 @@ class Recipient(ABC, Generic[T, S]):
 
     @abstractmethod
     def _failed(self, error: BaseException, item: Any) -> None:
-        """Process an exception that the handler raised on an item."""
+        """Handle an exception that the handler raised for an item."""
 
     def _fresh(self, item: Any) -> T | None:
         """Return the handler's argument for an item, or None if it has expired; called if the source is perishable."""
@@ -93,7 +93,7 @@ class Recipient(ABC, Generic[T, S]):
         if self.items:
             self.wake()
         else:
-            self._rest()
+            self._set_idle()
         return None
 
     def wake(self) -> None:
@@ -105,18 +105,18 @@ class Recipient(ABC, Generic[T, S]):
             self._wakeup.set_result(None)
 
     def turn(self, limit: int) -> int:
-        """Deliver up to `limit` items to the plain handler; called by the dispatcher."""
+        """Deliver up to `limit` items to the plain handler and return how many; called by the dispatcher."""
         if not self._open:  # paused or closed after it was scheduled
             return 0
         items: Any = self.items
         handler: Any = self._handler
         source: Any = self._source
         before = delivered = self.delivered
-        most = before + limit
+        last = before + limit
         message: Any = None
-        # One `try` around all of them costs what one around each would: nothing, until something is raised.
+        # One `try` around the loop is as cheap as none, until something is raised.
         try:
-            while items and delivered < most and self._open:
+            while items and delivered < last and self._open:
                 message = items.popleft()
                 if source.perishable and (message := self._fresh(message)) is None:
                     continue
@@ -166,7 +166,7 @@ class Recipient(ABC, Generic[T, S]):
     async def _wait(self) -> None:
         """Wait until an item arrives or the recipient closes."""
         self._wakeup = asyncio.get_running_loop().create_future()
-        self._rest()
+        self._set_idle()
         try:
             await self._wakeup
         finally:
@@ -177,8 +177,8 @@ class Recipient(ABC, Generic[T, S]):
         if self._wakeup is not None and not self._wakeup.done():
             self._wakeup.set_result(None)
 
-    def _rest(self) -> None:
-        """Ask the source to wake this recipient at the next item."""
+    def _set_idle(self) -> None:
+        """Let the source wake this recipient when the next item arrives."""
         self.idle = True
         if self._source is not None:
             self._source.idle = True

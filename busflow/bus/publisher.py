@@ -195,7 +195,7 @@ class Publisher(Generic[M]):
             self._deadline = SilenceTimer(qos.deadline_s, topic.clock, self._miss_deadline, repeat=True)
         if qos.lease_s is not None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
             self._lease = SilenceTimer(qos.lease_s, topic.clock, self._lose_liveliness, repeat=False)
-        self._notices.before = topic.subscriptions_come - len(topic.subscriptions)
+        self._notices.before = topic.subscriptions_added - len(topic.subscriptions)
         topic.add_publisher(self)
 
     def adopt(self, predecessor: Publisher[M]) -> None:
@@ -224,7 +224,7 @@ class Publisher(Generic[M]):
         on_event, topic = self.on_event, self._topic
         if on_event is None or topic is None:
             return
-        come, current = topic.subscriptions_come, len(topic.subscriptions)
+        come, current = topic.subscriptions_added, len(topic.subscriptions)
         for event in self._notices.matching(PublisherMatched, self.topic, come, current):
             on_event(event)
 

@@ -185,7 +185,7 @@ class Subscription(Recipient[M, Topic[M]]):
         """Connect to a topic and receive its messages for late joiners; called by the bus."""
         self._source, self._dispatcher, self._on_failure = topic, dispatcher, on_failure
         self._at_start = topic.published
-        self._notices.before = topic.publishers_come - len(topic.publishers)
+        self._notices.before = topic.publishers_added - len(topic.publishers)
         self._watch(topic.clock)
         if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
             kept = topic.kept()[-self.endpoint.qos.depth :]
@@ -215,7 +215,7 @@ class Subscription(Recipient[M, Topic[M]]):
             return
         name, notices = self.topic, self._notices
         for event in (
-            *notices.matching(SubscriptionMatched, name, topic.publishers_come, len(topic.publishers)),
+            *notices.matching(SubscriptionMatched, name, topic.publishers_added, len(topic.publishers)),
             *notices.liveliness(name, *topic.liveliness()),
             *notices.losses(name, self.drops),
         ):

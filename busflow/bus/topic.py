@@ -28,16 +28,16 @@ E = TypeVar("E", bound="End")
 
 
 class End(Protocol):
-    """The members of every endpoint that a topic uses."""
+    """An endpoint as its topic sees it: the members that the topic uses."""
 
     endpoint: Endpoint
     on_event: Callable[[Event], None] | None
 
-    def report_changes(self) -> None: ...  # noqa: D102  # documented at the endpoints
+    def report_changes(self) -> None: ...  # noqa: D102  # documented in Publisher and Subscription
 
 
 class TopicPublisher(End, Protocol):
-    """The members of a publisher that a topic uses."""
+    """A publisher as its topic sees it."""
 
     published: int
     alive: bool
@@ -51,7 +51,7 @@ class TopicPublisher(End, Protocol):
 
 
 class Receiver(End, Protocol):
-    """The members of a subscription that a topic uses."""
+    """A subscription as its topic sees it."""
 
     idle: bool
     items: deque[Any]
@@ -71,7 +71,7 @@ class Topic(DeliverySource, Generic[M]):
 
     __slots__ = (
         "_arrived", "_expiry", "_gone", "_on_leave", "_retired", "blocking", "clock", "losses", "name", "publishers",
-        "publishers_come", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_come", "taps", "type",
+        "publishers_added", "pushes", "recent", "since_ns", "subscriptions", "subscriptions_added", "taps", "type",
     )  # fmt: skip
 
     def __init__(
@@ -92,15 +92,15 @@ class Topic(DeliverySource, Generic[M]):
         self.blocking: tuple[Receiver, ...] = ()
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
-        """The last messages, if requested with `keep_recent`: one append each, which cannot fail as a tap can."""
-        self.publishers_come = 0
+        """The last messages, if `Bus.keep_recent` asked for them: one append each, which cannot fail as a tap can."""
+        self.publishers_added = 0
         self.since_ns = 0
         """Monotonic time at which the first publisher came, in ns; it may be before the run begins."""
-        self.subscriptions_come = 0
+        self.subscriptions_added = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
         """Messages published in other processes that did not become a message here, by reason: `lost` on the way,
-        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (unknown publisher)."""
+        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (no publisher known)."""
         self._retired = 0
         self._arrived = 0
         self._on_leave = on_leave
@@ -129,7 +129,7 @@ class Topic(DeliverySource, Generic[M]):
 
     @property
     def gone(self) -> tuple[SubscriptionStatistics, ...]:
-        """The statistics of subscriptions that have left, one for all with the same endpoint."""
+        """The statistics of subscriptions that have left, added up where their endpoints are equal."""
         return tuple(self._gone.values())
 
     def kept(self) -> list[M | Perishable[M]]:
@@ -145,7 +145,7 @@ class Topic(DeliverySource, Generic[M]):
         return None
 
     async def wait_for_room(self) -> None:
-        """Wait behind earlier senders until every blocking queue has room; then publish before awaiting again."""
+        """Wait behind earlier senders for room in every blocking queue; the caller then publishes before it awaits."""
         turn = asyncio.get_running_loop().create_future()
         self.waiting.append(turn)
         full = [each for each in self.blocking if each.full] or self.blocking
@@ -153,9 +153,9 @@ class Topic(DeliverySource, Generic[M]):
         granted = False
         try:
             async with asyncio.timeout(limit_s):
-                self.grant()  # which also schedules a check for when a message expires
+                self.grant()  # without room it also schedules a check for when a message expires
                 await turn
-                while self.first_full() is not None:  # a late joiner may start with a full queue
+                while self.first_full() is not None:  # a late joiner may start with a queue full of kept messages
                     self.waiting[0] = turn = asyncio.get_running_loop().create_future()
                     self.grant()
                     await turn
@@ -168,10 +168,10 @@ class Topic(DeliverySource, Generic[M]):
             ) from None
         finally:
             self.waiting.remove(turn)
-            if not granted:  # the next sender in line must not wait for ever
+            if not granted:  # the next sender must not wait for the turn of one that gave up
                 self.grant()
             if not self.waiting:
-                self._look_at(None)
+                self._check_room_at(None)
                 self._adjust()
 
     def grant(self) -> None:
@@ -182,9 +182,9 @@ class Topic(DeliverySource, Generic[M]):
         if full is None:
             self.waiting[0].set_result(None)
         elif self.perishable:
-            self._look_at(next_expiry_ns(full.items))
+            self._check_room_at(next_expiry_ns(full.items))
 
-    def _look_at(self, due_ns: int | None) -> None:
+    def _check_room_at(self, due_ns: int | None) -> None:
         """Schedule the next check for room, when a queued message expires; None cancels it."""
         if self._expiry is not None:
             self._expiry.cancel()
@@ -206,7 +206,7 @@ class Topic(DeliverySource, Generic[M]):
 
     def rebuild(self) -> None:
         """Rebuild the tuple that a publish walks from the current endpoints and taps."""
-        # Once a queued message may expire, each take checks for it, even after its publisher has left.
+        # It stays True: messages that can expire may be queued even after their publisher has left.
         self.perishable = self.perishable or any(each.perishable for each in self.publishers)
         recent = () if self.recent is None else (self.recent.append,)
         taps = map(self._guarded, self.taps)
@@ -221,7 +221,7 @@ class Topic(DeliverySource, Generic[M]):
             publisher.adjust()
 
     def _guarded(self, tap: Callable[[M], None]) -> Callable[[M | Perishable[M]], None]:
-        """Wrap a tap: it gets the message itself, and an exception in it does not stop the delivery."""
+        """Wrap a tap: it gets the message itself; an exception is logged and removes the tap, delivery goes on."""
 
         def call(item: M | Perishable[M]) -> None:
             try:
@@ -236,12 +236,12 @@ class Topic(DeliverySource, Generic[M]):
         return call
 
     def liveliness(self) -> tuple[int, int]:
-        """Count the publishers that are alive, and those that are silent beyond their lease."""
+        """Return how many publishers are alive, and how many were silent for longer than their lease."""
         alive = sum(publisher.alive for publisher in self.publishers)
         return alive, len(self.publishers) - alive
 
     def report_changes(self) -> None:
-        """Send events to the nodes that listen, if the endpoints on their other side have changed."""
+        """Let the endpoints with an event handler report changes of their counterparts, liveliness and losses."""
         for end in (*self.publishers, *self.subscriptions):
             if end.on_event is not None:
                 end.report_changes()
@@ -250,15 +250,15 @@ class Topic(DeliverySource, Generic[M]):
 
     def add_publisher(self, publisher: TopicPublisher) -> None:
         """Add a publisher; the first one sets `since_ns`."""
-        if not self.publishers_come:
+        if not self.publishers_added:
             self.since_ns = self.clock.monotonic_ns()
-        self.publishers_come += 1
+        self.publishers_added += 1
         self.publishers.append(publisher)
         self.rebuild()
 
     def add_subscription(self, subscription: Receiver) -> None:
         """Add a subscription that has already received its kept messages."""
-        self.subscriptions_come += 1
+        self.subscriptions_added += 1
         self.subscriptions.append(subscription)
         self.rebuild()
 
@@ -267,21 +267,21 @@ class Topic(DeliverySource, Generic[M]):
         self.publishers.remove(publisher)
         self._retired += publisher.published
         self._arrived += publisher.published if publisher.endpoint.remote else 0
-        self._left(publisher)
+        self._notify_left(publisher)
 
     def remove_subscription(self, subscription: Receiver) -> None:
         """Remove a subscription; its statistics stay."""
         self.subscriptions.remove(subscription)
         line, before = subscription.statistics(), self._gone.get(subscription.endpoint)
         self._gone[subscription.endpoint] = line if before is None else before + line
-        self._left(subscription)
+        self._notify_left(subscription)
 
     def replace(self, ends: list[E], old: E, new: E) -> None:
         """Replace a publisher or subscription by its successor, which continues the counts."""
         ends[ends.index(old)] = new
-        self._left(old)
+        self._notify_left(old)
 
-    def _left(self, end: End) -> None:
+    def _notify_left(self, end: End) -> None:
         self.rebuild()
         for on_leave in self._on_leave:
             on_leave(end)

@@ -1,9 +1,8 @@
-"""Ends: the ends of topics and services that one node has, and its timers, from the moment they are declared.
+"""Ends: the endpoints and timers of one node, from their declaration on.
 
 They are connected to the bus before the node's `start`, opened after it, closed before its `stop`, and leave after
-that. Those of a node that is started anew take over from those of its life before: the ones that are declared the same
-way keep their place, queue, account and what they keep for newcomers. What the new life does not have leaves when the
-new life is open.
+that. After a restart, an endpoint that is declared as before takes the place of its predecessor, with its queue, counts
+and history for late joiners. Endpoints that the restarted node does not declare again leave when it opens.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ E = TypeVar("E", Publisher[Any], Subscription[Any])
 
 
 class Ends:
-    """The endpoints of one node on the bus, from one start to its end."""
+    """The endpoints and timers of one instance of a node; a restart makes new ones."""
 
     def __init__(self, life: NodeLifetime) -> None:
         self.publishers: list[Publisher[Any]] = []
@@ -46,13 +45,13 @@ class Ends:
         self.timers: list[Timer] = []
         self.listeners: list[EventHandler] = []
         self.on_first: Callable[[], None] | None = None
-        """The waiters for the first message that the node publishes."""
+        """Called at the node's first message, if another node waits for that."""
         self.bus: Bus | None = None
         self._life = life
-        self._before: Ends | None = None
+        self._predecessor: Ends | None = None
 
     def add(self, end: End) -> None:
-        """Have one more; it is brought at once to where the others are."""
+        """Add an endpoint or timer, and connect and open it at once if the others are."""
         if self.bus is not None:
             self._connect(end, self.bus)
         match end:
@@ -72,9 +71,9 @@ class Ends:
 
     # Connecting.
 
-    def connect(self, bus: Bus, before: Ends | None = None) -> None:
-        """Connect all to the bus, in the place of those of the life before if there was one."""
-        self.bus, self._before = bus, before
+    def connect(self, bus: Bus, predecessor: Ends | None = None) -> None:
+        """Connect all to the bus, in place of a predecessor's after a restart."""
+        self.bus, self._predecessor = bus, predecessor
         for end in (*self.publishers, *self.subscriptions, *self.servers, *self.clients, *self.timers):
             self._connect(end, bus)
 
@@ -93,8 +92,8 @@ class Ends:
 
     def _connect_publisher(self, publisher: Publisher[Any], bus: Bus) -> None:
         publisher.on_first = self.on_first
-        before = _same(self._before.publishers, publisher) if self._before else None
-        bus.attach_publisher(publisher, before)
+        predecessor = _same(self._predecessor.publishers, publisher) if self._predecessor else None
+        bus.attach_publisher(publisher, predecessor)
         publisher.on_close = self.publishers.remove
 
     def _connect_subscription(self, subscription: Subscription[Any], bus: Bus) -> None:
@@ -104,8 +103,8 @@ class Ends:
         def on_failure(error: BaseException, message: Message) -> None:
             life.fail(origin, error, message)
 
-        before = _same(self._before.subscriptions, subscription) if self._before else None
-        bus.attach_subscription(subscription, on_failure, before)
+        predecessor = _same(self._predecessor.subscriptions, subscription) if self._predecessor else None
+        bus.attach_subscription(subscription, on_failure, predecessor)
         subscription.on_close = self.subscriptions.remove
         if any(listener.wants(subscription.topic, MessageLost) for listener in self.listeners):
             subscription.report_losses()
@@ -115,7 +114,7 @@ class Ends:
         origin = f"{server.endpoint.origin} (service {server.service})"
 
         def on_error(error: BaseException, request: Message) -> None:
-            if isinstance(error, Exception | asyncio.CancelledError):  # the caller gets it: the node goes on
+            if isinstance(error, Exception | asyncio.CancelledError):  # the caller gets the error, and the node goes on
                 failure = Failure(life.name, origin, error, request)
                 life.log.error(failure.summary, **({"traceback": lines} if (lines := way(error)) else {}))
             else:
@@ -126,23 +125,24 @@ class Ends:
     def _connect_timer(self, timer: Timer, bus: Bus) -> None:
         life = self._life
         origin = f"{life.kind}.{timer.name} (timer)"
-        before = next((each for each in self._before.timers if each.name == timer.name), None) if self._before else None
-        if before is not None:
-            timer.continue_account(before)
+        earlier = self._predecessor.timers if self._predecessor else ()
+        predecessor = next((each for each in earlier if each.name == timer.name), None)
+        if predecessor is not None:
+            timer.continue_account(predecessor)
         bus.attach_timer(timer, life.spawn, lambda error: life.fail(origin, error))
 
     # Opening and closing.
 
     def open(self) -> None:
-        """Begin to hand over messages, to answer, and to tick; what the life before had and this one has not leaves."""
+        """Start to deliver, answer and tick; the predecessor's endpoints that are not declared again leave."""
         self._life.is_open = True
         for end in (*self.subscriptions, *self.servers, *self.timers):
             self._open(end)
         for end in (*self.publishers, *self.subscriptions):
             self._listen(end)
-        before, self._before = self._before, None
-        if before is not None:
-            before.leave()
+        predecessor, self._predecessor = self._predecessor, None
+        if predecessor is not None:
+            predecessor.leave()
 
     def _open(self, end: End) -> None:
         if isinstance(end, Subscription | Server):
@@ -153,7 +153,7 @@ class Ends:
             end.open()
 
     def _listen(self, end: End) -> None:
-        """Report events to the node from now on, and at once those of the present state."""
+        """Report events to the node from now on, and the current state at once."""
         if self.listeners and isinstance(end, Publisher | Subscription):
             end.on_event = self._notify
             end.report_changes()
@@ -163,7 +163,7 @@ class Ends:
             listener.notify(event)
 
     def close(self) -> None:
-        """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
+        """Stop delivering, answering and ticking; new messages stay queued and counted, waiting calls fail at once."""
         self._life.is_open = False
         for timer in self.timers:
             timer.close()
@@ -174,12 +174,12 @@ class Ends:
 
     @property
     def keep_busy(self) -> bool:
-        """True if there is anything to react to, to answer, or to hand to newcomers."""
+        """True if the node still reacts, answers, or keeps messages for late joiners."""
         latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in self.publishers)
         return latched or bool(self.timers or self.servers) or any(not each.is_pulled for each in self.subscriptions)
 
     def leave(self) -> None:
-        """Leave every topic and service; what is iterated over ends."""
+        """Leave every topic and service; iterations over subscriptions end."""
         self.hand_over()
         for subscription in tuple(self.subscriptions):
             subscription.close()
@@ -187,24 +187,24 @@ class Ends:
             publisher.close()
 
     def hand_over(self) -> Ends:
-        """Hand over the ends of topics to the restarted node, also those that this one did not use."""
-        before, self._before = self._before, None
+        """Close the clients; return publishers and subscriptions for a successor, with those left by a predecessor."""
+        predecessor, self._predecessor = self._predecessor, None
         for client in self.clients:
             client.close()
         self.clients.clear()
-        # A life that ended while it was being connected has ends that never were on the bus.
+        # If connecting failed half-way, some endpoints were never on the bus.
         self.publishers[:] = [each for each in self.publishers if each.on_close is not None]
         self.subscriptions[:] = [each for each in self.subscriptions if each.on_close is not None]
-        if before is not None:
-            for publisher in before.publishers:
+        if predecessor is not None:
+            for publisher in predecessor.publishers:
                 publisher.on_close = self.publishers.remove
-            for subscription in before.subscriptions:
+            for subscription in predecessor.subscriptions:
                 subscription.on_close = self.subscriptions.remove
-            self.publishers += before.publishers
-            self.subscriptions += before.subscriptions
+            self.publishers += predecessor.publishers
+            self.subscriptions += predecessor.subscriptions
         return self
 
 
 def _same(ends: list[E], successor: E) -> E | None:
-    """The end of an earlier life that was declared in the same way."""
+    """Return the predecessor's endpoint that was declared in the same way."""
     return next((end for end in ends if end.endpoint == successor.endpoint), None)

@@ -1,4 +1,4 @@
-"""NodeRuntime: everything behind a node's one private name: what it declares and creates, and its life."""
+"""NodeRuntime: the private side of a node: what it declares and creates, from its declaration to its end."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Declarer(Holder, Protocol):
     """The members of a node that its runtime uses."""
 
     def declare(self) -> None:
-        """Create what only the parameters decide."""
+        """Create the endpoints and timers that depend on parameters."""
         ...
 
 
@@ -59,13 +59,13 @@ class NodeRuntime:
     def __init__(self, node: Declarer, name: str) -> None:
         self.node: Any = node
         self.name = name
-        self.full_name = names.fully_qualified(name, "/")  # which refuses what is no name
+        self.full_name = names.fully_qualified(name, "/")  # raises for an invalid name
         """The name with its namespace, from `declare` on."""
         self.life = NodeLifetime(type(node).__name__, self.full_name, self.close)
         self.ends = Ends(self.life)
         self.parameters = ParameterStore(node, self.full_name)
         self.parameter_events: ParameterEvents
-        """There from `declare` on."""
+        """Exists from `declare` on."""
         self.used_remaps: set[str] = set()
         self._surroundings: Surroundings | None = None
         self._bus: Bus | None = None
@@ -152,7 +152,7 @@ class NodeRuntime:
         return None
 
     def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str) -> Publisher[M]:
-        """A publisher of this node, connected at once when the node is."""
+        """Create a publisher; it is connected at once if the node is."""
         layers = self.surroundings.publisher_qos
         publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
         self.ends.add(publisher)
@@ -167,7 +167,7 @@ class NodeRuntime:
         *,
         origin: str,
     ) -> Subscription[M]:
-        """A subscription of this node, connected at once when the node is."""
+        """Create a subscription; it is connected at once if the node is."""
         if handler is not None and not callable(handler):  # type: ignore[redundant-expr]  # as below
             raise InvalidDeclaration(f"{origin} needs a method to call with each message, or none, not {handler!r}")
         layers = self.surroundings.subscription_qos
@@ -177,7 +177,7 @@ class NodeRuntime:
         return subscription
 
     def create_timer(self, period_s: float | Fraction, handler: TimerHandler, *, name: str, missed: Missed) -> Timer:
-        """A timer of this node, ticking at once when the node is started."""
+        """Create a timer; it ticks at once if the node has started."""
         self._refuse_after_the_end(f"timer {name}")
         timer = Timer(period_s, handler, name=name, node=self.full_name, missed=missed)
         self.ends.add(timer)
@@ -186,14 +186,14 @@ class NodeRuntime:
     def create_service(
         self, service_type: Any, service: str, handler: RequestHandler[Any, Any], *, depth: int, origin: str
     ) -> Server[Any, Any]:
-        """A server of this node, connected at once when the node is."""
+        """Create a server; it is connected at once if the node is."""
         endpoint = self._service_endpoint(service_type, service, origin)
         server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
         self.ends.add(server)
         return server
 
     def create_client(self, service_type: Any, service: str, *, origin: str) -> Client[Any, Any]:
-        """A client of this node, connected at once when the node is."""
+        """Create a client; it is connected at once if the node is."""
         endpoint = self._service_endpoint(service_type, service, origin)
         client = Client[Any, Any](endpoint.type, endpoint)
         self.ends.add(client)
@@ -234,12 +234,12 @@ class NodeRuntime:
             self.used_remaps.add(resolved.rule)
         return resolved
 
-    def connect(self, bus: Bus, before: NodeRuntime | None = None) -> None:
-        """Connect every declared end to the bus, in the place of the life before; messages wait until `open`."""
+    def connect(self, bus: Bus, predecessor: NodeRuntime | None = None) -> None:
+        """Connect all endpoints to the bus, in place of a predecessor's; messages wait until `open`."""
         self._bus, self.life.dispatcher = bus, bus.dispatcher
         bus.announce(self.parameters)
         self.parameters.on_change.append(self._on_parameters)
-        self.ends.connect(bus, before.ends.hand_over() if before else None)
+        self.ends.connect(bus, predecessor.ends.hand_over() if predecessor else None)
 
     @property
     def bus(self) -> Bus:
@@ -250,11 +250,11 @@ class NodeRuntime:
 
     @property
     def is_busy(self) -> bool:
-        """True if the node has anything left to do besides its `run`: to react, to answer, to serve newcomers."""
+        """True if the node has anything left to do besides its `run`: to react, to answer, to serve late joiners."""
         return self.life.tasks > 0 or self.ends.keep_busy
 
     def statistics(self) -> NodeStatistics:
-        """The node's endpoints and tasks at this moment."""
+        """Return the current counts of the node's endpoints, tasks and parameters."""
         ends = self.ends
         return NodeStatistics(
             node=self.full_name,
@@ -268,22 +268,22 @@ class NodeRuntime:
         )
 
     def open(self) -> None:
-        """Begin to hand over messages, and to tick."""
+        """Start to deliver messages, answer requests and tick."""
         self.ends.open()
         self.parameter_events.publish_all()
         for handler in self._parameter_handlers:
             handler.catch_up()
 
     def close(self) -> None:
-        """Hand over, answer and tick no more; messages that arrive wait and stay counted, callers do not wait."""
+        """Stop delivering, answering and ticking; new messages stay queued and counted, waiting calls fail at once."""
         self.ends.close()
 
     def end(self) -> None:
-        """Create nothing any more; the ends of topics stay where they are, for the next life or for `disconnect`."""
+        """Refuse to create more; publishers and subscriptions stay attached, for a restart or for `disconnect`."""
         self._ended = True
 
     def disconnect(self) -> None:
-        """End what is iterated over and leave every topic."""
+        """Leave every topic and service; iterations over subscriptions end."""
         self.ends.leave()
         self._ended = True
 

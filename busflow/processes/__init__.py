@@ -14,7 +14,7 @@ others link to cannot be missed by them. A restarted process does the same with 
 
 The end: whatever ends the run sets `ending` of the main graph. Its own nodes stop, and at the same time the others
 get SIGTERM, which is there what Ctrl-C is here. Each stops its nodes within the grace, writes the end of its file
-(`Spool.close` waits `LAST_WORDS_S` for the disk), reports on its pipe, and ends; only then the main process writes
+(`Spool.close` waits `CLOSE_TIMEOUT_S` for the disk), reports on its pipe, and ends; only then the main process writes
 the end of its own file and the recording's metadata. A process that takes longer is ended: by its `SignalGuard` 0.1 s
 after both limits, which names what held it up, or, where it is stopped or holds the interpreter's lock, by
 `WorkerProcess.kill` 0.1 s later. Without its last report it has failed. A second Ctrl-C ends the main process

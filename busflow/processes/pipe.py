@@ -19,7 +19,7 @@ from busflow.log import LogRecord
 
 _DEPTH = 10_000
 """Lines that may wait; the oldest of them gives way."""
-_LAST_WORDS_S = 0.3
+_CLOSE_TIMEOUT_S = 0.3
 """How long a slow main process may hold up the end of a worker process."""
 _VALUE_CHARACTERS = 4096
 
@@ -66,7 +66,7 @@ class PipeWriter:
         with self._arrived:
             self._closed = True
             self._arrived.notify()
-        self._thread.join(_LAST_WORDS_S)
+        self._thread.join(_CLOSE_TIMEOUT_S)
 
     def _write(self) -> None:
         room = select.poll()

@@ -1,4 +1,4 @@
-"""ProcessGroup: all processes of a run, started together, held back until they are linked, and ended together."""
+"""ProcessGroup: the processes of a run: started together, their nodes delayed until all are linked, ended together."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
     from busflow.wire.mirror.barrier import Barrier
 
 START_TIMEOUT_S = 60.0
-"""How long the processes may take to get ready, in wall time: some load a gigabyte before they build a node."""
+"""Time limit for all processes to get ready, in wall time: some load a gigabyte before they build a node."""
 _WARN_S = 10.0
 _KILL_S = 0.2
-"""What a process gets beyond its nodes' grace, and the end of a recording, before it is killed."""
+"""Time that a process has, beyond its nodes' grace and the end of its recording, before it is killed."""
 _LEAVE_S = 0.3
-"""How long the account of the last ones may take, once they are killed."""
+"""Time to read the last reports once the processes are killed."""
 
 
 class ProcessGroup(Extension):
-    """The processes of a run beside the main one."""
+    """The worker processes of a run, as an extension of the main process's graph."""
 
     def __init__(
         self,
@@ -63,19 +63,19 @@ class ProcessGroup(Extension):
         """Prepare the processes that start with the graph of the main process.
 
         Args:
-            graph: what runs here, with the plan of the whole graph.
-            placement: who runs where.
-            name: under which the run is found.
-            arguments: of the `busflow` command that starts the others.
-            outer: the environment as it was before the launch file's variables were in it.
-            args: the launch file's arguments that a program gave, and no command line.
-            network: the machines of the run, where there are several.
-            record: what each process is to record of itself.
-            event_loop: the name of the one that each process has.
+            graph: the graph of the main process, planned with the nodes of all processes.
+            placement: the process of each node.
+            name: the run's name for other terminals.
+            arguments: of the `busflow` command that starts a worker process.
+            outer: the environment without the launch file's variables.
+            args: the launch file's arguments that a program gave; those of a command line are in `arguments`.
+            network: the machines of the run, if there are several.
+            record: what each process records of itself.
+            event_loop: the name of the event loop in each process.
 
         Raises:
-            LaunchError: the graph cannot run in these processes, with every problem.
-            RecordingRefused, InvalidName: it cannot be recorded so.
+            LaunchError: the graph cannot run in these processes; the error lists every problem.
+            RecordingRefused, InvalidName: the recording cannot be made as requested.
         """
         self._graph, self._name, self._outer, self._args = graph, name, outer, dict(args or {})
         self._event_loop, self._log = event_loop, graph.log.bind("busflow")
@@ -85,7 +85,7 @@ class ProcessGroup(Extension):
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
         self._order = [each.runtime.full_name for each in plan.members]
-        self._recording = self._recorded_by_all(record, placement, plan) if record is not None else None
+        self._recording = self._attach_recording(record, placement, plan) if record is not None else None
         keep_main(plan, placement)
         self._main = placement.main
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
@@ -94,18 +94,18 @@ class ProcessGroup(Extension):
             for number, process in enumerate(placement.others, 1)
         ]
         self._by_name = {member.name: member for member in self.members}
-        self._shortcomings: list[str] = []  # of a recording that was to have none
-        self._take_part(graph)
+        self._shortcomings: list[str] = []  # of a recording with `on_drop: fail`
+        self._attach_to(graph)
 
-    def _take_part(self, graph: Graph) -> None:
+    def _attach_to(self, graph: Graph) -> None:
         """Begin and end with the graph of the main process."""
         self._directory: RunDirectory | None = None
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
         if self._recording is not None:
-            from busflow.recording.recorder.spool import LAST_WORDS_S
+            from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S
 
-            self._kill_s += LAST_WORDS_S
+            self._kill_s += CLOSE_TIMEOUT_S
         self.end_s = self._kill_s + _LEAVE_S
         graph.attach(self)
         if self._recording is not None:
@@ -113,8 +113,8 @@ class ProcessGroup(Extension):
 
             record_share(graph, self._recording.share(self._main))
 
-    def _recorded_by_all(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
-        """A recording that begins with the graph, while the plan is still that of all processes."""
+    def _attach_recording(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
+        """Attach the recording of all processes; called while the plan still has the nodes of all."""
         from busflow.processes.joint_recording import JointRecording
 
         recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
@@ -134,28 +134,28 @@ class ProcessGroup(Extension):
 
     @property
     def failures(self) -> list[str]:
-        """What went wrong in the other processes, for people."""
+        """Failures of the worker processes, and of a recording that had to be complete, as texts for people."""
         return [failure for member in self.members for failure in member.failures] + self._shortcomings
 
     def run_report(self) -> Report:
-        """What the whole run has come to so far, or in the end."""
+        """Return the report of the whole run: so far, or final once it has ended."""
         report = merged(self._graph.report(), self.members, self._order, name=self._main)
         return (
             report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))
         )
 
     def finish(self) -> ExitCode:
-        """The run has ended: see how, and what its recording came to; the exit code, which may be another one now."""
+        """Finish the recording of an ended run; return the exit code, which other failures may have changed."""
         graph, recording = self._graph, self._recording
         if recording is not None:
             recording.finish(replace(self.run_report(), recording=None), self._recorded())
-            self._judge(recording)
+            self._report_incomplete(recording)
         if graph.exit_code is ExitCode.OK and any(member.state is MemberState.FAILED for member in self.members):
             graph.conclude(ExitCode.FAILED)
         return graph.exit_code
 
-    def _judge(self, recording: JointRecording) -> None:
-        """Say where a recording is not the whole of what happened."""
+    def _report_incomplete(self, recording: JointRecording) -> None:
+        """Report an incomplete recording: as a failure with `on_drop: fail`, else as a warning."""
         outcome = recording.outcome
         if outcome is None or not outcome.why:
             return
@@ -167,7 +167,7 @@ class ProcessGroup(Extension):
             self._shortcomings.append(f"{text} (on_drop: fail)")
 
     def _recorded(self) -> Sequence[Mapping[str, Any]]:
-        """The reports of the processes on their recordings, including those of earlier starts."""
+        """Return the recordings from the reports of all processes, those of earlier lives included."""
         main = self._graph.report().recording
         recordings = [asdict(main)] if main is not None else []
         for member in self.members:
@@ -176,10 +176,10 @@ class ProcessGroup(Extension):
         return recordings
 
     def begin(self) -> None:
-        """Make the place where the processes meet.
+        """Create the run directory and join the run, so that the worker processes can connect.
 
         Raises:
-            InspectionUnavailable: there is none.
+            InspectionUnavailable: no safe directory can be made.
         """
         graph = self._graph
         if self._machines is not None:
@@ -208,7 +208,7 @@ class ProcessGroup(Extension):
             self._log.info(f"other terminals find this run as {name}")
 
     def end(self) -> None:
-        """Leave the run, which is found no more."""
+        """Leave the run and remove its directory; other terminals no longer find it."""
         membership, self._membership = self._membership, None
         directory, self._directory = self._directory, None
         try:
@@ -220,7 +220,7 @@ class ProcessGroup(Extension):
 
     @asynccontextmanager
     async def surround(self) -> AsyncGenerator[None]:
-        """Start the other processes, hold the nodes back until all are ready, and end them with the graph."""
+        """Start the worker processes, delay the nodes until all are ready, and end the processes with the graph."""
         if self._membership is None:
             raise RuntimeError("the graph has not started")
         self._membership.barrier.begin()
@@ -257,7 +257,7 @@ class ProcessGroup(Extension):
             passed.cancel()
 
     async def _end_with_graph(self) -> None:
-        """Once the graph is to end, end the others: the last one first, and none is waited for beyond its grace."""
+        """End the worker processes when the graph ends, the last one first, and kill those that exceed their time."""
         await self._graph.ending.wait()
         for member in reversed(self.members):
             member.ask_to_stop()
@@ -266,21 +266,20 @@ class ProcessGroup(Extension):
         for member in self.members:
             loop.call_later(self._graph.grace_s + self._kill_s, member.kill, "did not stop in time")
 
-    # What the members need.
+    # Called by the worker processes.
 
     def first_line(self, member: WorkerProcess) -> bytes:
-        """Its assignment, as things are now: all wait for each other, one that comes later for those there."""
-        late = member.restarts > 0
-        there = [each.name for each in self.members if each is not member]
-        if late:
-            there = [name for name in there if self._by_name[name].state is MemberState.RUNNING]
+        """Return a worker's assignment: at first all wait for each other, after a restart it waits for running ones."""
+        others = [each.name for each in self.members if each is not member]
+        if member.restarts > 0:
+            others = [name for name in others if self._by_name[name].state is MemberState.RUNNING]
         return Assignment(
             process=member.name,
             socket=member.socket,
             directory=str(self._directory.path) if self._directory else "",
             card=self._card,
             nodes=member.nodes,
-            others=(self._main, *there),
+            others=(self._main, *others),
             seed=self._graph.seed,
             log_level=self._graph.log.level,
             restarts=member.restarts,
@@ -312,7 +311,7 @@ class ProcessGroup(Extension):
         return self._graph.clock.seconds()
 
     def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
-        """A process has ended, and may live again; what it had not written yet of a recording is lost."""
+        """Give the run up if a process ended with an incomplete recording that had to be complete; it may restart."""
         recording: Mapping[str, Any] = (life.report or {}).get("recording") or {}
         if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
             why = life.fate or f"the process {member.name} has not ended its own"
@@ -320,7 +319,7 @@ class ProcessGroup(Extension):
             self._graph.give_up(IncompleteRecording(f"the recording {path} is incomplete: {why} (on_drop: fail)"))
 
     def on_final(self, code: int, *, finished: bool) -> None:
-        """A process has ended for good: so does the run, unless it had nothing left to do and others have."""
+        """End the run with a process that is not restarted, unless it only had nothing left to do and others have."""
         if finished and not code:
             self._graph.end_if_finished()
             return
@@ -328,7 +327,7 @@ class ProcessGroup(Extension):
         self._graph.ask_to_stop(known.get(code, ExitCode.FAILED))
 
     def _about(self) -> Mapping[str, Any]:
-        """The facts known here about the other processes, for when they cannot answer themselves."""
+        """Return what this process knows of the others; they may be unable to answer themselves."""
         members = [
             {"process": member.name, "pid": member.pid, "nodes": len(member.nodes), "restarts": member.restarts}
             | {"states": {member.state.value: len(member.nodes)}}
@@ -337,7 +336,7 @@ class ProcessGroup(Extension):
         return {"restarts": 0, "members": members, **(self._machines.about() if self._machines else {})}
 
     def is_finished(self) -> bool:
-        """Whether every other process has ended too."""
+        """Return whether every worker process has ended too."""
         return all(member.state is MemberState.ENDED for member in self.members)
 
     def _on_presence(self, process: str, there: bool) -> None:

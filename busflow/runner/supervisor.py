@@ -1,4 +1,4 @@
-"""Unit: one node in a run, from start to stop, through all its lives, and what became of it."""
+"""Unit: one node of a run: starts it, restarts and stops it by its policies, and keeps its state and failures."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Superv
 from busflow.runner.report import NodeReport
 
 START_TIMEOUT_S = 10.0
-"""How long a node's `start` may take, in wall time, and its `stop` before it is started anew."""
+"""Time limit of a node's `start`, and of its `stop` before a restart, in wall time."""
 PATIENCE_S = 10.0
-"""How long a node waits for another one before the log says so, by the run's clock."""
+"""Time that a node waits for another one before a warning is logged, by the run's clock."""
 
 
 class NodeState(StrEnum):
-    """Where a node is in its life."""
+    """State of a node in a run."""
 
     BUILT = "built"
     WAITING = "waiting"
-    """For what it depends on."""
+    """It waits for the nodes that it depends on."""
     STARTING = "starting"
     RUNNING = "running"
     STOPPING = "stopping"
     STOPPED = "stopped"
     FAILED = "failed"
     RESTARTING = "restarting"
-    """It failed or ended, and will be started anew."""
+    """It failed or ended, and will be restarted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +44,19 @@ class Overseer:
     """Callbacks of a graph, notified of the states of its nodes."""
 
     on_failure: Callable[[Failure], None]
-    """A node has failed, and nothing mends it."""
+    """A node has failed and is not restarted."""
     on_pause: Callable[[Unit, Failure | None, float], None]
-    """A node has failed or ended, and will be started anew after so many seconds."""
+    """A node has failed or ended, and will be restarted after this number of seconds."""
     on_restart: Callable[[Unit], None]
     """A node was built anew, and is about to start."""
     on_exit: Callable[[Unit], None]
-    """The `run` of a node whose end is that of the run has returned."""
+    """The `run()` of a node with `on_exit: shutdown` has returned."""
     on_end: Callable[[Unit], None]
-    """A node has ended for good, for whatever reason."""
+    """A node has ended for any reason, and is not restarted."""
 
 
 class Unit:
-    """A node and the task that carries it through its lives."""
+    """A node and the task that starts, restarts and stops it. A life is the time from one start to its stop."""
 
     def __init__(self, node: Node, *, plugin: str, overseer: Overseer, supervision: Supervision | None = None) -> None:
         """Prepare the node; `live` runs it."""
@@ -66,15 +66,15 @@ class Unit:
         self.runtime = runtime_of(node)
         self.state = NodeState.BUILT
         self.failure: Failure | None = None
-        """The last one."""
+        """The last failure."""
         self.failure_count = 0
         self.needs: list[tuple[Unit, Condition]] = []
         """Units and conditions that it waits for before its first start; the graph finds the units."""
         self.met: set[Condition] = set()
-        """Conditions that other units may wait for and that are met."""
+        """Conditions of this node that are met; other units may wait for them."""
         self.started = asyncio.Event()
         self.ended = asyncio.Event()
-        self._come_about = {Condition.READY: self.started}
+        self._condition_events = {Condition.READY: self.started}
         self._overseer = overseer
         self._backoff = Backoff(self.supervision.restart)
         self._lives_before = self.runtime.surroundings.life
@@ -86,13 +86,13 @@ class Unit:
 
     def _begin_life(self) -> None:
         self._over = asyncio.Event()
-        """Whether this life is at its end."""
+        """Set when this life is to end."""
         self._settled = False
-        """Whether it is known what comes after this life."""
+        """True once it is decided if another life follows."""
         self._pause_s: float | None = None
-        """How long until the next life; None when there is none."""
+        """Seconds until the next life; None if there is none."""
         self._returned = False
-        """Whether `run` has."""
+        """True once `run` has returned."""
         self._running_since_s: float | None = None
 
     @property
@@ -102,7 +102,7 @@ class Unit:
 
     @property
     def restarts(self) -> int:
-        """How often the node was started anew, or is about to be."""
+        """The number of restarts, a scheduled one included."""
         return self._backoff.restarts
 
     def statistics(self) -> NodeReport:
@@ -118,7 +118,7 @@ class Unit:
         )
 
     async def live(self) -> None:
-        """Start the node, let it run until it ends, fails or is asked to stop, and stop it; then anew, if asked."""
+        """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy."""
         try:
             with self._scope:
                 begun = not self.needs or await self._wait_for_others()
@@ -130,7 +130,7 @@ class Unit:
         finally:
             self.runtime.disconnect()
             self.state = NodeState.FAILED if self.state is NodeState.FAILED else NodeState.STOPPED
-            for event in (*self._come_about.values(), self.ended):
+            for event in (*self._condition_events.values(), self.ended):
                 event.set()
             self._overseer.on_end(self)
 
@@ -138,9 +138,9 @@ class Unit:
         try:
             async with anyio.create_task_group() as tasks:
                 await self._start_and_run(tasks)
-                if self.runtime.life.has_spawned:  # most have not, and to cancel is dear
+                if self.runtime.life.has_spawned:  # most nodes have not, and a cancellation is expensive
                     tasks.cancel_scope.cancel()
-        finally:  # also when it is given up: what stop() does before it first awaits is done
+        finally:  # also when it is given up: then stop() runs up to its first await
             self.runtime.close()
             self.runtime.life.adopt_tasks(None)
             if self.state not in {NodeState.FAILED, NodeState.RESTARTING}:
@@ -153,11 +153,11 @@ class Unit:
     async def _start_and_run(self, tasks: anyio.abc.TaskGroup) -> None:
         self.runtime.life.adopt_tasks(tasks)
         if await self._start():
-            self.runtime.life.on_task_end = self._look_whether_ended
+            self.runtime.life.on_task_end = self._check_ended
             self.runtime.open()
             self._running_since_s = self.runtime.surroundings.clock.seconds()
-            self._comes_about(Condition.READY)
-            if type(self.node).run is not Node.run:  # most have none, and a task is dear
+            self._meet(Condition.READY)
+            if type(self.node).run is not Node.run:  # most nodes have none, and a task is expensive
                 self.runtime.life.spawn(self._run(), "run")
         if self._pause_s is None:
             self.started.set()
@@ -165,10 +165,10 @@ class Unit:
         self.runtime.close()
 
     def ask_to_stop(self) -> None:
-        """Let the node leave `start` or `run` and go through its `stop`; it is not started anew."""
+        """End the node's `start` or `run` and call its `stop`; it is not restarted."""
         self._stop_asked.set()
         self._end_life()
-        self.runtime.close()  # at once: a handler that blocks would be called again before anybody else has a turn
+        self.runtime.close()  # at once: a blocking handler would be called again before any other callback
 
     def _end_life(self) -> None:
         self._over.set()
@@ -176,14 +176,14 @@ class Unit:
             self._starting.cancel()
 
     def give_up(self, after_s: float) -> None:
-        """Do not wait for the node's end any longer: that is a failure."""
+        """Cancel a node that did not stop in time; this is a failure."""
         late = StopTimeout(f"{self.name} did not stop within {after_s:g} s, and is given up")
         self._failed(Failure(self.name, f"{type(self.node).__name__}.stop", late))
         self._scope.cancel()
 
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
-        self._comes_about(Condition.STARTED)
+        self._meet(Condition.STARTED)
         patience: anyio.CancelScope | None = None
         if type(self.node).start is not Node.start:
             self._starting = anyio.CancelScope()
@@ -204,7 +204,7 @@ class Unit:
     async def _stop(self) -> None:
         if type(self.node).stop is Node.stop:
             return
-        if self._stop_asked.is_set():  # the graph's grace limits it
+        if self._stop_asked.is_set():  # limited by the grace of the graph
             await self._guard(self.node.stop, "stop")
             return
         with self.runtime.surroundings.clock.wall_timeout(START_TIMEOUT_S) as patience:
@@ -217,7 +217,7 @@ class Unit:
         self._returned = await self._guard(self.node.run, "run")
 
     async def _guard(self, hook: Callable[[], Awaitable[None]], name: str) -> bool:
-        """Run one of the node's own methods: it may raise anything, and what follows is decided here."""
+        """Run one of the node's own methods; return False, and fail the node, if it raises."""
         try:
             await hook()
         except BaseException as error:
@@ -227,36 +227,36 @@ class Unit:
             return False
         return True
 
-    # What others wait for, and what it waits for.
+    # Conditions: those of this node, and those of others that it waits for.
 
-    def comes_about(self, condition: Condition) -> asyncio.Event:
-        """An event that is set when a condition is met, or never will be: `met` says which."""
-        if condition not in self._come_about:
-            self._come_about[condition] = asyncio.Event()
+    def condition_event(self, condition: Condition) -> asyncio.Event:
+        """Return the event that is set once a condition is met or can no longer be met; `met` shows which."""
+        if condition not in self._condition_events:
+            self._condition_events[condition] = asyncio.Event()
             if condition is Condition.FIRST_MESSAGE:
                 self._observe_first_message()
-        return self._come_about[condition]
+        return self._condition_events[condition]
 
     def _observe_first_message(self) -> None:
-        self.runtime.ends.on_first = lambda: self._comes_about(Condition.FIRST_MESSAGE)
-        for publisher in self.runtime.ends.publishers:  # of a node that runs already, if a newcomer waits for it
+        self.runtime.ends.on_first = lambda: self._meet(Condition.FIRST_MESSAGE)
+        for publisher in self.runtime.ends.publishers:  # of a running node, if a node that was added later waits for it
             if publisher.published:
-                self._comes_about(Condition.FIRST_MESSAGE)
+                self._meet(Condition.FIRST_MESSAGE)
             publisher.on_first = self.runtime.ends.on_first
             publisher.adjust()
 
-    def _comes_about(self, condition: Condition) -> None:
+    def _meet(self, condition: Condition) -> None:
         self.met.add(condition)
-        if condition in self._come_about:
-            self._come_about[condition].set()
+        if condition in self._condition_events:
+            self._condition_events[condition].set()
 
     async def _wait_for_others(self) -> bool:
-        """Wait for all that the node depends on; False when it is to stop, or waits in vain."""
+        """Wait for all that the node depends on; False if it is to stop, or a condition can no longer be met."""
         self.state = NodeState.WAITING
         self._starting = anyio.CancelScope()
         with self._starting:
             for other, condition in self.needs:
-                event = other.comes_about(condition)
+                event = other.condition_event(condition)
                 with anyio.move_on_after(PATIENCE_S):
                     await event.wait()
                 if not event.is_set():
@@ -271,10 +271,10 @@ class Unit:
         self._starting = None
         return not self._over.is_set()
 
-    # What comes after a life.
+    # The end of a life, and the restart.
 
-    def _look_whether_ended(self) -> None:
-        """A task of the node has returned: `run`, or the last thing that kept the node from its end after that."""
+    def _check_ended(self) -> None:
+        """Settle the life if `run` has returned and nothing is left to do; called after each task of the node."""
         if not self._returned or self._over.is_set():
             return
         if self.supervision.restart.when is Restart.ALWAYS:
@@ -296,7 +296,7 @@ class Unit:
             self.runtime.log.error(failure.summary)
 
     def _settle(self, failure: Failure | None, *, mendable: bool = True) -> None:
-        """Decide what follows on this life, now that it failed or has ended."""
+        """Decide if the node is restarted, now that it has failed or ended."""
         self._settled = True
         policy = self.supervision.restart
         wanted = policy.when is Restart.ALWAYS or (policy.when is Restart.ON_FAILURE and failure is not None)
@@ -317,24 +317,24 @@ class Unit:
         self._end_life()
 
     async def _pause(self, pause_s: float) -> bool:
-        """Wait for the next life; False when the node is to stop instead."""
+        """Wait for the next life; return False if the node is to stop instead."""
         with suppress(TimeoutError):
             async with asyncio.timeout(pause_s):
                 await self._stop_asked.wait()
         return not self._stop_asked.is_set()
 
     def _begin_anew(self) -> bool:
-        """Build the node again, from its parameters as they are now; False when that failed, and counts as a life."""
-        former = self.runtime
+        """Build the node again from its current parameters; return False if that fails, which counts as a life."""
+        predecessor = self.runtime
         self._begin_life()
         try:
-            self.runtime = rebuild(former, former.node.parameters, self._lives_before + self.restarts)
+            self.runtime = rebuild(predecessor, predecessor.node.parameters, self._lives_before + self.restarts)
             self.runtime.life.on_failure = self._failed
             if Condition.FIRST_MESSAGE not in self.met:
-                self.runtime.ends.on_first = former.ends.on_first
+                self.runtime.ends.on_first = predecessor.ends.on_first
             self.node = self.runtime.node
             self._overseer.on_restart(self)
-            self.runtime.connect(former.bus, former)
+            self.runtime.connect(predecessor.bus, predecessor)
         except BaseException as error:
             if not is_failure(error):
                 raise
@@ -347,9 +347,9 @@ class Unit:
 
 
 async def outlast(task: asyncio.Task[None]) -> None:
-    """Wait until a task has ended; a cancellation meanwhile is passed on only then."""
+    """Wait until a task has ended; a cancellation meanwhile is raised only after that."""
     cancelled = None
-    with anyio.CancelScope(shield=True):  # a scope of anyio's would cancel every await until it is left
+    with anyio.CancelScope(shield=True):  # else an outer cancelled anyio scope would cancel every await
         while not task.done():
             try:
                 await asyncio.wait([task])

@@ -26,7 +26,7 @@ def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequenc
     for unit in units:
         unit.needs = [(by_name[name], condition) for name, condition in unit.supervision.depends_on.items()]
         for other, condition in unit.needs:
-            other.comes_about(condition)  # which it has to know before its first message
+            other.condition_event(condition)  # created now: the first message is observed only from here on
     return units
 
 

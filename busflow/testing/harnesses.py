@@ -327,7 +327,7 @@ class Harness:
 
     def _refuse_unheard(self, topic: str, message: Message) -> None:
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
-        received = [each.name for each in topics.values() if each.subscriptions_come]
+        received = [each.name for each in topics.values() if each.subscriptions_added]
         if name not in received and not (self._loop.follows and name == CLOCK):
             anyway = f'lab.advertise({type(message).__name__}, "{topic}").publish(…) publishes it all the same'
             raise NotSeen(f"no node receives {name}; {did_you_mean(name, received)} ({anyway})")

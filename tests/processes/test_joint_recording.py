@@ -227,7 +227,7 @@ import threading
 from busflow import Node
 from busflow.recording.recorder import spool
 
-spool.LAST_WORDS_S = 0.05
+spool.CLOSE_TIMEOUT_S = 0.05
 os.fsync = lambda _: threading.Event().wait(1.0)
 
 

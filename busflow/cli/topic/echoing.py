@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from busflow.wire.client.client import Listener, Peer, Received
     from busflow.wire.client.graph_view import GraphView, TopicView
 
-_LOOK_S = 1.0
+_CHECK_S = 1.0
 """The interval at which to check that the run is alive, while no message arrives."""
 
 
 class Echo:
-    """Prints a topic of a run."""
+    """Prints the messages of one topic of a run."""
 
     def __init__(
         self, peer: Peer, name: str, type_name: str | None, wanted: Wanted, *, with_info: bool = False
     ) -> None:
-        """Find the topic and its type; `with_info` prints times and number before each message.
+        """Find the topic and its type; `with_info` prints each message's times and number before it.
 
         Raises:
             NoSuchTarget: There is no such topic; the error names the nearest.
@@ -60,12 +60,12 @@ class Echo:
                 print_message(f"{counted(len(messages), 'message was', 'messages were')} published on {name} so far")
 
     def follow(self, count: int | None, timeout_s: float | None, *, demand_field: bool = False) -> ExitCode:
-        """Print messages as they arrive.
+        """Print messages as they arrive; return `FAILED` if none was printed within the timeout.
 
         Args:
             count: The most messages to print; None for all.
-            timeout_s: Seconds without a printed message after which it fails; None for never.
-            demand_field: Raise for a message that lacks the wanted field, instead of leaving it out.
+            timeout_s: The most seconds between two printed messages, and before the first; None for no limit.
+            demand_field: Raise an error for a message without the wanted field, instead of leaving the message out.
 
         Raises:
             InspectionUnavailable: The run has ended.
@@ -79,22 +79,22 @@ class Echo:
                 received = listener.get(0) or self._wait(listener, printed_at, timeout_s)
                 if received is not None and self._show(received):
                     shown, printed_at = shown + 1, self._clock.monotonic_ns()
-                elif self._left(printed_at, timeout_s) <= 0:
+                elif self._remaining_s(printed_at, timeout_s) <= 0:
                     print_message(f"error: nothing to print came on {self._topic.name} for {timeout_s:g} s")
                     return ExitCode.FAILED
         return ExitCode.OK
 
     def _wait(self, listener: Listener, printed_at: int, timeout_s: float | None) -> Received | None:
-        """Wait for the next message; return None after the timeout."""
+        """Wait for the next message, and return None after the timeout; an ended run raises."""
         self._warn_of_losses(listener)
         received = None
-        while received is None and (left := self._left(printed_at, timeout_s)) > 0:
-            received = listener.get(min(_LOOK_S, left))
+        while received is None and (left_s := self._remaining_s(printed_at, timeout_s)) > 0:
+            received = listener.get(min(_CHECK_S, left_s))
             if received is None and not self._peer.alive:
                 raise InspectionUnavailable(f"the run {self._peer.run.name} has ended")
         return received
 
-    def _left(self, printed_at: int, timeout_s: float | None) -> float:
+    def _remaining_s(self, printed_at: int, timeout_s: float | None) -> float:
         """Return the seconds until the timeout."""
         if timeout_s is None:
             return inf

@@ -1,4 +1,4 @@
-"""`Preflight`: builds the nodes of a description without starting them, and finds everything that would go wrong.
+"""`Preflight`: builds the nodes of a graph without starting them, and finds what would go wrong.
 
 All problems are collected into one report. The endpoints are read from the nodes themselves, so a graph made of classes
 and instances is checked exactly like one from a file, only without positions.
@@ -64,7 +64,7 @@ class Preflight:
     log: Log
     seed: int = 0
     strict: bool = False
-    """Report a subscription without publisher, and a client without server, as errors."""
+    """Report a subscription without publisher, and a client without server, as errors instead of warnings."""
 
     def plan(
         self, descriptions: Sequence[LaunchDescription] = (), nodes: Sequence[tuple[Node, Supervision]] = ()
@@ -89,7 +89,7 @@ class Preflight:
         number = len(nodes) + sum(len(each.nodes) for each in descriptions)
         plan.is_whole = len(plan.members) == number and Doubt.NODES not in doubts
         if plan.is_whole:
-            # What an unbuilt node publishes is not known: do not report the others for it.
+            # With a node missing, the others may only seem to be unmatched.
             plan.problems += unmatched_ends(plan.members, topics, strict=self.strict)
             plan.problems += supervision_problems(plan.members)
         plan.problems = in_order(plan.problems, [str(file) for each in descriptions for file in each.files])
@@ -121,7 +121,7 @@ class Preflight:
     def _stand_in(
         self, plan: Plan, spec: NodeSpec, factory: NodeFactory, error: InvalidParameter, topics: Sequence[TopicSpec]
     ) -> None:
-        """Build a node without its wrong parameters, if its endpoints do not depend on them."""
+        """Build a node without its wrong parameters, if its endpoints do not depend on them, to check those."""
         if factory.node_class.declare is not Node.declare or factory.node_class.__init__ is not Node.__init__:
             return
         right = spec.parameters.without_any(fault.path for fault in error.faults)
@@ -129,7 +129,7 @@ class Preflight:
             parameters = factory.parameters(cast("Mapping[str, object]", right.data))
         except BusflowError:
             return
-        aside = Plan()  # its other problems may come only from the missing parameters
+        aside = Plan()  # whose problems are dropped: they may come only from the missing parameters
         node = _guarded(aside, spec, "", partial(factory.build, parameters))
         if node is not None:
             self._declare(aside, PlannedNode(node, spec.plugin, spec, spec.supervision), topics)
@@ -160,7 +160,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
         return build()
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
-    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it is reported
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it becomes a problem
         text, place = f"{what}: {type(error).__name__}: {error}", user_line(error)
         fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
         plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
@@ -170,7 +170,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
 def _layers(
     topics: Sequence[TopicSpec], endpoints: Sequence[EndpointSpec], node: str, namespace: str
 ) -> Callable[[str], tuple[QoS, ...]]:
-    """Return a function from a topic to its stated QoS for a node: the topic's contract, then the node's own."""
+    """Return a function that gives the QoS stated for a topic: first the topic's own entry, then the node's."""
 
     def stated(topic: str) -> tuple[QoS, ...]:
         own = [each.qos for each in endpoints if each.full_topic(node, namespace) == topic]
@@ -197,7 +197,7 @@ def _announce_parameters(members: Sequence[PlannedNode]) -> None:
 
 def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
     """Return the problem of an invalid declaration, at its line of code, or where the launch file names the node."""
-    place, text = error.place or user_line(error), text.splitlines()[0]  # further lines only point into the name
+    place, text = error.place or user_line(error), text.splitlines()[0]  # further lines only mark a place in the name
     if place is None:
         return Problem("declaration", text, None) if origin is None else problem_at("declaration", text, None, origin)
     named = (origin.place, *origin.included_from) if origin is not None and origin.place is not None else ()
@@ -205,7 +205,7 @@ def _in_code(error: BusflowError, text: str, origin: Origin | None) -> Problem:
 
 
 def _at_plugin(problem: Problem, spec: NodeSpec) -> Problem:
-    """Return a plugin's problem; without a line of code it gets the place in the launch file."""
+    """Return a plugin's problem with its place in the launch file: as its place, or beside its line of code."""
     origin = spec.plugin_origin
     if problem.code == "unknown-plugin" and (folder := _unnamed_folder(spec)):
         problem = replace(problem, fix=f"its file is in a folder that this one does not name: add plugins: [{folder}]")
@@ -219,5 +219,5 @@ def _unnamed_folder(spec: NodeSpec) -> str | None:
     place, file = spec.plugin_origin.place, f"{spec.plugin.partition(':')[0]}.py"
     beside = Path(place.file).parent if place is not None else Path()
     named = {each.resolve() for each in spec.folders}
-    there = (each for each in ("plugins", "../plugins") if os.path.isfile(beside / each / file))  # noqa: PTH113  # never raises
-    return next((each for each in there if (beside / each).resolve() not in named), None)
+    found = (each for each in ("plugins", "../plugins") if os.path.isfile(beside / each / file))  # noqa: PTH113  # never raises
+    return next((each for each in found if (beside / each).resolve() not in named), None)

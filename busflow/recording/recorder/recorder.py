@@ -34,7 +34,7 @@ from busflow.recording.recorder.destination import Destination, named, new_recor
 from busflow.recording.recorder.options import spec_of
 from busflow.recording.recorder.provenance import facts, launch_files, ledger, library
 from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
-from busflow.recording.recorder.spool import LAST_WORDS_S, Spool
+from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S, Spool
 from busflow.recording.recorder.ticks import TICKS, tick_message
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
@@ -85,7 +85,7 @@ def record_share(graph: Graph, share: Share) -> None:
 class Recorder(Extension):
     """Writes one run, or a process's share of one, into one file."""
 
-    end_s = LAST_WORDS_S
+    end_s = CLOSE_TIMEOUT_S
 
     def __init__(self, graph: Graph, spec: RecordSpec, share: Share | None = None) -> None:
         """A recorder of what `spec` says, which begins when the graph starts."""

@@ -1,7 +1,7 @@
-"""`Spool`: the bounded queue and the thread between publishers and the file.
+"""`Spool`: the bounded queue between publishers and the file, and the thread that writes.
 
 With a thread, a put costs an append: the thread compresses and writes, most of it without holding up the interpreter,
-and what it cannot keep up with is refused. Without one, all happens at once, and is the same every time.
+and a message without room in the queue is refused. Without a thread, a put writes at once, the same in every run.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from busflow.recording.recorder.destination import Destination
 
 Work: TypeAlias = tuple[int, int, int, Payload] | Callable[[McapWriter], None]
-"""A message, as `McapWriter.add_message` takes it, or something rarer to do with the file."""
+"""A message, as `McapWriter.add_message` takes it, or a function that does something rarer with the file."""
 
 MOST_BYTES = 64 * 1024 * 1024
 """The number of bytes that may wait to be written."""
@@ -28,18 +28,18 @@ _CUT_NS = 400_000_000
 _PAUSE_S = 0.1
 """The time for which the thread lets messages gather, if they are few."""
 _MANY_BYTES = 1024 * 1024
-"""It is woken for so many."""
+"""The number of new bytes that wakes the thread before that."""
 _EACH_BYTES = 256
 """The size that a waiting message counts for beside its bytes."""
-LAST_WORDS_S = 5.0
+CLOSE_TIMEOUT_S = 5.0
 """The time limit for the end of a file: `MOST_BYTES` at 16 MB/s, as on an SD card, take four seconds.
 
-Whoever waits for a run to end, or ends it by force, lets it have this beyond the nodes' grace.
+A process that waits for a run's end, or ends it by force, allows this time beyond the nodes' grace.
 """
 
 
 class Spool:
-    """Takes what is to be written, in order."""
+    """Queue of messages and other work for the file, done in order."""
 
     def __init__(
         self,
@@ -50,21 +50,21 @@ class Spool:
         on_failure: Callable[[Exception], None],
         most_bytes: int = MOST_BYTES,
     ) -> None:
-        """A spool for a file.
+        """Create a spool for a file, and start its thread.
 
         Args:
-            file: what is written.
-            destination: where it is.
-            threaded: whether to write in a thread, and by the wall's time; else chunks are cut by that of the messages.
-            on_failure: hears once, in the thread, why no more can be written.
-            most_bytes: how much may wait.
+            file: the writer.
+            destination: the open file on the disk.
+            threaded: write in a thread and cut chunks by wall time; else write in the caller and cut by message time.
+            on_failure: called once, in the thread, with the error after which nothing more is written.
+            most_bytes: the number of bytes that may wait.
         """
         self.failure: Exception | None = None
         """The reason why nothing more is written."""
         self._file, self._destination, self._on_failure = file, destination, on_failure
         self._most_bytes = most_bytes
         self._waiting: deque[Work] = deque()
-        # Each of the two counts has one side that changes it, so that neither needs a lock.
+        # Bytes: the callers change the first count only, the thread the second only, so neither needs a lock.
         self._handed = self._taken = 0
         self._wake_at = 0
         self._opened = 0.0
@@ -75,7 +75,7 @@ class Spool:
             self._thread.start()
 
     def put(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> bool:
-        """Take a message in; False where there is no room for it, or nothing can be written any more."""
+        """Queue or write a message; return False if there is no room for it, or writing has failed."""
         work = (channel_id, sequence, time_ns, payload)
         if self._thread is not None:
             return self._hand(work, size_of(payload) + _EACH_BYTES)
@@ -85,23 +85,23 @@ class Spool:
         return self.failure is None
 
     def do(self, work: Callable[[McapWriter], None]) -> bool:
-        """Have something rarer done with the file, after all that came before; False if it cannot be any more."""
+        """Call a function with the writer after all earlier work; return False as `put` does."""
         if self._thread is not None:
             return self._hand(work, _EACH_BYTES)
         self._try(lambda: self._do(work))
         return self.failure is None
 
     def close(self) -> bool:
-        """Write what waits, and end the file as it is now; False where that did not come about in time.
+        """Write what waits and close the file; return False if that failed or took too long.
 
-        With a thread, what was recorded is then on the disk; a simulated run can be made anew.
+        With a thread, the data is then safe on the disk. Without one it is not synced: a simulated run can be repeated.
         """
         self._closed = True
         if self._thread is None:
             self._try(self._file.cut)
         else:
             self._arrived.set()
-            self._thread.join(LAST_WORDS_S)
+            self._thread.join(CLOSE_TIMEOUT_S)
             if self._thread.is_alive():
                 return False
         self._destination.close()
@@ -131,7 +131,7 @@ class Spool:
         self._try(self._destination.secure)
 
     def _pause(self) -> float | None:
-        """The time to wait for more; unlimited if nothing waits, since any message then wakes the thread."""
+        """Return the seconds to wait for more; None (no limit) if nothing waits: any message then wakes the thread."""
         if self._file.open_chunk:
             return max(0.0, min(_PAUSE_S, self._opened + CUT_S - perf_counter()))
         self._wake_at = 0
@@ -148,7 +148,7 @@ class Spool:
         if self._file.open_chunk and perf_counter() - self._opened >= CUT_S:
             self._file.cut()
 
-    # Wherever it is written.
+    # In the thread, or in the caller if there is none.
 
     def _do(self, work: Work) -> None:
         if callable(work):
@@ -164,5 +164,5 @@ class Spool:
         except Exception as error:  # noqa: BLE001  # no caller is above, and the publisher is not at fault
             self.failure = error
             self._destination.cut_off(self._file.size)
-            if self._thread is not None:  # else the answer reports it to the caller
+            if self._thread is not None:  # else the return value of `put` and `do` reports it
                 self._on_failure(error)

@@ -40,12 +40,12 @@ _RING = 256
 _BULKY_RING = 16
 """Buffer size for images, clouds and maps; the usual size would hold gigabytes."""
 _MOST_RING = 4096
-_TOGETHER = 8
+_BATCH = 8
 """Messages published before the handlers run, if every queue has room for so many."""
 _MOST_SENDERS = 256
 _PATIENCE_S = 5.0
 _GRACE_S = 0.05
-"""The end of a token overtakes messages in the buffer: the loop has this long to take the next one."""
+"""The end of a token may arrive before messages in the buffer: the loop has this time to take the next one."""
 _MOST_GRACES = 20
 _MOST_DEPTH = 10_000
 """Limit of the messages that a remote publisher may have kept here for late joiners, whatever its token states."""
@@ -58,10 +58,10 @@ class Inlet:
         """Start to receive.
 
         Args:
-            topic: where it is published.
-            connection: where its messages come from; the log is told of the first malformed and the first refused one.
-            gone: of publishers that have gone, the number of the last message: where it was the link that broke, they
-                come back, and what is missing then is lost.
+            topic: the topic to publish on.
+            connection: the Zenoh session, log and bus; the first malformed and the first refused message are logged.
+            gone: by publisher that has gone, the number of its last message. If only the link broke, the publisher
+                comes back, and the messages missed meanwhile are counted as lost.
         """
         self.received = 0
         self.losses = topic.losses
@@ -83,13 +83,13 @@ class Inlet:
         kept = [each.endpoint.qos for each in topic.subscriptions]
         latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
-        self._way: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
+        self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._late_joiners = LateJoiners(topic, key, self._publishers, connection, asked=latched)
-        self._arrivals: Any = self._way.handler  # the subscriber itself could not be undeclared while recv() waits
+        self._arrivals: Any = self._subscriber.handler  # the subscriber could not be undeclared during its own recv()
         self._thread = threading.Thread(target=self._watch, name=f"busflow.inlet.{topic.name}", daemon=True)
         self._thread.start()
 
-    # Who is there.
+    # Remote publishers.
 
     def admit(self, token: Token, endpoint: Endpoint) -> None:
         """Add a remote publisher to the topic; calling it again has no effect."""
@@ -114,7 +114,7 @@ class Inlet:
         self._expel(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
-        """Remove a remote publisher that has gone, once its messages in the buffer have been taken."""
+        """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`."""
         self._leave_later(token, then, _MOST_GRACES)
 
     def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
@@ -157,16 +157,16 @@ class Inlet:
         if self._feeder is not None:
             self._feeder.cancel()
         self._late_joiners.close()
-        self._way.undeclare()
-        self._let_watch()
+        self._subscriber.undeclare()
+        self._resume_thread()
         self._thread.join(_PATIENCE_S)
         for gid in tuple(self._publishers):
             self._expel(gid)
 
-    # What arrives.
+    # Arriving messages.
 
     def _watch(self) -> None:
-        """Wait for a message, then until the loop has emptied the buffer; runs in the inlet's own thread."""
+        """Wait for a message, then until the loop has emptied the buffer, and so on; runs in the inlet's own thread."""
         try:
             while not self._closed:
                 self._on_loop(self._begin, self._arrivals.recv())
@@ -174,7 +174,7 @@ class Inlet:
         except zenoh.ZError:
             pass  # closed, which is how a waiting recv() ends
 
-    def _let_watch(self) -> None:
+    def _resume_thread(self) -> None:
         self._emptying = False
         if self._emptied.locked():
             self._emptied.release()
@@ -190,18 +190,18 @@ class Inlet:
     def _take(self, sample: zenoh.Sample | None) -> None:
         """Publish waiting messages for a while; the rest waits until the loop has run other work."""
         dispatcher, subscriptions = self._bus.dispatcher, self._topic.subscriptions
-        room = min([_TOGETHER, *(each.endpoint.qos.depth for each in subscriptions)])
+        room = min([_BATCH, *(each.endpoint.qos.depth for each in subscriptions)])
         started, handled = dispatcher.now(), 0
         try:
             while sample is not None:
-                together, sample = self._together(sample, room)
-                handled += len(together)
-                dispatcher.run_now(partial(self._publish, together))
+                batch, sample = self._next_batch(sample, room)
+                handled += len(batch)
+                dispatcher.run_now(partial(self._publish, batch))
                 if dispatcher.spent(started, handled) or any(each.queued for each in subscriptions):
-                    break  # a queue that is not empty by now is one whose task needs the loop
-        finally:  # whatever one message may raise, the others are let in
+                    break  # a queue that is not empty now is read by a task, which needs the loop
+        finally:  # if one message raises, the others are published all the same
             if sample is None or self._closed:
-                self._let_watch()
+                self._resume_thread()
             else:
                 asyncio.get_running_loop().call_soon(self._begin, sample)
 
@@ -215,9 +215,9 @@ class Inlet:
                 sample = self._next()
         finally:
             self._feeder = None
-            self._let_watch()
+            self._resume_thread()
 
-    def _together(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
+    def _next_batch(self, sample: zenoh.Sample | None, room: int) -> tuple[list[zenoh.Sample], zenoh.Sample | None]:
         """Return as many samples as there is room for, and the one after them."""
         found: list[zenoh.Sample] = []
         receive = self._arrivals.try_recv
@@ -235,13 +235,13 @@ class Inlet:
         except zenoh.ZError:
             return None  # the session is closed
 
-    def _publish(self, together: list[zenoh.Sample]) -> None:
-        """Publish as many messages as every queue has room for; handlers get them when this returns.
+    def _publish(self, batch: list[zenoh.Sample]) -> None:
+        """Publish the messages of a batch; the handlers run after this returns.
 
-        The next message of a plain publisher is dealt with here, and takes 1 µs less than any other.
+        A plain publisher's message with the next number is published here; it takes 1 µs less than any other.
         """
         plain, sequences, decode = self._plain, self._sequences, self._support.decode
-        for sample in together:
+        for sample in batch:
             if self._closed:
                 return
             attachment = sample.attachment
@@ -250,7 +250,7 @@ class Inlet:
             if publisher is None:
                 self._publish_carefully(sample)
                 continue
-            (sequence,) = SEQUENCE.unpack_from(signature)  # there are 33 bytes, or it would be nobody's gid
+            (sequence,) = SEQUENCE.unpack_from(signature)  # there are 33 bytes, or the gid would not be known
             if sequences.get(gid) != sequence - 1:
                 self._publish_carefully(sample)
                 continue
@@ -260,7 +260,7 @@ class Inlet:
                 publisher.publish(decode(sample.payload.to_bytes()))
             except MalformedMessage as error:
                 self._skip(error)
-            except (WouldBlock, NotRunning) as error:  # who published is far away: the count is how it is told
+            except (WouldBlock, NotRunning) as error:  # the remote publisher cannot get it: it is only counted
                 self._refuse(error)
 
     def _publish_carefully(self, sample: zenoh.Sample) -> None:
@@ -303,7 +303,7 @@ class Inlet:
             self._log.warning(f"what arrives on {self._topic.name} is no message: {error}")
 
     def _publisher_of(self, attachment: bytes | None) -> Publisher[Any] | None:
-        """Return the sender; a message with a foreign kind of signature counts as any publisher's of its topic."""
+        """Return the publisher of a message, any if its gid is unknown; None if the message is not to be published."""
         known = decoded = None
         if attachment:
             decoded = Attachment.decode(attachment)
@@ -319,7 +319,7 @@ class Inlet:
             if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if decoded.gid in self._sequences:  # else there are more strangers than are kept in mind
+            if decoded.gid in self._sequences:  # else there are more senders than are remembered
                 self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
 
@@ -327,7 +327,7 @@ class Inlet:
         last = self._sequences.get(attachment.gid)
         if last is not None and attachment.sequence > last + 1:
             self.losses["lost"] += attachment.sequence - last - 1
-        if last is not None or len(self._sequences) < _MOST_SENDERS:  # there may be any number of strangers
+        if last is not None or len(self._sequences) < _MOST_SENDERS:  # there may be any number of unknown senders
             self._sequences[attachment.gid] = attachment.sequence if last is None else max(last, attachment.sequence)
 
 
@@ -335,7 +335,7 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     """Return the endpoint that a remote publisher's token describes.
 
     Raises:
-        MalformedMessage: its QoS is none.
+        MalformedMessage: its QoS is not valid.
     """
     try:
         qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
@@ -346,7 +346,7 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
 
 
 def _ring(topic: Topic[Any], support: TypeSupport) -> int:
-    """Return how many messages may wait in the buffer: at least the depth of the deepest subscription."""
+    """Return the size of the buffer: the default or, up to a limit, the depth of the deepest subscription."""
     deepest = max((each.endpoint.qos.depth for each in topic.subscriptions), default=1)
     return min(max(deepest, _BULKY_RING if support.is_bulky else _RING), _MOST_RING)
 
@@ -356,7 +356,7 @@ def _plain(session: zenoh.Session, key: str, ring: Any) -> Any:
 
 
 def _latched(session: zenoh.Session, key: str, ring: Any, depth: int) -> Any:
-    """Declare a transient_local subscription in the way of `rmw_zenoh`."""
+    """Declare a transient_local subscription as `rmw_zenoh` does."""
     return zenoh.ext.declare_advanced_subscriber(
         session,
         key,

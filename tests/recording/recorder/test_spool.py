@@ -133,12 +133,12 @@ def test_chunks_are_cut_by_the_time_of_the_messages_where_there_is_no_thread(dis
 
 
 def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is_given(disk, monkeypatch):
-    monkeypatch.setattr(spool_module, "LAST_WORDS_S", 0.05)
+    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", 0.05)
     spool = spool_on(disk)
     disk.free.clear()
     spool.put(1, 1, 1, b"x")
     assert not spool.close()
-    monkeypatch.setattr(spool_module, "LAST_WORDS_S", LONG_S)
+    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", LONG_S)
     disk.free.set()
     assert spool.close()
 
@@ -146,7 +146,7 @@ def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is
 def test_a_recorded_run_may_take_that_long_to_end(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
-    assert graph.end_s == spool_module.LAST_WORDS_S
+    assert graph.end_s == spool_module.CLOSE_TIMEOUT_S
 
 
 @pytest.mark.parametrize("threaded", [True, False])
