@@ -125,10 +125,9 @@ class Ends:
     def _connect_timer(self, timer: Timer, bus: Bus) -> None:
         life = self._life
         origin = f"{life.kind}.{timer.name} (timer)"
-        earlier = self._predecessor.timers if self._predecessor else ()
-        predecessor = next((each for each in earlier if each.name == timer.name), None)
-        if predecessor is not None:
-            timer.continue_account(predecessor)
+        for earlier in self._predecessor.timers if self._predecessor else ():
+            if earlier.name == timer.name:
+                timer.continue_account(earlier)
         bus.attach_timer(timer, life.spawn, lambda error: life.fail(origin, error))
 
     # Opening and closing.
