@@ -126,8 +126,7 @@ class Ends:
         life = self._life
         origin = f"{life.kind}.{timer.name} (timer)"
         earlier = self._predecessor.timers if self._predecessor else ()
-        predecessor = next((each for each in earlier if each.name == timer.name), None)
-        if predecessor is not None:
+        if (predecessor := next((each for each in earlier if each.name == timer.name), None)) is not None:
             timer.continue_account(predecessor)
         bus.attach_timer(timer, life.spawn, lambda error: life.fail(origin, error))
 
