@@ -122,7 +122,7 @@ class History(_Policy):
 
 
 class Reliability(_Policy):
-    """Whether what a link between processes loses is sent again."""
+    """Rule for messages that a link between processes loses: if they are sent again."""
 
     SYSTEM_DEFAULT = "system_default"
     RELIABLE = "reliable"
@@ -132,7 +132,7 @@ class Reliability(_Policy):
 
 
 class Durability(_Policy):
-    """Whether a newcomer receives what was published before it came."""
+    """Rule for late joiners: if they receive messages that were published before they came."""
 
     SYSTEM_DEFAULT = "system_default"
     TRANSIENT_LOCAL = "transient_local"
@@ -187,7 +187,7 @@ class QoS(BaseModel):
     block_timeout_s: _Seconds = _said(5.0, "How long `send` waits for room, where overflow is block.", "block_timeout")
     reliability: Reliability = _said(Reliability.RELIABLE, "Whether what a link between processes loses is sent again.")
     durability: Durability = _said(
-        Durability.VOLATILE, "Whether a newcomer receives what was published before it came."
+        Durability.VOLATILE, "Whether a late joiner receives what was published before it came."
     )
     deadline_s: _Limit = _said(None, "The longest time between two messages.", "deadline")
     lifespan_s: _Limit = _said(None, "The age at which a message expires.", "lifespan")

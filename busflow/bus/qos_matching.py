@@ -22,7 +22,7 @@ from busflow.validation.durations import show_duration
 
 
 class Verdict(StrEnum):
-    """Whether a publisher and a subscription fit."""
+    """Verdict on a publisher and a subscription: do they fit?"""
 
     OK = "OK"
     WARNING = "WARNING"
@@ -32,7 +32,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Compatibility:
-    """Whether two endpoints fit: every conflicting policy, the reasons, and the smallest change that helps."""
+    """Compatibility of two endpoints: every conflicting policy, the reasons, and the smallest change that helps."""
 
     verdict: Verdict
     policies: tuple[str, ...] = ()

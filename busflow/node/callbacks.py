@@ -28,11 +28,11 @@ class ParameterHandler:
         self._is_async = iscoroutinefunction(function)
         self._origin = origin
         self._life = life
-        self._before: Parameters | None = None  # what the handler takes for the parameters, while that is outdated
+        self._before: Parameters | None = None  # the parameters last reported to the handler, while newer ones are not
         self._busy = False
 
     def on_change(self, old: Parameters) -> None:
-        """The parameters have changed; until now they were `old`."""
+        """Report a change of parameters to the handler; until now they were `old`."""
         if self._before is None:
             self._before = old
         self.catch_up()

@@ -24,7 +24,7 @@ class Rng(np.random.Generator):
     """A numpy generator that can go back to where it began."""
 
     def __init__(self, seed: int, name: str, life: int = 0) -> None:
-        """The generator of one node: of the run's seed, the node's full name, and how often it was started anew."""
+        """Create a node's generator from the run's seed, the node's full name, and its number of restarts."""
         key = (*name.encode(), *((_BEYOND_BYTES + life,) if life else ()))
         super().__init__(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
         self._beginning = self.bit_generator.state

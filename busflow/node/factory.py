@@ -37,12 +37,12 @@ class NodeFactory:
 
 
 def rebuild(former: NodeRuntime, parameters: Parameters, life: int) -> NodeRuntime:
-    """The node of a runtime once more, for its next life, connected to nothing yet.
+    """Build the node of a runtime again, for a restart; return its runtime, which is not connected yet.
 
     Args:
-        former: the runtime of the life before, whose surroundings and known parameters are taken over.
-        parameters: what the new instance has.
-        life: how often the node was started anew by then.
+        former: the runtime before the restart; its surroundings and known parameters are taken over.
+        parameters: those of the new instance.
+        life: the number of restarts, this one included.
     """
     runtime = runtime_of(NodeFactory(former.node.__class__, former.name).build(parameters))
     runtime.parameters.take_over(former.parameters)

@@ -129,7 +129,7 @@ class Handler(Declaration, Generic[P, R]):
         if not (isinstance(found, type) and issubclass(found, Event)):
             # Once each: a dataclass with slots is made anew, and the class it was made of may still be there.
             kinds = ", ".join(dict.fromkeys(kind.__name__ for kind in Event.__subclasses__()))
-            raise InvalidDeclaration(f"{self.origin} must annotate the event it hears of, one of {kinds}")
+            raise InvalidDeclaration(f"{self.origin} must annotate the event it handles, one of {kinds}")
         return found
 
     def annotated(self, example: str) -> Any:

@@ -1,4 +1,4 @@
-"""Life: one life of a node: whether it is open, what it runs beside its hooks, and where its failures go."""
+"""NodeLifetime: a node between a start and its end: if it is open, which tasks it runs, and where its failures go."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class NodeLifetime:
     """The dispatcher that calls its handlers and delivers its messages at once; set once it is connected."""
 
     def __init__(self, kind: str, name: str, close: Callable[[], None]) -> None:
-        """The life of a node of this class and name; `close` keeps all that comes from one that has failed."""
+        """Create the lifetime of a node of this class and name; `close` is called when it fails, to deliver no more."""
         self.kind = kind
         self.name = name
         """Its full name, from its declaration on."""
@@ -43,7 +43,7 @@ class NodeLifetime:
         self._tasks: anyio.abc.TaskGroup | None = None
 
     def be_called(self, name: str, log: FilteringBoundLogger) -> None:
-        """Have the node's full name, and its log."""
+        """Set the node's full name and its log."""
         self.name = name
         self.starting.name = f"start() of {name}"
         self.log = log

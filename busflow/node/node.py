@@ -162,7 +162,7 @@ class Node(_RclpyNames):
     # What a subclass may define.
 
     def declare(self) -> None:
-        """Create the endpoints that only the parameters decide; runs before anything starts and does no I/O."""
+        """Create the endpoints that depend on parameters; runs before anything starts and does no I/O."""
 
     async def start(self) -> None:
         """Open what the node needs; messages wait until this returns."""

@@ -23,7 +23,7 @@ def _word(kind: type[W], what: str, given: str) -> W:
 
 
 class Restart(StrEnum):
-    """True if a node is started anew."""
+    """Choice of when an ended node is restarted: never, after a failure, or after every end."""
 
     NEVER = "never"
     ON_FAILURE = "on-failure"
@@ -50,7 +50,7 @@ class OnExit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RestartPolicy:
-    """True if a node is started anew, how soon, and how often before it is given up.
+    """Rule for restarts of an ended node: when, how soon, and how often before it is given up.
 
     Raises:
         InvalidDeclaration: a number is out of range, or `when` none of the words.

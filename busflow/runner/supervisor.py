@@ -274,7 +274,7 @@ class Unit:
     # The end of a life, and the restart.
 
     def _check_ended(self) -> None:
-        """Settle the life if `run` has returned and nothing is left to do; called after each task of the node."""
+        """If `run` has returned, end the run or this life as the policies say; called after each task of the node."""
         if not self._returned or self._over.is_set():
             return
         if self.supervision.restart.when is Restart.ALWAYS:

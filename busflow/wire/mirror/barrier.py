@@ -44,7 +44,7 @@ class Barrier:
             mirror: what the process shows.
             session: where.
             process: its name in the run.
-            on_change: hears when another process has come, or is gone or hangs; also one of the same name.
+            on_change: called when another process has come, is gone or hangs; also for one of the same name.
         """
         self._mirror, self._session, self._process = mirror, session, process
         self._zid = str(session.info.zid())
@@ -78,7 +78,7 @@ class Barrier:
     def lacking(self, others: Collection[str]) -> list[str]:
         """Return what still prevents the nodes' start, as texts for people; empty once nothing does.
 
-        Nobody is waited for who was there and has gone.
+        A process that was there and has gone is not waited for.
         """
         found: list[str] = []
         for process in set(others) - self._gone:

@@ -46,7 +46,7 @@ class Membership(Extension):
             socket: the name of its socket in the directory.
             network: what links this machine to others, where this process does that.
             about: what the process tells of itself beside what its graph does.
-            on_change: hears of another process that has come, or is gone or hangs.
+            on_change: called when another process has come, is gone or hangs.
         """
         self._graph, self._directory, self._card = graph, directory, card
         self._process, self._socket, self._network = process, socket, network
