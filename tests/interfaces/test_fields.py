@@ -406,7 +406,7 @@ def test_named_alias_means_what_it_stands_for():
     assert [str(field) for field in fields_of(Aliased)] == ["string[] names", "string[] others"]
 
 
-def test_json_schema_of_a_message_inside_is_its_own():
+def test_json_schema_of_inner_messages_is_their_own():
     class Inner(Message, package="test"):
         number: int8 = 0
 

@@ -52,14 +52,14 @@ def test_heavy_messages_hold_arrays_and_bulky_ones_bytes():
     assert kinds == {Image: (True, True), JointState: (True, False), Header: (False, False), SetBool: (False, False)}
 
 
-def test_parts_of_a_heavy_message_hold_the_array_itself():
+def test_parts_of_heavy_messages_hold_the_array_itself():
     support, image = TypeSupport(Image), Image(data=bytes(100_000))
     parts = support.encode_in_parts(image)
     assert any(part is image.data for part in parts)
     assert b"".join(bytes(part) for part in parts) == support.encode(image)
 
 
-def test_definition_of_what_ros_cannot_describe_is_json_schema():
+def test_definition_of_another_message_is_its_json_schema():
     class Scored(Message, package="test"):
         scores: dict[str, float] = Field(default_factory=dict)
 
