@@ -137,7 +137,7 @@ class Message(BaseModel, metaclass=_Frozen):
         copied = deepcopy(self) if deep else self
         return copied.replace(**update) if update else copied
 
-    if not TYPE_CHECKING:  # or else a type checker would believe in any attribute
+    if not TYPE_CHECKING:  # pragma: no branch  # or else a type checker would believe in any attribute
 
         def __getattr__(self, name: str) -> Any:
             # What pydantic notes beside the values is the same for every message that was not made by pydantic; to

@@ -137,7 +137,7 @@ async def test_concurrent_calls_belong_to_their_handler():
 
 
 @virtual_time
-async def test_call_is_shown_open_and_then_with_its_outcome():
+async def test_call_is_shown_open_then_with_its_outcome():
     async with harness(End()) as lab:
         found, shown = lab.graph.bus.services["/end"], []
         found.taps.append(lambda call: shown.append((call.number, call.outcome)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import Field, create_model
+from pydantic import Field, create_model, model_validator
 
 from busflow.clock import Time as ClockTime
 from busflow.errors import BusflowError, InvalidMessage
@@ -259,3 +259,16 @@ def test_assignment_is_refused_with_advice():
     for change in (lambda: setattr(message, "x", 1.0), lambda: delattr(message, "x")):
         with pytest.raises(InvalidMessage, match=r"Vector3: x cannot change, a message is frozen \(make a new one: "):
             change()
+
+
+def test_values_without_names_are_refused_beside_own_rules():
+    class Ruled(Message, package="tests"):
+        number: float64 = 0.0
+
+        @model_validator(mode="after")
+        def check(self):
+            return self
+
+    assert Ruled(number=2).number == 2
+    with pytest.raises(TypeError, match=r"^Ruled takes its fields by name: write Ruled\(number=2\)$"):
+        Ruled(2)  # type: ignore[call-arg]  # the mistake that is meant

@@ -5,7 +5,7 @@ import struct
 from collections.abc import Sequence
 from decimal import Decimal
 from enum import IntEnum
-from typing import Annotated, Any, Optional
+from typing import Annotated, Any, Optional, TypeVar
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, create_model
+from typing_extensions import TypeAliasType
 
 from busflow.errors import InvalidDeclaration, InvalidMessage
 from busflow.interfaces.fields import PRIMITIVES, ArrayKind, Length, round_float32
@@ -340,6 +341,7 @@ class Plan(BaseModel):
         (Plan, Plan(steps=["a"])),
         (list[dict[str, str]], [{"a": "b"}]),
         (Any, [1, "a"]),
+        (tuple[str, float64], ("a", 1.0)),
     ],
     ids=str,
 )
@@ -389,3 +391,29 @@ def test_json_schema_has_the_limits():
         "items": {"type": "string"},
         "maxItems": 3,
     }
+
+
+T = TypeVar("T")
+Names = TypeAliasType("Names", Sequence[string])
+Several = TypeAliasType("Several", Sequence[T], type_params=(T,))
+
+
+def test_named_alias_means_what_it_stands_for():
+    class Aliased(Message, package="test"):
+        names: Names = ()
+        others: Several[string] = ()
+
+    assert [str(field) for field in fields_of(Aliased)] == ["string[] names", "string[] others"]
+
+
+def test_json_schema_of_inner_messages_is_their_own():
+    class Inner(Message, package="test"):
+        number: int8 = 0
+
+    class Outer(Message, package="test"):
+        inner: Inner = Inner()
+        several: Sequence[Inner] = ()
+
+    properties = Outer.model_json_schema()["properties"]
+    assert properties["several"]["items"] == {"$ref": "#/$defs/Inner"}
+    assert Outer.model_json_schema()["$defs"]["Inner"]["properties"]["number"]["maximum"] == 127

@@ -8,13 +8,15 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, PrivateAttr, ValidationError, field_validator
 
 from busflow.clock import Duration as ClockDuration
 from busflow.clock import Time as ClockTime
@@ -558,3 +560,43 @@ def test_what_is_no_field_needs_no_annotation():
         LIMIT = 0.5
 
     assert (Narrow.LIMIT, Known.of(2.0).double) == (0.5, 4.0)
+
+
+def packaged(module_name: str) -> str:
+    """The name of a type that a module of this name declares."""
+    code = "from busflow.interfaces.message import Message\nclass Own(Message): ..."
+    space = {"__name__": module_name}
+    exec(code, space)  # noqa: S102  # a module as text
+    return type_name(space["Own"])
+
+
+@pytest.mark.parametrize(
+    ("file", "spec", "package"),
+    [
+        ("/lab/drive.py", None, "drive"),
+        ("/lab/robot/__main__.py", "__main__", "robot"),
+        ("/lab/robot/drive.py", "robot.drive", "robot"),
+        (None, None, "main"),
+    ],
+)
+def test_main_module_is_named_for_script_or_package(monkeypatch, file, spec, package):
+    main = ModuleType("__main__")
+    main.__file__, main.__spec__ = file, spec and ModuleSpec(spec, None)
+    monkeypatch.setitem(sys.modules, "__main__", main)
+    assert packaged("__main__") == f"{package}/msg/Own"
+
+
+def test_single_module_is_a_package_of_its_name(monkeypatch):
+    monkeypatch.setitem(sys.modules, "lone_module", ModuleType("lone_module"))
+    assert packaged("lone_module") == "lone_module/msg/Own"
+
+
+def test_private_attribute_is_no_field():
+    class Noted(Message, package="test"):
+        number: int8 = 0
+        _note: str = PrivateAttr(default="")
+
+    message = Noted(number=1)
+    message._note = "seen"
+    assert message == Noted(number=1)
+    assert message._note == "seen"

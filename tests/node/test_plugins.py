@@ -485,7 +485,7 @@ class TestBuiltIn:
 
 
 class TestUnreadable:
-    def test_a_folder_that_cannot_be_listed_is_a_problem(self, tmp_path: Path):
+    def test_unlistable_folder_is_a_problem(self, tmp_path: Path):
         (tmp_path / "loop").symlink_to(tmp_path / "loop")
         problem = plugins.unreadable(tmp_path / "loop")
         assert problem is not None
@@ -493,7 +493,7 @@ class TestUnreadable:
         assert problem.message.startswith(f"cannot read the folder {tmp_path}/loop: ")
         assert problem.fix == f"let it be read: chmod u+rx {tmp_path}/loop"
 
-    def test_folders_that_can_be_read_or_are_missing_are_none(self, write: Write, folder: Path):
+    def test_readable_or_missing_folder_is_no_problem(self, write: Write, folder: Path):
         file = write("camera.py", NODE.format(name="Camera"))
         (folder / "arm").mkdir()
         write("hand/__init__.py", "")

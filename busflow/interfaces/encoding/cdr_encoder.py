@@ -148,7 +148,7 @@ class _Encoder:
     def _numbers(self, field: FieldType, name: str) -> None:
         source, base = self._source, cast("str", field.base)
         size = PRIMITIVES[base].size
-        if size > 1 and sys.byteorder != "little":
+        if size > 1 and sys.byteorder != "little":  # pragma: no cover  # on few machines
             source.add(f"{name} = {name}.astype({source.give(np.dtype(f'<{PRIMITIVES[base].code}'))})")
         if field.array is ArrayKind.FIXED and field.size * size <= SMALL:
             self._run.append(Item(f"{field.size * size}s", size, field.size * size))

@@ -48,10 +48,12 @@ def schema_of(cls: type[Message]) -> dict[str, Any]:
     Raises:
         InvalidDeclaration: A field has none.
     """
+    from pydantic.errors import PydanticInvalidForJsonSchema
+
     try:
         return cls.model_json_schema()
-    except ValueError as error:
-        raise InvalidDeclaration(f"{cls.__name__} cannot be described in JSON Schema: {error}") from None
+    except PydanticInvalidForJsonSchema as error:
+        raise InvalidDeclaration(f"{cls.__name__} cannot be described in JSON Schema: {error.message}") from None
 
 
 def type_hash(schema: Mapping[str, Any]) -> str:

@@ -1,8 +1,12 @@
 """What the build has described are the classes."""
 
+import json
+from pathlib import Path
+
 import pytest
 
-from busflow.interfaces.encoding.builtin_types import builtin_types
+from busflow.errors import UnknownType
+from busflow.interfaces.encoding.builtin_types import builtin_types, fingerprint, read
 from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.message import find_type
 
@@ -25,3 +29,20 @@ def test_comments_are_those_of_the_source():
     assert imu.text.startswith("What an inertial measurement unit measures.")
     assert imu.fields["orientation"] == "Of the sensor's frame relative to the world."
     assert TYPES.comments("std_srvs/srv/SetBool").text == "Switches something on or off."
+
+
+@pytest.mark.parametrize(("installed", "command"), [(True, "pip install -e "), (False, "install busflow again")])
+def test_missing_or_outdated_description_says_what_to_install(tmp_path: Path, installed: bool, command: str):
+    file, sources = tmp_path / "a/b/c/types.json", tmp_path / "msgs"
+    file.parent.mkdir(parents=True)
+    sources.mkdir()
+    if installed:
+        (tmp_path / "pyproject.toml").write_text("")
+    (sources / "one.py").write_text("x = 1")
+    with pytest.raises(UnknownType, match=f"is not there.*; {command}"):
+        read(file, sources)
+    file.write_text(json.dumps({"sources": fingerprint(sources)}))
+    assert read(file, sources) == {"sources": fingerprint(sources)}
+    (sources / "one.py").write_text("x = 2")
+    with pytest.raises(UnknownType, match=f"was made of other messages than those in .*; {command}"):
+        read(file, sources)

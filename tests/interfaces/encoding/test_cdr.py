@@ -676,3 +676,25 @@ def test_a_definition_alone_reads_what_the_class_wrote():
     message = Header(stamp=Time(sec=7), frame_id="map")
     read = decoder_from_description(parse("std_msgs/msg/Header", ros2msg(describe(Header))))
     assert read(codec(Header).encode(message)) == {"stamp": {"sec": 7, "nanosec": 0}, "frame_id": "map"}
+
+
+class Crashing(Message, package="test"):
+    number: int64 = 0
+
+    @field_validator("number")
+    @classmethod
+    def check(cls, value):
+        return 1 // (value - 7) if value else 0
+
+
+def test_rule_that_crashes_makes_bytes_malformed():
+    data = codec(Crashing).encode(Crashing())[:4] + struct.pack("<q", 7)
+    with pytest.raises(MalformedMessage, match="ZeroDivisionError"):
+        codec(Crashing).decode(data)
+
+
+def test_value_changed_behind_the_check_is_refused():
+    message = Vector3()
+    message.__dict__["x"] = "far"
+    with pytest.raises(MalformedMessage, match=r"rror: "):
+        codec(Vector3).encode(message)

@@ -148,6 +148,22 @@ def test_types_may_lie_within_each_other_up_to_a_limit():
         assemble(f"a/msg/T{DEPTH}", nested(DEPTH + 1))
 
 
+def test_known_type_counts_where_it_lies_deeper():
+    types = nested(DEPTH - 1)
+    inner = f"a/msg/T{DEPTH - 2}"
+
+    def add(name: str, *holds: str) -> None:
+        fields = [Field(f"f{i}", each, nested=True).describe() for i, each in enumerate(holds)]
+        types[name] = individual(name, fields)
+
+    add("a/msg/Top", inner)
+    assemble("a/msg/Top", types)
+    add("a/msg/Middle", inner)
+    add("a/msg/Top", inner, "a/msg/Middle")
+    with pytest.raises(MalformedMessage, match="16 deep"):
+        assemble("a/msg/Top", types)
+
+
 def test_many_ways_to_one_type_are_found_quickly():
     """Each type holds the one below twice: 2^15 ways to the innermost."""
     types = nested(DEPTH)

@@ -2,6 +2,9 @@
 
 import hashlib
 import json
+import math
+from collections.abc import Callable
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -156,3 +159,38 @@ def test_the_hash_stays_the_same():
         '"properties":{"where":{"anyOf":[{"$ref":"0"},{"type":"null"}]}},"type":"object"}'
     )
     assert json_form.type_hash(schema) == "JSON01_" + hashlib.sha256(counted.encode()).hexdigest()
+
+
+def test_numbers_that_json_has_not_are_text():
+    data = {"range": [1.0, float("-inf"), (math.inf, math.nan)], 1: "a"}
+    assert json_form.finite(data) == {"range": [1.0, "-.inf", [".inf", ".nan"]], "1": "a"}
+
+
+def test_value_without_a_form_in_json_is_refused():
+    class Loose(Message, package="test"):
+        thing: Any = None
+
+    support = TypeSupport(Loose)
+    assert support.decode(support.encode(Loose(thing=1))) == Loose(thing=1)
+    with pytest.raises(MalformedMessage, match="serialize"):
+        support.encode(Loose(thing=object()))
+
+
+def test_the_hash_is_also_of_the_values_allowed():
+    def moded(*values):
+        class Moded(Message, package="test"):
+            mode: Literal[values] | None = None
+            at: dict[str, int] = Field(default_factory=dict)
+
+        return TypeSupport(Moded).type_hash
+
+    assert moded("a", "b") == moded("a", "b")
+    assert len({moded("a", "b"), moded("a", "c"), moded("a")}) == 3
+
+
+def test_field_without_a_json_schema_is_refused():
+    class Calling(Message, package="test"):
+        function: Callable[[], int] | None = None
+
+    with pytest.raises(InvalidDeclaration, match=r"^Calling cannot be described in JSON Schema: .*CallableSchema$"):
+        json_form.schema_of(Calling)

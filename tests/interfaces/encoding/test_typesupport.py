@@ -3,12 +3,13 @@
 import json
 
 import pytest
+from pydantic import Field
 
 from busflow.interfaces.encoding.description import fields_of, rihs01
 from busflow.interfaces.encoding.typesupport import TypeSupport, describe
-from busflow.interfaces.message import ServiceType
+from busflow.interfaces.message import Message, ServiceType
 from busflow.msgs.rcl_interfaces import Log
-from busflow.msgs.sensor_msgs import Imu, JointState
+from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.msgs.std_msgs import Header
 from busflow.msgs.std_srvs import SetBool
 
@@ -42,3 +43,25 @@ def test_constants_and_defaults_are_described():
 def test_what_was_made_is_kept(asked):
     support = TypeSupport(JointState)
     assert getattr(support, asked) is getattr(support, asked)
+
+
+def test_heavy_messages_hold_arrays_and_bulky_ones_bytes():
+    kinds = {
+        each: (TypeSupport(each).is_heavy, TypeSupport(each).is_bulky) for each in (Image, JointState, Header, SetBool)
+    }
+    assert kinds == {Image: (True, True), JointState: (True, False), Header: (False, False), SetBool: (False, False)}
+
+
+def test_parts_of_heavy_messages_hold_the_array_itself():
+    support, image = TypeSupport(Image), Image(data=bytes(100_000))
+    parts = support.encode_in_parts(image)
+    assert any(part is image.data for part in parts)
+    assert b"".join(bytes(part) for part in parts) == support.encode(image)
+
+
+def test_definition_of_another_message_is_its_json_schema():
+    class Scored(Message, package="test"):
+        scores: dict[str, float] = Field(default_factory=dict)
+
+    support = TypeSupport(Scored)
+    assert json.loads(support.definition) == support.description == Scored.model_json_schema()
