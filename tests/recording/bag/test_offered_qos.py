@@ -52,7 +52,7 @@ def test_what_is_kept_for_ever_is_bounded():
     assert offered(profile(history="keep_all", depth=0)).depth == 1000
 
 
-def test_words_that_nobody_offers_are_left_to_the_default():
+def test_unknown_words_are_left_to_the_default():
     assert offered(profile(reliability="system_default", durability="unknown", liveliness=9)) == QoS(depth=5)
 
 

@@ -103,7 +103,7 @@ def test_a_services_events_are_read_from_the_services_definition():
     assert {len(each["info"]["client_gid"]) for each in events} == {16}
 
 
-def test_bag_info_tells_what_is_in_one(capsys: pytest.CaptureFixture[str]):
+def test_bag_info_shows_contents_of_real_bag(capsys: pytest.CaptureFixture[str]):
     assert main(["bag", "info", str(BAGS / "talker/talker.mcap")]) == 0
     out = capsys.readouterr().out
     assert "complete" in out

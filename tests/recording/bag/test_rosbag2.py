@@ -296,7 +296,7 @@ def test_a_compressed_bag_is_read(tmp_path, storage, mode):
         ]
 
 
-def test_messages_of_a_topic_that_the_metadata_of_a_compressed_bag_describes_otherwise_are_told_to_be_missing(tmp_path):
+def test_compressed_bag_reports_messages_of_misdescribed_topic(tmp_path):
     bag = write_bag(tmp_path / "bag", compression=CompressionMode.FILE)
     metadata = bag / "metadata.yaml"
     metadata.write_text(metadata.read_text("utf-8").replace("name: /talk", "name: /walk"), "utf-8")

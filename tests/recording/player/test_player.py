@@ -1,4 +1,7 @@
-"""The node that publishes a recording."""
+"""The node that publishes a recording.
+
+Tests of `player.py`, `message_classes.py`, `ordered_messages.py` and `playback_clock.py`.
+"""
 
 import asyncio
 import json
@@ -57,7 +60,7 @@ def test_a_part_twice_as_fast_after_a_delay(record):
     assert heard == [(2, 3.0), (3, 3.05), (4, 3.1)]
 
 
-def test_what_is_below_zero_is_told_and_ignored(record):
+def test_values_below_zero_are_reported_and_ignored(record):
     heard, lab = played(record(NUMBERS), start_s=-5.0, delay_s=-1.0)
     assert len(heard) == 5
     assert [line.level for line in lab.log] == ["warning", "warning", "info"]
@@ -126,7 +129,7 @@ def test_it_is_paused_and_resumed_by_parameter_and_by_service(record):
     main()
 
 
-def test_it_tells_the_time_of_the_recording(record):
+def test_player_publishes_time_of_the_recording(record):
     @virtual_time
     async def main():
         async with harness(Player(file=record(NUMBERS), clock_hz=20.0, rate=2.0)) as lab:
@@ -193,7 +196,7 @@ def test_classes_are_looked_through_once_however_many_topics_there_are(record, m
     assert looked.count(Message) == 1
 
 
-def test_what_cannot_be_read_is_told_once_and_left_out(tmp_path):
+def test_unreadable_messages_are_reported_once_and_skipped(tmp_path):
     path = tmp_path / "broken.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)

@@ -126,7 +126,7 @@ def test_paused_it_stands(wall):
 
 
 @virtual_time
-async def test_paused_nobody_sleeps():
+async def test_paused_playback_has_no_sleeping_task():
     """clock/paused-sleep"""
     clock = PlaybackClock(SimClock(), paused=True)
     assert not await clock.sleep_until(10 * S)

@@ -69,7 +69,7 @@ def test_another_seed_is_another_recording(recording, tmp_path):
     assert digest(other) != digest(recording)
 
 
-def test_nothing_in_it_tells_of_the_machine(recording):
+def test_recording_holds_nothing_of_the_machine(recording):
     with Bag(recording) as bag:
         told = repr((bag.facts, bag.ledger, [channel.definition for channel in bag.channels]))
         texts = [bytes(entry.payload) for entry in bag.entries()]

@@ -1,4 +1,7 @@
-"""What the recorder writes of a run, and that the run does not notice."""
+"""Recordings hold what a run published, and recording does not change the run.
+
+Tests of `recorder.py`, `channels.py`, `options.py`, `provenance.py`, `service_events.py`, `share.py` and `ticks.py`.
+"""
 
 import asyncio
 import functools
@@ -29,11 +32,13 @@ from busflow.bus.qos import PARAMETER_EVENTS
 from busflow.errors import ExitCode, IncompleteRecording, InvalidParameter, RecordingRefused
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import int64
+from busflow.launchfile.model.description import RecordSpec
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
+from busflow.recording.recorder.share import Share
 from busflow.recording.recorder.ticks import TICKS, Tick
 from busflow.testing import harness, virtual_time
 from busflow.testing.trace import Trace
@@ -216,7 +221,7 @@ async def test_a_call_is_recorded_with_request_and_answer(tmp_path):
 
 
 @virtual_time
-async def test_the_log_is_recorded_though_nobody_receives_it(tmp_path):
+async def test_log_is_recorded_without_a_subscription(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(0.5)
@@ -275,7 +280,7 @@ def test_only_what_is_asked_for_is_recorded_and_the_parameters_always(tmp_path, 
 
 
 @virtual_time
-async def test_a_pattern_that_meant_nothing_is_told(tmp_path):
+async def test_pattern_without_a_match_is_reported(tmp_path):
     async with harness(Counter, record={"to": str(tmp_path / "run.mcap"), "topics": ["/cuont"]}) as lab:
         await lab.advance(0.1)
     assert [line.event for line in lab.log] == [
@@ -349,7 +354,7 @@ async def test_a_file_that_is_there_keeps_the_run_from_starting(tmp_path):
 
 
 @virtual_time
-async def test_a_node_that_is_started_anew_does_not_tell_its_parameters_again(tmp_path):
+async def test_restarted_node_publishes_no_parameters_again(tmp_path):
     class Brittle(Node):
         parameters: Gain
 
@@ -399,7 +404,7 @@ async def test_what_is_large_is_recorded_whole(tmp_path):
 
 
 @virtual_time
-async def test_a_file_that_is_deleted_meanwhile_is_told_and_the_run_goes_on(tmp_path):
+async def test_deleted_file_is_reported_and_run_continues(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(1.0)
@@ -456,3 +461,9 @@ async def test_two_types_of_one_name_are_recorded_as_two(tmp_path):
     with Bag(tmp_path / "run.mcap") as bag:
         found = {entry.channel.topic: entry.channel.plain(entry.payload) for entry in bag.entries(["arm", "leg"])}
     assert found == {"/arm": {"joints": 6}, "/leg": {"joints": 12, "load": 80}}
+
+
+def test_share_survives_its_way_as_json(tmp_path):
+    spec = RecordSpec(to="run.mcap", topics=("/a",), exclude=("/b",))
+    share = Share("main", tmp_path / "run.mcap", spec, frozenset({"/one", "/two"}), {"/c": "other"})
+    assert Share.of_words(json.loads(json.dumps(share.as_words()))) == share

@@ -79,7 +79,7 @@ def test_everything_is_written_in_order(disk, threaded):
     assert sequences(disk) == list(range(1, 400))
 
 
-def test_a_disk_that_stands_still_holds_up_nobody(disk):
+def test_stalled_disk_delays_no_caller(disk):
     spool = spool_on(disk, most_bytes=100_000)
     disk.free.clear()
     taken = [spool.put(1, n, n, bytes(1000)) for n in range(1, 1000)]
@@ -91,7 +91,7 @@ def test_a_disk_that_stands_still_holds_up_nobody(disk):
     assert sequences(disk) == [n for n, each in enumerate(taken, 1) if each]
 
 
-def test_what_waits_is_written_within_half_a_second_though_nobody_comes_round_again(disk):
+def test_waiting_data_is_written_within_half_second(disk):
     spool = spool_on(disk)
     spool.put(1, 1, 1, b"only")
     assert disk.reached.wait(LONG_S)  # this thread does nothing: the spool's own has to see to it
@@ -157,7 +157,7 @@ def test_in_the_end_a_recording_of_real_time_is_safe_from_the_loss_of_power(disk
     assert disk.secured == (disk.path.stat().st_size if threaded else None)
 
 
-def test_a_disk_that_cannot_promise_that_is_told(disk):
+def test_disk_without_that_promise_is_reported(disk):
     heard = []
     spool = spool_on(disk, on_failure=heard.append)
     disk.broken = OSError(errno.EIO, "Input/output error")

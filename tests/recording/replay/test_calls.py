@@ -20,7 +20,7 @@ class Slow(Node):
 
 
 @virtual_time
-async def test_who_still_waits_in_the_end_has_ended_when_they_are_closed():
+async def test_close_ends_calls_that_still_wait():
     async with harness(Slow) as lab:
         calls = Calls(lab.graph, Check(Comparison(), started_ns=0), ())
         before = asyncio.all_tasks()

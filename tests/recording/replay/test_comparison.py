@@ -31,7 +31,7 @@ def small(monkeypatch):
     monkeypatch.setattr(pairs, "MOST_WAITING", 10_500)
 
 
-def test_of_a_silent_topic_the_first_are_told_and_all_are_counted():
+def test_silent_topic_shows_first_and_counts_all():
     check = check_of("/silent")
     for number in range(5000):
         check.recorded("/silent", of(number, at_ms=number))

@@ -1,4 +1,7 @@
-"""Nodes run anew on a recording: the same where nothing changed, and the first difference where something did."""
+"""Nodes run again on a recording: the same result without a change, the first difference after one.
+
+Tests of `replay.py`, `history.py`, `inputs.py`, `nodes.py` and `rerun.py`.
+"""
 
 import asyncio
 import hashlib
@@ -57,7 +60,7 @@ def test_the_lab_is_the_same(lab_bag):
     assert outcome.notes == []
 
 
-def test_who_draws_at_random_draws_the_same(lab_bag):
+def test_random_numbers_are_the_same_in_replay(lab_bag):
     replay(lab_bag, LAB, nodes=["sensor_publisher"]).assert_same()
     replay(lab_bag, LAB, nodes="/sensor_publisher").assert_same()
 
@@ -398,14 +401,14 @@ def test_another_type_than_the_recorded_one(lab_bag):
         replay(lab_bag, Deaf)
 
 
-def test_a_launch_file_that_cannot_run_is_told_as_ever(lab_bag, tmp_path):
+def test_faulty_launch_file_is_reported_as_usual(lab_bag, tmp_path):
     file = tmp_path / "wrong.yaml"
     file.write_text("name: wrong\nnodes:\n  a:\n    plugin: nothing\n")
     with pytest.raises(LaunchError, match="there is no plugin 'nothing'"):
         replay(lab_bag, file)
 
 
-def test_what_the_node_heard_nothing_of_is_noted(lab_bag):
+def test_messages_the_node_missed_are_noted(lab_bag):
     class Curious(SensorProcessor):
         @subscription("odometry")
         def hear(self, number: Float64) -> None: ...
@@ -437,7 +440,7 @@ async def test_it_has_an_event_loop_of_its_own():
         replay("run.mcap", SensorProcessor)
 
 
-def test_parameters_that_cannot_be_any_more_are_told(tmp_path):
+def test_parameters_that_became_invalid_are_reported(tmp_path):
     path = recorded(tmp_path / "run.mcap", Pulse, Gain(gain=2.0))
 
     class WordParameters(Parameters):

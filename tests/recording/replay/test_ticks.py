@@ -46,7 +46,7 @@ def test_no_more_are_held_than_up_to_the_next_of_the_slowest(coming):
     assert ticks.held == 0
 
 
-def test_who_has_stopped_ticking_is_looked_for_no_further_than_when_it_is_due(coming):
+def test_search_for_next_tick_ends_when_due(coming):
     ticks, _ = coming(tick("a", 0.1, 0), *(tick("b", 0.001, n) for n in range(1000)), tick("a", 0.1, HOUR_MS))
     assert ticks.next(("/node", "a"), 0).time_ns == 0
     ticks.come(ticks.next(("/node", "a"), 0))

@@ -47,7 +47,7 @@ def test_what_is_the_same_is_the_same_in_whatever_order_topics_take_turns(tmp_pa
     assert found.messages == 4
 
 
-def test_a_message_that_differs_is_told_with_its_field_and_both_values(tmp_path):
+def test_different_message_shows_field_and_both_values(tmp_path):
     found = compared(tmp_path, A, [("/x", 1.0), ("/y", 5.0), ("/x", 2.5), ("/x", float("nan"))])
     (x, y) = found.topics
     assert (x.same, y.same, x.different) == (False, True, 1)

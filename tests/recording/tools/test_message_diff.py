@@ -33,7 +33,7 @@ def test_the_same_is_the_same():
         ({"x": 1.0}, None),
     ],
 )
-def test_a_difference_is_told_with_its_path(right, expected):
+def test_difference_is_shown_with_its_path(right, expected):
     found = told(IMU, right)
     assert found if expected is None else found == expected
 
@@ -45,7 +45,7 @@ def test_times_have_a_tolerance_of_their_own():
     assert told(left, right, tolerance=100.0) != []
 
 
-def test_arrays_are_told_by_their_first_differences():
+def test_arrays_show_their_first_differences():
     left, right = np.arange(100.0), np.arange(100.0)
     right[[5, 7, 9, 11]] += 1
     assert told({"data": memoryview(left)}, {"data": memoryview(right)}) == [

@@ -37,7 +37,7 @@ def test_what_another_has_begun_is_left_alone_and_can_be_taken_away(tmp_path, ne
 
 
 @pytest.mark.parametrize("links", [True, False])
-def test_a_file_that_somebody_else_has_made_meanwhile_is_not_overwritten(tmp_path, links, request):
+def test_file_made_meanwhile_is_not_overwritten(tmp_path, links, request):
     if not links:
         request.getfixturevalue("no_links")
     target = tmp_path / "out"

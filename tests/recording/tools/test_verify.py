@@ -74,7 +74,7 @@ def test_numbers_and_the_ledger(tmp_path, numbers_, ledger, codes, said):
     assert said in text
 
 
-def test_who_recorded_from_outside_knows_only_how_much_the_whole_run_published(tmp_path):
+def test_outside_recording_knows_only_total_published(tmp_path):
     told = RIGHT | {"report": '{"topics": [{"name": "/a", "published": 300}]}'}
     path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=told, facts={"format": "1", "heard": "from outside"})
     assert found_in(path) == ([], "")
@@ -159,7 +159,7 @@ def test_an_index_that_is_another_and_a_chunk_of_other_times(tmp_path):
 @pytest.mark.parametrize(
     "ledger", [None, RIGHT, *(RIGHT | each for each in ({"complete": "false"}, {"missed": "2"}, {"recorded": "7"}))]
 )
-def test_what_is_told_at_a_glance_is_told_after_reading_all(tmp_path, ledger):
+def test_quick_findings_stay_after_reading_all(tmp_path, ledger):
     path = write(tmp_path / "a.mcap", (1, TRUE), (2, TRUE), ledger=ledger)
     with Bag(path) as bag:
         assert "; ".join(bag.incomplete) == found_in(path)[1]
