@@ -1,4 +1,8 @@
-"""The standard messages are ROS 2's, field by field, and each survives being dumped, printed as JSON and pickled."""
+"""The standard messages are ROS 2's, field by field, and each survives being dumped, printed as JSON and pickled.
+
+Tests of `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `nav_msgs.py`, `rosgraph_msgs.py`,
+`service_msgs.py`, `std_msgs.py`, `std_srvs.py`, `tf2_msgs.py` and `trajectory_msgs.py`.
+"""
 
 import copy
 import json

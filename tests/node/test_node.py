@@ -1,4 +1,7 @@
-"""What the author of a node relies on: parameters, names, generators, tasks, and endpoints made while it runs."""
+"""The promises to the author of a node: parameters, names, generators, tasks, and endpoints made while it runs.
+
+Tests of `node.py`, `context.py`, `endpoints.py`, `entry_points.py`, `lifetime.py` and `signatures.py`.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,7 @@ from busflow.errors import (
     NotRunning,
 )
 from busflow.msgs.std_msgs import Int64, String
+from busflow.node import entry_points, signatures
 from busflow.node.node import parameters_class
 from busflow.testing import virtual_time
 
@@ -458,3 +462,37 @@ async def test_a_declared_subscription_to_pull_from_is_there_from_the_start_and_
         graph.publish("numbers", Number(data=9))
         assert puller.numbers.latest == Number(data=9)
     assert [number.data async for number in outside] == [0, 1, 2, 9]
+
+
+def test_signature_shows_number_of_arguments():
+    def none(self): ...
+    def one(self, message: String): ...
+    def optional(self, message=None): ...
+    def two(self, message, more): ...
+
+    functions = (none, one, optional, two)
+    assert [signatures.takes_none(each) for each in functions] == [True, False, True, False]
+    assert [signatures.takes_one(each) for each in functions] == [False, True, True, False]
+    assert [signatures.message_annotation(each) for each in (none, one, optional)] == [None, "String", None]
+    assert signatures.takes_one(len)
+    assert signatures.line_of(len) is None
+
+
+def test_source_of_module_is_found_without_import(tmp_path, monkeypatch):
+    package = tmp_path / "unimported"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise AssertionError")
+    (package / "inner.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert entry_points.source_of("unimported.inner") == package / "inner.py"
+    assert entry_points.source_of("unimported.absent") is None
+
+
+def test_entry_points_of_new_distribution_are_found(tmp_path, monkeypatch):
+    assert list(entry_points.entry_points("busflow.absent")) == []
+    offered = tmp_path / "some-1.0.dist-info"
+    offered.mkdir()
+    (offered / "METADATA").write_text("Metadata-Version: 2.1\nName: some\nVersion: 1.0\n")
+    (offered / "entry_points.txt").write_text("[busflow.absent]\none = some:thing\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert [each.name for each in entry_points.entry_points("busflow.absent")] == ["one"]

@@ -1,8 +1,15 @@
+"""A bag gives its messages in order, whole or damaged.
+
+Tests of `bag.py`, `bag_file.py`, `completeness.py`, `facts.py` and `series.py`.
+"""
+
 import pytest
 
 from busflow.errors import BagError
 from busflow.msgs.std_msgs import Float64
 from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.completeness import shortfalls
+from busflow.recording.bag.facts import RunOutcome, summed
 from busflow.recording.bag.series import Damage
 
 
@@ -65,3 +72,25 @@ def test_what_is_no_recording_is_refused_in_a_line(tmp_path, content, said):
 @pytest.mark.parametrize(("count", "said"), [(0, "0 messages come"), (1, "1 message comes"), (2, "2 messages come")])
 def test_damage_counts_the_messages_before_it(count, said):
     assert str(Damage("a.mcap", 7, "it is cut off", count)) == f"a.mcap at byte 7: it is cut off; {said} before it"
+
+
+@pytest.mark.parametrize(
+    ("outcome", "gaps", "there", "codes"),
+    [
+        (RunOutcome({}, 5, 0, True), 0, 5, []),
+        (None, 0, 5, ["unfinished"]),
+        (RunOutcome({}, 5, 2, False), 0, 5, ["missed"]),
+        (RunOutcome({}, 5, 0, False), 0, 5, ["unfinished"]),
+        (RunOutcome({}, 5, 0, True), 1, 4, ["sequence", "ledger"]),
+        (RunOutcome({}, 5, 0, False, "it was cut off"), 0, 4, ["unfinished", "unfinished"]),
+    ],
+)
+def test_each_shortfall_has_its_code(outcome, gaps, there, codes):
+    assert [each.code for each in shortfalls(outcome, unfinished=False, gaps=gaps, there=there)] == codes
+
+
+def test_missing_ledger_makes_the_sum_incomplete():
+    whole = RunOutcome({}, 5, 0, True)
+    assert summed([whole, whole], {}) == RunOutcome({}, 10, 0, True)
+    assert summed([whole, None], {}) == RunOutcome({}, None, 0, False)
+    assert summed([None], {}) is None

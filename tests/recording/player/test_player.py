@@ -1,4 +1,7 @@
-"""The node that publishes a recording."""
+"""The node that publishes a recording.
+
+Tests of `player.py`, `message_classes.py`, `ordered_messages.py` and `playback_clock.py`.
+"""
 
 import asyncio
 import json

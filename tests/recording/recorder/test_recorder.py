@@ -1,4 +1,7 @@
-"""What the recorder writes of a run, and that the run does not notice."""
+"""Recordings hold what a run published, and recording does not change the run.
+
+Tests of `recorder.py`, `channels.py`, `options.py`, `provenance.py`, `service_events.py`, `share.py` and `ticks.py`.
+"""
 
 import asyncio
 import functools
@@ -29,11 +32,13 @@ from busflow.bus.qos import PARAMETER_EVENTS
 from busflow.errors import ExitCode, IncompleteRecording, InvalidParameter, RecordingRefused
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.interfaces.message import int64
+from busflow.launchfile.model.description import RecordSpec
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
+from busflow.recording.recorder.share import Share
 from busflow.recording.recorder.ticks import TICKS, Tick
 from busflow.testing import harness, virtual_time
 from busflow.testing.trace import Trace
@@ -458,3 +463,9 @@ async def test_two_types_of_one_name_are_recorded_as_two(tmp_path):
     with Bag(tmp_path / "run.mcap") as bag:
         found = {entry.channel.topic: entry.channel.plain(entry.payload) for entry in bag.entries(["arm", "leg"])}
     assert found == {"/arm": {"joints": 6}, "/leg": {"joints": 12, "load": 80}}
+
+
+def test_share_survives_its_way_as_json(tmp_path):
+    spec = RecordSpec(to="run.mcap", topics=("/a",), exclude=("/b",))
+    share = Share("main", tmp_path / "run.mcap", spec, frozenset({"/one", "/two"}), {"/c": "other"})
+    assert Share.of_words(json.loads(json.dumps(share.as_words()))) == share

@@ -1,4 +1,7 @@
-"""Nodes run anew on a recording: the same where nothing changed, and the first difference where something did."""
+"""Nodes run again on a recording: the same result without a change, the first difference after one.
+
+Tests of `replay.py`, `history.py`, `inputs.py`, `nodes.py` and `rerun.py`.
+"""
 
 import asyncio
 import hashlib

@@ -1,9 +1,13 @@
-"""Recordings in other forms, read by others: rosbags, mcap, pyarrow, csv."""
+"""Recordings in other forms, read by other programs: rosbags, mcap, pyarrow, csv.
+
+Tests of `convert.py`, `flat.py`, `pairs.py`, `sink.py`, `to_csv.py`, `to_mcap.py` and `to_parquet.py`.
+"""
 
 import csv
 import json
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import pyarrow.parquet as pq
 import pytest
@@ -16,6 +20,7 @@ from rosbags.typesys import Stores, get_typestore
 from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
 from busflow.recording.tools.convert import TargetFormat, convert
+from busflow.recording.tools.pairs import LetGo, Pairs
 from busflow.recording.tools.sink import FileNames
 
 BAGS = Path(__file__).parents[2] / "cases/rosbag2"
@@ -184,3 +189,27 @@ def test_nothing_is_written_over_and_nothing_is_left_behind(tmp_path, form):
     with pytest.raises(BagError, match="No such file or directory"):
         converted(BAGS / "talker", tmp_path / "none/there", form)
     assert [each.name for each in tmp_path.iterdir()] == ["there"]
+
+
+class Sized(NamedTuple):
+    payload: bytes
+
+
+def test_messages_are_paired_in_order_by_topic():
+    pairs: Pairs[Sized] = Pairs()
+    first, second = Sized(b"1"), Sized(b"2")
+    assert [pairs.take("/a", 0, first), pairs.take("/a", 0, second), pairs.take("/b", 1, second)] == [None] * 3
+    assert pairs.take("/a", 1, Sized(b"x")) is first
+    assert [(each.topic, each.side, list(each.waiting)) for each in pairs.left()] == [
+        ("/a", 0, [second]),
+        ("/b", 1, [second]),
+    ]
+
+
+def test_counterpart_that_was_let_go_is_an_error():
+    pairs: Pairs[Sized] = Pairs(most_bytes=300)
+    assert [pairs.take("/a", 0, Sized(b"1")), pairs.take("/a", 0, Sized(b"2"))] == [None, None]
+    assert [each.let_go for each in pairs.left()] == [1]
+    assert pairs.take("/a", 1, Sized(b"x")) == Sized(b"1")
+    with pytest.raises(LetGo):
+        pairs.take("/a", 1, Sized(b"y"))

@@ -1,4 +1,7 @@
-"""A codec writes what ROS 2 writes, reads what others write, refuses what is no message, and copies no image."""
+"""CDR is what ROS 2 writes; other input is read or refused, and no image is copied.
+
+Tests of `cdr.py`, `cdr_decoder.py`, `cdr_encoder.py` and `cdr_layout.py`.
+"""
 
 import contextlib
 import itertools

@@ -1,4 +1,7 @@
-"""The official conformance files of MCAP: 409 ways of writing six small recordings."""
+"""MCAP's official conformance files: 409 ways of writing six small recordings.
+
+Tests of `bounds.py`, `chunks.py`, `contents.py`, `records.py` and `summary.py`.
+"""
 
 import hashlib
 import json

@@ -1,0 +1,51 @@
+"""The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
+
+Tests of `host.py`, `sources.py` and `units.py`.
+"""
+
+import pytest
+
+from busflow import Graph, Node
+from busflow.clock import SimClock
+from busflow.errors import InvalidDeclaration, NotRunning
+from busflow.msgs.std_msgs import Int64
+from busflow.node.supervision import Supervised, Supervision
+from busflow.runner.sources import made_by_hand
+from busflow.testing import virtual_time
+
+
+class Plain(Node):
+    """A node without endpoints."""
+
+
+class Other(Node):
+    """Another one."""
+
+
+def test_node_is_made_of_class_or_instance():
+    node = Plain(name="given")
+    supervision = Supervision()
+    assert made_by_hand(node)[0] is node
+    assert type(made_by_hand(Plain)[0]) is Plain
+    assert made_by_hand(Supervised(node, supervision)) == (node, supervision)
+    with pytest.raises(InvalidDeclaration, match="Node classes and instances, not 7"):
+        made_by_hand(7)
+
+
+@virtual_time
+async def test_node_is_found_by_name_or_class():
+    one, two, other = Plain(name="one"), Plain(name="two"), Other(name="other")
+    async with Graph([one, two, other], clock=SimClock()) as graph:
+        assert [graph.node("one"), graph.node("/two"), graph.node(Other)] == [one, two, other]
+        with pytest.raises(NotRunning, match="2 nodes are a Plain; ask for one by name"):
+            graph.node(Plain)
+        with pytest.raises(NotRunning, match="there is no node on in this graph"):
+            graph.node("on")
+
+
+@virtual_time
+async def test_program_publishes_and_receives_beside_nodes():
+    async with Graph([Plain], clock=SimClock()) as graph:
+        inbox = graph.subscribe(Int64, "numbers")
+        graph.publish("numbers", Int64(data=1))
+        assert await anext(inbox) == Int64(data=1)
