@@ -261,5 +261,4 @@ class TooLong(ValueError):
 
 def wide_bytes(text: str) -> bytes:
     """Text in UTF-16, each unit in 32 bits, as ROS 2 writes it."""
-    units = array("H", text.encode(f"utf-16-{sys.byteorder[0]}e"))
-    return np.array(units, "<u4").tobytes()
+    return np.array(array("H", text.encode(f"utf-16-{sys.byteorder[0]}e")), "<u4").tobytes()
