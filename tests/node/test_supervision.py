@@ -266,6 +266,19 @@ async def test_timers_begin_again_and_their_account_goes_on():
         assert told.fired == 3, "at 0.25, at 0.5, and 0.25 after the restart at 0.7"
 
 
+@virtual_time
+async def test_each_timer_continues_its_own_account():
+    class Blinking(Counting):
+        @timer(0.5)
+        def blink(self) -> None: ...
+
+    async with graph_of(supervised(Blinking, restart="on-failure")) as graph:
+        await asyncio.sleep(0.6)
+        graph.publish("numbers", Number(data=-1))
+        await asyncio.sleep(0.1 + 0.51)
+        assert {each.name: each.fired for each in graph.report().timers} == {"tick": 4, "blink": 2}
+
+
 class Configured(Parameters):
     rate_hz: float = 4.0
 
