@@ -379,7 +379,10 @@ def test_recording_does_not_extend_the_grace(start, tmp_path):
     assert "the run did not end within 0.85 s" in log
 
 
-@pytest.mark.parametrize("kind", ["SlowTimer", "SlowHandler", "SlowTask", "SlowRun"])
+@pytest.mark.parametrize(
+    "kind",
+    ["SlowTimer", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("SlowHandler", "SlowTask", "SlowRun"))],
+)
 def test_slow_node_does_not_prevent_other_stops(start, tmp_path, kind):
     (tmp_path / "slow.py").write_text(SLOW)
     (tmp_path / "slow.yaml").write_text(SLOW_LAUNCH.replace("KIND", kind))
@@ -536,7 +539,7 @@ def test_closed_run_leaves_no_trace(start, talk):
 
 
 @pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="needs Linux's /proc")
-@pytest.mark.parametrize("umask", [0, 0o077])
+@pytest.mark.parametrize("umask", [0, pytest.param(0o077, marks=pytest.mark.long)])
 def test_run_listens_on_no_network(start, talk, umask):
     program = start(COMMAND, "run", str(talk), umask=umask)
     program.wait_for("ready")
@@ -593,7 +596,7 @@ def test_forked_processes_end_with_the_run(start, tmp_path):
     assert "did not end within" in said
 
 
-@pytest.mark.parametrize("method", ["fork", "forkserver"])
+@pytest.mark.parametrize("method", ["fork", pytest.param("forkserver", marks=pytest.mark.long)])
 def test_a_node_may_use_other_processes(start, tmp_path, method):
     (tmp_path / "forks.py").write_text(FORKS)
     execute = "import os, sys; os.execv(sys.executable, [sys.executable, sys.argv[2], sys.argv[1]])"

@@ -257,6 +257,7 @@ def test_a_directory_that_is_there_is_left_alone(start):
     assert any("plugins is there already" in line for line in run.lines)
 
 
+@pytest.mark.long
 def test_patterns_reach_all_processes_unmatched_is_logged_once(start):
     run = start(TOLD, "--record", "rec", "--record-topics", "numbers", "--record-topics", "/nomber*")
     run.wait_for("heard enough")

@@ -34,7 +34,7 @@ nodes:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], pytest.param(["--processes", "auto"], marks=pytest.mark.long), ["--one-process"]],
+    [[], *(pytest.param(each, marks=pytest.mark.long) for each in (["--processes", "auto"], ["--one-process"]))],
     ids=" ".join,
 )
 def test_first_messages_arrive_wherever_nodes_run(start, arguments):
@@ -163,7 +163,7 @@ def test_node_failure_in_another_process_ends_run(start):
     assert "teller.py" in told
 
 
-@pytest.mark.parametrize("plugin", ["leaver", "holder"])
+@pytest.mark.parametrize("plugin", ["leaver", pytest.param("holder", marks=pytest.mark.long)])
 def test_failure_during_stop_elsewhere_fails_the_run(start, plugin):
     nodes = f"  node:\n    plugin: {plugin}\n    process: side\n  here:\n    plugin: hearer\n"
     run = start(f"processes:\n  side:\nnodes:\n{nodes}", "--for", "0.3s")

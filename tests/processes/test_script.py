@@ -57,7 +57,7 @@ def pids_of(run):
     return {line.split(" in ")[0].split()[-1]: int(line.split(" in ")[1].split()[0]) for line in lines}
 
 
-@pytest.mark.parametrize("options", ["", "one_process=True"])
+@pytest.mark.parametrize("options", ["", pytest.param("one_process=True", marks=pytest.mark.long)])
 def test_script_starts_the_processes_of_its_file(start, options, have_ended):
     files = {"robot.py": SCRIPT.replace("OPTIONS", options), "plugins/where.py": WHERE}
     run = start(FILE, files=files, script="robot.py")
@@ -70,6 +70,7 @@ def test_script_starts_the_processes_of_its_file(start, options, have_ended):
     assert have_ended([far], 0)
 
 
+@pytest.mark.long
 def test_final_process_failure_in_script_is_printed(start):
     files = {"robot.py": SCRIPT.replace("OPTIONS", ""), "plugins/where.py": WHERE}
     run = start(FILE.replace("on-failure", "never"), files=files, script="robot.py")

@@ -167,6 +167,7 @@ def test_marked_tests_run_beside_pytest_asyncio_and_anyio(tmp_path, mode):
     assert code == 0
 
 
+@pytest.mark.long
 def test_marked_tests_run_beside_anyio_s_auto_mode(tmp_path):
     code, output = run(tmp_path, TESTS, "--anyio-mode=auto", "-p", "no:asyncio")
     assert "5 passed, 1 xfailed" in output, output
@@ -188,6 +189,7 @@ def test_unhandled_async_test_gets_the_busflow_hint(tmp_path):
     assert code == 1
 
 
+@pytest.mark.long
 def test_the_others_can_be_given_the_virtual_loop(tmp_path):
     (tmp_path / "conftest.py").write_text(FACTORIES)
     code, output = run(tmp_path, LOOPS_OF_OTHERS)

@@ -142,6 +142,7 @@ class TestOdds:
         assert "<sequence type: uint8, length: 6220800>" in printed(capsys, "camera/image", "--once", "--no-arr")
         assert printed(capsys, "camera/image", "--once", "--raw").endswith("... (6220848 bytes)\n")
 
+    @pytest.mark.long
     def test_the_whole_image_is_there_on_request(self, capsys: Captured):
         assert len(printed(capsys, "camera/image", "--once", "--csv", "--full-length").split(",")) == 6_220_800 + 8
         (line,) = printed(capsys, "camera/image", "--once", "--json").splitlines()
