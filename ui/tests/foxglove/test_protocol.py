@@ -3,6 +3,7 @@
 import contextlib
 import json
 import struct
+from collections.abc import Iterator
 from threading import Event
 from typing import Any
 
@@ -166,8 +167,14 @@ class Theirs:
     def on_connection_graph_unsubscribe(self) -> None: ...
 
 
-def test_foxgloves_own_server_says_the_same():
-    theirs = Theirs()
+@pytest.fixture
+def theirs() -> Iterator[Theirs]:
+    server = Theirs()
+    yield server
+    server.server.stop()
+
+
+def test_foxgloves_own_server_says_the_same(theirs: Theirs):
     graph = theirs.sdk.ConnectionGraph()
     graph.set_published_topic("/chatter", ["/talker"])
     graph.set_subscribed_topic("/chatter", ["/listener"])
@@ -210,8 +217,7 @@ def test_foxgloves_own_server_says_the_same():
         assert told() == json.loads(protocol.text("unadvertise", channelIds=[channel["id"]]))
 
 
-def test_foxgloves_own_server_answers_calls_in_the_same_way():
-    theirs = Theirs()
+def test_foxgloves_own_server_answers_calls_in_the_same_way(theirs: Theirs):
     sdk = theirs.sdk
     part = sdk.MessageSchema(
         encoding="cdr", schema=sdk.Schema(name="p/srv/S_Request", encoding="ros2msg", data=b"bool on\n")
