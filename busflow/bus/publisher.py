@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
@@ -55,7 +55,8 @@ class Publisher(Generic[M]):
         self._direct = 0
         self._pushes: tuple[Callable[[M], None], ...] = ()
         self._only: Callable[[M], None] | None = None  # a direct call of a single push is 20 ns faster than a loop
-        self._hand_over: Callable[[Callable[[], None]], None] | None = None
+        # `attach` gives the bus's inbox; before that `_attached` raises, so nothing is handed over.
+        self._hand_over: Callable[[Callable[[], None]], None] = lambda deliver: deliver()
         qos = endpoint.qos
         latched = qos.durability is Durability.TRANSIENT_LOCAL
         self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if latched else None
@@ -137,7 +138,7 @@ class Publisher(Generic[M]):
     def _publish_carefully(self, message: M) -> None:
         topic = self._attached(message)
         if get_ident() != self._thread:
-            cast("Callable[[Callable[[], None]], None]", self._hand_over)(lambda: self.publish(message))
+            self._hand_over(lambda: self.publish(message))
             return
         full = topic.first_full()
         if full is not None:
