@@ -4,13 +4,13 @@ import ast
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from tests.test_structure import PRODUCT, ROOT, name, tree
+
 PACKAGES = {"busflow": ROOT / "tests", "ui/busflow_ui": ROOT / "ui/tests"}
 """Where each package's tests are; a source distribution has no `ui/`."""
-PRODUCT = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+MODULES = [path for path in PRODUCT if not path.is_relative_to(ROOT / "plugins")]
 TESTS = sorted(path for folder in PACKAGES.values() for path in folder.rglob("test_*.py"))
 
 UNCLEAR = {"told", "tell", "tells", "hear", "hears", "heard", "who", "whoever", "nobody", "somebody"}
@@ -29,15 +29,6 @@ WITHOUT_TESTS = 39
 def words(text: str) -> Iterator[str]:
     """The words of a name or a sentence, split at `_` and capitals."""
     return (each.lower() for each in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", text))
-
-
-def name(path: Path) -> str:
-    return str(path.relative_to(ROOT))
-
-
-@cache
-def tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text("utf-8"))
 
 
 def names(module: ast.Module) -> Iterator[tuple[int, str]]:
@@ -77,7 +68,7 @@ def test_the_glossary_has_one_row_for_each_word():
 
 def test_no_class_name_stands_twice():
     places: defaultdict[str, list[str]] = defaultdict(list)
-    for path in PRODUCT:
+    for path in MODULES:
         if "msgs" not in path.parts:
             for each in public_classes(tree(path)):
                 places[each].append(name(path))
@@ -87,7 +78,7 @@ def test_no_class_name_stands_twice():
 def test_names_and_docstrings_use_plain_words():
     found = {
         (name(path), text): line
-        for path in PRODUCT
+        for path in MODULES
         for line, text in [(1, path.stem), *names(tree(path)), *first_lines(tree(path))]
         if (UNCLEAR | METAPHORS) & set(words(text))
     }
