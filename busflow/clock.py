@@ -27,9 +27,9 @@ SIM_EPOCH_NS = 1_767_225_600 * NS_PER_S
 """2026-01-01T00:00:00Z, the start of simulated time: zero would look like a stamp that was never set."""
 _MAX = 2**63 - 1
 
-perf_counter = time.perf_counter
+perf_counter: Callable[[], float] = time.perf_counter
 """Wall time for budgets and measurements; it never decides anything in simulated time."""
-monotonic = time.monotonic
+monotonic: Callable[[], float] = time.monotonic
 """The clock of an event loop's deadlines on real time."""
 
 
@@ -281,7 +281,7 @@ class Clock(ABC):
 class SystemClock(Clock):
     """Real time: the wall clock for stamps, the monotonic clock for timers."""
 
-    kind = "system"
+    kind: ClassVar[Literal["system", "sim"]] = "system"
 
     def now(self) -> Time:
         """Return the wall clock's time, in UTC."""
@@ -305,7 +305,7 @@ class SystemClock(Clock):
 class SimClock(Clock):
     """Simulated time: the time of a virtual-time loop, by default the running one."""
 
-    kind = "sim"
+    kind: ClassVar[Literal["system", "sim"]] = "sim"
 
     def __init__(self, *, epoch_ns: int = SIM_EPOCH_NS, loop: asyncio.AbstractEventLoop | None = None) -> None:
         import asyncio

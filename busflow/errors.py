@@ -68,7 +68,7 @@ class InvalidParameter(BusflowError, ValueError):
     """Parameters of a node are invalid; the error lists all their faults."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
-        self.faults = tuple(faults)
+        self.faults: tuple[Fault, ...] = tuple(faults)
         super().__init__("; ".join(_sentence(fault) for fault in self.faults))
 
 
@@ -80,7 +80,7 @@ class InvalidMessage(BusflowError, ValueError):
     """
 
     def __init__(self, message: str, faults: Sequence[Fault]) -> None:
-        self.faults = tuple(faults)
+        self.faults: tuple[Fault, ...] = tuple(faults)
         super().__init__(f"{message}: {'; '.join(_sentence(fault) for fault in self.faults)}")
 
 
@@ -106,7 +106,10 @@ class MalformedMessage(BusflowError, ValueError):
     """
 
     def __init__(self, reason: str, *, type_name: str = "", path: KeyPath = (), offset: int | None = None) -> None:
-        self.reason, self.type_name, self.path, self.offset = reason, type_name, path, offset
+        self.reason: str = reason
+        self.type_name: str = type_name
+        self.path: tuple[str | int, ...] = path
+        self.offset: int | None = offset
         """The reason, the type, the path in its value, and the byte offset including the header, if known."""
         field = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
         where = " ".join(part for part in (field, "" if offset is None else f"at byte {offset}") if part)
@@ -127,7 +130,10 @@ class BagError(BusflowError, ValueError):
     exit_code = ExitCode.USAGE
 
     def __init__(self, reason: str, *, file: str = "", offset: int | None = None, fix: str | None = None) -> None:
-        self.reason, self.file, self.offset, self.fix = reason, file, offset, fix
+        self.reason: str = reason
+        self.file: str = file
+        self.offset: int | None = offset
+        self.fix: str | None = fix
         where = [file, "" if offset is None else f"at byte {offset}"]
         text = ": ".join(part for part in (*where, reason) if part)
         super().__init__(printable(f"{text}; {fix}" if fix else text))
@@ -343,7 +349,7 @@ class LaunchError(BusflowError):
     exit_code = ExitCode.USAGE
 
     def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems = tuple(problems)
+        self.problems: tuple[Problem, ...] = tuple(problems)
         super().__init__("\n".join(problem.render() for problem in self.problems))
 
 

@@ -52,7 +52,7 @@ class Log:
         self.sinks: list[Sink] = list(sinks)
         self._first = tuple(sinks)
         self.counts: dict[str, int] = dict.fromkeys(LEVELS, 0)
-        self.lost = 0
+        self.lost: int = 0
         """The number of lines a sink failed to write: a closed stream, a full disk."""
         self.level = level
         """The lowest level that is written."""

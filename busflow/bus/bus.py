@@ -54,8 +54,8 @@ class Bus:
         self.on_detach: list[Callable[[End], None]] = []
         """Called with every endpoint that leaves."""
         self.clock: Clock = clock or SystemClock()
-        self.dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
-        self.inbox = Inbox(self.dispatcher)
+        self.dispatcher: Dispatcher = Dispatcher(virtual=self.clock.kind == "sim", explore=explore)
+        self.inbox: Inbox = Inbox(self.dispatcher)
         self._thread = get_ident()
 
     def open(self) -> None:

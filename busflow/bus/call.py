@@ -39,7 +39,7 @@ class Activity:
     __slots__ = ("calls", "name")
 
     def __init__(self, name: str) -> None:
-        self.name = name
+        self.name: str = name
         self.calls: list[Call[Any, Any]] = []
         """The calls it waits for now."""
 
@@ -119,12 +119,12 @@ class Call(Generic[Req, Res]):
             caller: the full name of the calling node.
             limit_s: how long the caller will wait from now on; None for no limit.
         """
-        self.service = service
-        self.number = number
-        self.request = request
-        self.caller = caller
-        self.limit_s = limit_s
-        self.activity = Activity(service)
+        self.service: str = service
+        self.number: int = number
+        self.request: Req = request
+        self.caller: str = caller
+        self.limit_s: float | None = limit_s
+        self.activity: Activity = Activity(service)
         """The server's activity of answering it."""
         self.reply: asyncio.Future[Res] = asyncio.get_running_loop().create_future()
 

@@ -26,9 +26,11 @@ class Client(Generic[Req, Res]):
 
     def __init__(self, service_type: type[ServiceType], endpoint: ServiceEndpoint) -> None:
         """Create a client that `Bus.attach_client` connects later."""
-        self.type = service_type
-        self.endpoint = endpoint
-        self.called = self.answered = self.cancelled = 0
+        self.type: type[ServiceType] = service_type
+        self.endpoint: ServiceEndpoint = endpoint
+        self.called: int = 0
+        self.answered: int = 0
+        self.cancelled: int = 0
         self.errors: Counter[str] = Counter()
         self._service: Service[Req, Res] | None = None
 

@@ -39,9 +39,9 @@ class DeliverySource:
     __slots__ = ("idle", "perishable", "waiting")
 
     def __init__(self) -> None:
-        self.idle = False
+        self.idle: bool = False
         """Whether a recipient may have to be woken when an item arrives."""
-        self.perishable = False
+        self.perishable: bool = False
         """Whether queued items may expire."""
         self.waiting: list[asyncio.Future[None]] = []  # an empty deque takes 700 bytes more, and few topics block
         """One future for each sender that waits for room."""
@@ -63,7 +63,7 @@ class Recipient(ABC, Generic[T, S]):
 
     def __init__(self, items: deque[Any], handler: Callable[[T], Any] | None, origin: str) -> None:
         """Create a recipient of the queue `items`; it is attached to a source and opened later."""
-        self.items = items
+        self.items: deque[Any] = items
         self.delivered: int = 0
         """The number of items given to the handler or a task."""
         self.idle = False
@@ -186,4 +186,4 @@ class Recipient(ABC, Generic[T, S]):
     def pause(self) -> None:
         """Stop the delivery; arriving items stay queued."""
         self._open = False
-        self.idle = False
+        self.idle: bool = False

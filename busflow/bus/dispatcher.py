@@ -59,7 +59,7 @@ class Dispatcher:
     def __init__(self, *, virtual: bool = False, explore: Chooser | None = None) -> None:
         """Create a dispatcher; `virtual` budgets by messages, `explore` chooses the order."""
         self.ready: deque[Runnable] = deque()
-        self.quantum = QUANTUM
+        self.quantum: int = QUANTUM
         """Messages per turn: 1 while handlers are so slow that eight of them would block the loop."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._awake = False

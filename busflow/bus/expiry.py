@@ -21,8 +21,8 @@ class Perishable(Generic[T]):
     __slots__ = ("expires_ns", "message")
 
     def __init__(self, message: T, expires_ns: int) -> None:
-        self.message = message
-        self.expires_ns = expires_ns
+        self.message: T = message
+        self.expires_ns: int = expires_ns
 
 
 def fresh(item: T | Perishable[T], clock: Clock) -> T | None:
@@ -62,7 +62,7 @@ class SilenceTimer:
         """Create a timer that starts at the first touch; with `repeat` it calls back once per period of silence."""
         self._period_ns = round(period_s * NS_PER_S)
         self._clock = clock
-        self.on_silence = on_silence
+        self.on_silence: Callable[[], None] = on_silence
         """The callback; a successor endpoint takes over the timer and sets its own."""
         self._repeat = repeat
         self._last_ns = 0

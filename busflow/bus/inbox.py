@@ -37,9 +37,9 @@ class Inbox:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._armed = False
         self._closed = False
-        self.taken = 0
-        self.dropped = 0
-        self.refused = 0
+        self.taken: int = 0
+        self.dropped: int = 0
+        self.refused: int = 0
 
     def open(self, loop: asyncio.AbstractEventLoop) -> None:
         """Start to deliver on this loop, beginning with the waiting messages."""

@@ -38,11 +38,11 @@ class Publisher(Generic[M]):
 
     def __init__(self, message_type: type[M], endpoint: Endpoint) -> None:
         """Create a publisher that `Bus.attach_publisher` connects later."""
-        self.type = message_type
-        self.endpoint = endpoint
-        self.published = 0
-        self.deadlines_missed = 0
-        self.liveliness_lost = 0
+        self.type: type[M] = message_type
+        self.endpoint: Endpoint = endpoint
+        self.published: int = 0
+        self.deadlines_missed: int = 0
+        self.liveliness_lost: int = 0
         self.alive = True
         self.on_event: Callable[[Event], None] | None = None
         self.on_close: Callable[[Publisher[M]], None] | None = None
@@ -285,7 +285,7 @@ class Publisher(Generic[M]):
             self.on_event(DeadlineMissed(self.topic, self.deadlines_missed))
 
     def _lose_liveliness(self) -> None:
-        self.alive = False
+        self.alive: bool = False
         self.liveliness_lost += 1
         if self.on_event is not None:
             self.on_event(LivelinessLost(self.topic, self.liveliness_lost))

@@ -65,7 +65,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 
@@ -178,7 +178,7 @@ class QoS(BaseModel):
     0.05
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid")
 
     depth: Annotated[int, Field(ge=1, strict=True)] = _said(
         10, "How many messages may wait for a subscription, and how many a transient_local topic keeps."

@@ -43,7 +43,7 @@ class Queue(ABC, Generic[T]):
     def __init__(self, depth: int) -> None:
         if depth < 1:
             raise InvalidQoS(f"depth must be at least 1, got {depth}; write how many messages may wait")
-        self.depth = depth
+        self.depth: int = depth
         self.items: deque[T] = deque()
         self.drops: Counter[str] = Counter()
 
@@ -104,7 +104,7 @@ class DropOldest(Queue[T]):
 
     def __init__(self, depth: int) -> None:
         super().__init__(depth)
-        self.items = deque(maxlen=depth)
+        self.items: deque[T] = deque(maxlen=depth)
 
     @property
     def fast_push(self) -> Callable[[T], None]:

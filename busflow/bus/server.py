@@ -54,10 +54,15 @@ class Server(Recipient[Call[Req, Res], Service[Req, Res]]):
         super().__init__(
             deque[Any](), self._serve_async if iscoroutinefunction(handler) else self._serve, endpoint.origin
         )
-        self.type = service_type
-        self.endpoint = endpoint
-        self.depth = depth
-        self.received = self.served = self.failed = self.refused = self.withdrawn = self.lost = 0
+        self.type: type[ServiceType] = service_type
+        self.endpoint: ServiceEndpoint = endpoint
+        self.depth: int = depth
+        self.received: int = 0
+        self.served: int = 0
+        self.failed: int = 0
+        self.refused: int = 0
+        self.withdrawn: int = 0
+        self.lost: int = 0
         self._function: Callable[[Req], Any] = handler
         self._serving: Call[Req, Res] | None = None
         self._starting: Activity | None = None

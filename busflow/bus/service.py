@@ -51,8 +51,8 @@ class Service(DeliverySource, Generic[Req, Res]):
             on_leave: Called with each local client or server that leaves.
         """
         super().__init__()
-        self.name = name
-        self.type = service_type
+        self.name: str = name
+        self.type: type[ServiceType] = service_type
         self.server: Answerer | None = None
         self.clients: list[Asker] = []
         self.taps: list[Callable[[Call[Req, Res]], None]] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, cast
 
@@ -43,13 +43,13 @@ class Subscription(Recipient[M, Topic[M]]):
         """Create a subscription that `Bus.attach_subscription` connects later; without a handler it is pulled from."""
         self.queue: Queue[M | Perishable[M]] = create_queue(endpoint.qos.overflow, endpoint.qos.depth)
         super().__init__(self.queue.items, handler, endpoint.origin)
-        self.endpoint = endpoint
-        self.type = message_type
-        self.deadlines_missed = 0
+        self.endpoint: Endpoint = endpoint
+        self.type: type[M] = message_type
+        self.deadlines_missed: int = 0
         self.on_event: Callable[[Event], None] | None = None
         self.on_close: Callable[[Self], None] | None = None
         self.link: Link | None = None
-        self.is_pulled = handler is None
+        self.is_pulled: bool = handler is None
         self._observer: Callable[[M], None] | None = None
         self._latest: M | None = None
         self._clock: Clock | None = None
@@ -270,7 +270,7 @@ class Subscription(Recipient[M, Topic[M]]):
         """
         self._have(predecessor.queue)
         self.queue.ignore_drops()
-        self.delivered = predecessor.delivered
+        self.delivered: int = predecessor.delivered
         self.deadlines_missed, self._at_start = predecessor.deadlines_missed, predecessor._at_start
         self._source, self._dispatcher, self._clock = predecessor._source, predecessor._dispatcher, predecessor._clock
         self._on_failure = on_failure
@@ -293,7 +293,8 @@ class Subscription(Recipient[M, Topic[M]]):
 
     def _have(self, queue: Queue[M | Perishable[M]]) -> None:
         """Use this queue; `items` is stored here too, because it is read so often."""
-        self.queue, self.items = queue, queue.items
+        self.queue = queue
+        self.items: deque[Any] = queue.items
 
     def _fresh(self, item: Any) -> M | None:
         """Return the message of an item; if it has expired, count the drop and return None."""

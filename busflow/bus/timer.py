@@ -61,11 +61,11 @@ class Timer:
         missed: Missed = Missed.SKIP,
     ) -> None:
         """Create a timer that its node opens later; a period of 0 is off."""
-        self.name = name
-        self.node = node
-        self.fired = 0
-        self.missed = 0
-        self.missed_policy = missed
+        self.name: str = name
+        self.node: str = node
+        self.fired: int = 0
+        self.missed: int = 0
+        self.missed_policy: Missed = missed
         self._handler = handler
         self._is_async = iscoroutinefunction(handler)
         self._set_period(period_s)

@@ -83,9 +83,9 @@ class Topic(DeliverySource, Generic[M]):
     ) -> None:
         """Create a topic without endpoints; each of `on_leave` is called with every endpoint that leaves."""
         super().__init__()
-        self.name = name
-        self.clock = clock
-        self.type = message_type
+        self.name: str = name
+        self.clock: Clock = clock
+        self.type: type[M] = message_type
         self.publishers: list[TopicPublisher] = []
         self.subscriptions: list[Receiver] = []
         self.pushes: tuple[Callable[[Any], None], ...] = ()
@@ -93,10 +93,10 @@ class Topic(DeliverySource, Generic[M]):
         self.taps: list[Callable[[M], None]] = []
         self.recent: deque[M | Perishable[M]] | None = None
         """The last messages, if `Bus.keep_recent` asked for them: one append each, which cannot fail as a tap can."""
-        self.publishers_added = 0
-        self.since_ns = 0
+        self.publishers_added: int = 0
+        self.since_ns: int = 0
         """Monotonic time at which the first publisher came, in ns; it may be before the run begins."""
-        self.subscriptions_added = 0
+        self.subscriptions_added: int = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
         """Messages published in other processes that did not become a message here, by reason: `lost` on the way,
@@ -207,7 +207,7 @@ class Topic(DeliverySource, Generic[M]):
     def rebuild(self) -> None:
         """Rebuild the tuple that a publish walks from the current endpoints and taps."""
         # It stays True: messages that can expire may be queued even after their publisher has left.
-        self.perishable = self.perishable or any(each.perishable for each in self.publishers)
+        self.perishable: bool = self.perishable or any(each.perishable for each in self.publishers)
         recent = () if self.recent is None else (self.recent.append,)
         taps = map(self._guarded, self.taps)
         self.pushes = (*recent, *taps, *(push for each in self.subscriptions for push in each.pushes))

@@ -28,7 +28,7 @@ Examples:
   busflow certs add viewer
   busflow certs show"""
 
-certs = LazyGroup("certs", _VERBS, help="Make the certificates that link machines.", epilog=_EXAMPLES)
+certs: LazyGroup = LazyGroup("certs", _VERBS, help="Make the certificates that link machines.", epilog=_EXAMPLES)
 _FOLDER = click.argument("folder", metavar="[DIR]", default="certs", type=click.Path(path_type=Path))
 
 

@@ -32,7 +32,7 @@ Examples:
 
 _KINDS = {"msg": "Messages", "srv": "Services"}
 
-interface = LazyGroup("interface", _VERBS, help="Look at message and service types.", epilog=_EXAMPLES)
+interface: LazyGroup = LazyGroup("interface", _VERBS, help="Look at message and service types.", epilog=_EXAMPLES)
 
 
 @dataclass(frozen=True, slots=True)

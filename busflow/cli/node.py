@@ -37,7 +37,7 @@ _COLUMNS = (
     Column("RESTARTS"),
 )
 
-node = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", epilog=_EXAMPLES)
+node: LazyGroup = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", epilog=_EXAMPLES)
 
 
 @click.command("list", epilog=_EXAMPLES)

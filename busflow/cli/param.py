@@ -53,7 +53,9 @@ _ROS_TYPES = (
 Row = Mapping[str, Any]
 """A parameter in the form in which its process reports it."""
 
-param = LazyGroup("param", _VERBS, help="Look at the parameters of running nodes, and set them.", epilog=_EXAMPLES)
+param: LazyGroup = LazyGroup(
+    "param", _VERBS, help="Look at the parameters of running nodes, and set them.", epilog=_EXAMPLES
+)
 
 
 @completer

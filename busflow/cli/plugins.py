@@ -27,7 +27,7 @@ Examples:
 
 _DEFAULT = (Path("plugins"),)
 
-plugins = LazyGroup("plugins", _VERBS, help="List the available plugins, or describe one.", epilog=_EXAMPLES)
+plugins: LazyGroup = LazyGroup("plugins", _VERBS, help="List the available plugins, or describe one.", epilog=_EXAMPLES)
 
 
 def _options(command: Callable[..., int]) -> Callable[..., int]:

@@ -34,7 +34,9 @@ Examples:
   busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2"""
 _ANSWER = "5s"
 
-service = LazyGroup("service", _VERBS, help="Look at the services of a running graph, and call them.", epilog=_EXAMPLES)
+service: LazyGroup = LazyGroup(
+    "service", _VERBS, help="Look at the services of a running graph, and call them.", epilog=_EXAMPLES
+)
 _name = click.argument("name", shell_complete=complete_services)
 
 

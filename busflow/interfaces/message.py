@@ -83,7 +83,7 @@ class Message(BaseModel, metaclass=_Frozen):
     Balance(value=1.0, side='left')
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
+    model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
 
     if TYPE_CHECKING:  # pydantic would evaluate these annotations again for each subclass
         __ros_name__: ClassVar[str]
@@ -179,7 +179,8 @@ class Message(BaseModel, metaclass=_Frozen):
             "use a tuple of the fields that matter as the key"
         )
 
-    __str__ = BaseModel.__repr__
+    def __str__(self) -> str:
+        return repr(self)
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         for name, value in super().__repr_args__():

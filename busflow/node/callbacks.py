@@ -81,8 +81,8 @@ class EventHandler:
     def __init__(
         self, topic: str, event_type: type[Event], function: Callable[[Any], Any], origin: str, life: NodeLifetime
     ) -> None:
-        self.topic = topic
-        self.origin = origin
+        self.topic: str = topic
+        self.origin: str = origin
         self._event_type = event_type
         self._function = function
         self._life = life

@@ -76,20 +76,20 @@ class PublisherDeclaration(EndpointDeclaration[Publisher[M]]):
     """A class attribute made by `publisher`."""
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
-        self.type = checked_type(message_type, "publisher")
-        self.topic = checked_name(topic, f"publisher({message_type.__name__}, …)", "topic")
-        self.written = calling_line()
-        self.qos = checked_qos(qos, "publisher(…)")
+        self.type: Any = checked_type(message_type, "publisher")
+        self.topic: str = checked_name(topic, f"publisher({message_type.__name__}, …)", "topic")
+        self.written: tuple[str, int] | None = calling_line()
+        self.qos: QoS | None = checked_qos(qos, "publisher(…)")
 
 
 class PullDeclaration(EndpointDeclaration[Subscription[M]]):
     """A class attribute made by `subscription(Type, topic)`: to pull from."""
 
     def __init__(self, message_type: type[M], topic: str, qos: QoS | None) -> None:
-        self.type = checked_type(message_type, "subscription")
-        self.topic = checked_name(topic, f"subscription({message_type.__name__}, …)", "topic")
-        self.written = calling_line()
-        self.qos = checked_qos(qos, "subscription(…)")
+        self.type: Any = checked_type(message_type, "subscription")
+        self.topic: str = checked_name(topic, f"subscription({message_type.__name__}, …)", "topic")
+        self.written: tuple[str, int] | None = calling_line()
+        self.qos: QoS | None = checked_qos(qos, "subscription(…)")
 
     def __call__(self, function: Any) -> NoReturn:
         """Refuse to be a decorator.
@@ -108,8 +108,8 @@ class ClientDeclaration(EndpointDeclaration[Client[Req, Res]]):
     """A class attribute made by `client`."""
 
     def __init__(self, service_type: type[Pair[Req, Res]], service: str) -> None:
-        self.type = checked_service_type(service_type, "client")
-        self.written = calling_line()
+        self.type: type[ServiceType] = checked_service_type(service_type, "client")
+        self.written: tuple[str, int] | None = calling_line()
         self.service = service
 
 
@@ -129,7 +129,7 @@ class TimerDeclaration(EndpointDeclaration[Timer]):
             name = getattr(function, "__name__", "tick")
             raise InvalidDeclaration(f"@timer calls {name} with nothing but the node: write def {name}(self)")
         self.function = function
-        self.written = line_of(function)
+        self.written: tuple[str, int] | None = line_of(function)
         self.missed = missed
         self._period_s = period_s
         self._hz = hz
@@ -174,7 +174,7 @@ class ParametersDeclaration(Declaration):
     def __init__(self, annotation: Any, frame: FrameType) -> None:
         self._annotation = annotation
         self._surroundings = names_used(annotation, frame) if isinstance(annotation, str) else {}
-        self.written = (frame.f_code.co_filename, frame.f_lineno)
+        self.written: tuple[str, int] | None = (frame.f_code.co_filename, frame.f_lineno)
 
     def parameters_class(self, module: str) -> type[Parameters]:
         """The class that the annotation names.

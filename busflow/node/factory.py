@@ -20,7 +20,7 @@ class NodeFactory:
     def __init__(self, node_class: type[Node], name: str | None = None) -> None:
         """A factory of nodes; without a name they have that of their class."""
         self.node_class = node_class
-        self.name = default_name(node_class) if name is None else name
+        self.name: str = default_name(node_class) if name is None else name
 
     def parameters(self, values: Mapping[str, object]) -> Parameters:
         """The class's parameters with these values.

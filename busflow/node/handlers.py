@@ -92,7 +92,7 @@ class Handler(Declaration, Generic[P, R]):
                     f"{decorator} calls {name} with the node and one thing more: write def {name}(self, {example})"
                 )
         self.function = function
-        self.written = line_of(function)
+        self.written: tuple[str, int] | None = line_of(function)
         self.roles = roles
         self._above = above
         self._surroundings: Mapping[str, Any] = {}

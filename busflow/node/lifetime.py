@@ -28,7 +28,7 @@ class NodeLifetime:
         self.kind = kind
         self.name = name
         """Its full name, from its declaration on."""
-        self.starting = Activity(f"start() of {name}")
+        self.starting: Activity = Activity(f"start() of {name}")
         """The activity of its `start`: callers of its services wait until it has returned."""
         self.is_open = False
         """True if messages are handed over and timers tick."""
@@ -44,7 +44,7 @@ class NodeLifetime:
 
     def be_called(self, name: str, log: FilteringBoundLogger) -> None:
         """Set the node's full name and its log."""
-        self.name = name
+        self.name: str = name
         self.starting.name = f"start() of {name}"
         self.log = log
 
@@ -62,7 +62,7 @@ class NodeLifetime:
         if self._tasks is None:
             coroutine.close()
             raise NotRunning(f"{self.name} has no tasks before its start() and from its stop() on")
-        self.has_spawned = True
+        self.has_spawned: bool = True
         self._running += 1
         self._tasks.start_soon(self._guarded, coroutine, name, name=f"{self.name}.{name}")
 

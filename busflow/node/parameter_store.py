@@ -104,7 +104,7 @@ class ParameterStore:
         """The source of each parameter, by dotted name; from the node's surroundings."""
         self.on_change: list[Callable[[Parameters, SetResult], None]] = []
         """Listeners to a change, called just after it with the parameters before it."""
-        self.times_set = 0
+        self.times_set: int = 0
         """The number of changes."""
         self._paces: list[_Pace] = []
         self._set_at_run_time: set[str] = set()

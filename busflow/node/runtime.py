@@ -59,11 +59,11 @@ class NodeRuntime:
     def __init__(self, node: Declarer, name: str) -> None:
         self.node: Any = node
         self.name = name
-        self.full_name = names.fully_qualified(name, "/")  # raises for an invalid name
+        self.full_name: str = names.fully_qualified(name, "/")  # raises for an invalid name
         """The name with its namespace, from `declare` on."""
-        self.life = NodeLifetime(type(node).__name__, self.full_name, self.close)
-        self.ends = Ends(self.life)
-        self.parameters = ParameterStore(node, self.full_name)
+        self.life: NodeLifetime = NodeLifetime(type(node).__name__, self.full_name, self.close)
+        self.ends: Ends = Ends(self.life)
+        self.parameters: ParameterStore = ParameterStore(node, self.full_name)
         self.parameter_events: ParameterEvents
         """Exists from `declare` on."""
         self.used_remaps: set[str] = set()

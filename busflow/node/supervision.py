@@ -133,7 +133,7 @@ class Backoff:
     __slots__ = ("_policy", "_recent", "_row", "restarts")
 
     def __init__(self, policy: RestartPolicy) -> None:
-        self.restarts = 0
+        self.restarts: int = 0
         """The number of restarts, the next one included."""
         self._policy = policy
         self._recent: list[float] = []

@@ -72,7 +72,7 @@ class Child:
             raise
         finally:
             os.close(writing)
-        self.pid = self._process.pid
+        self.pid: int = self._process.pid
         self._sink, self._first_line = sink, first_line
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[int] = self._loop.create_future()

@@ -57,9 +57,9 @@ class JointRecording(Extension):
         Raises:
             RecordingRefused: its name has a placeholder that stands for nothing.
         """
-        self.path = as_directory(named(spec.to, run=run))
+        self.path: Path = as_directory(named(spec.to, run=run))
         """The directory, as people know it."""
-        self.directory = self.path.absolute()
+        self.directory: Path = self.path.absolute()
         self._spec, self._log = spec, log
         self._processes = (placement.main, *placement.others)
         everywhere = [*placement.nodes.values(), *placement.elsewhere.values()]

@@ -50,8 +50,9 @@ class Machines:
             log: receives each machine that links or is lost.
             seconds: the run's time.
         """
-        self._spec, self.own, self._log, self._seconds = spec, own, log, seconds
-        self.network = Network.of(spec, own)
+        self.own: str = own
+        self._spec, self._log, self._seconds = spec, log, seconds
+        self.network: Network = Network.of(spec, own)
         self._dialled: dict[str, NetworkAddress] = {}
         for name, machine in spec.machines.items():
             if machine.connect is not None and machine.connect in spec.dialled_by(own):

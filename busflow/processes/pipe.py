@@ -31,7 +31,7 @@ class PipeWriter:
         """The writing end of a pipe, which no process that is started from here inherits."""
         os.set_inheritable(pipe, False)
         os.set_blocking(pipe, False)
-        self.lost = 0
+        self.lost: int = 0
         self._pipe = pipe
         self._lines: deque[bytes] = deque()
         self._rest = b""

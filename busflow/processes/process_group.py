@@ -89,7 +89,7 @@ class ProcessGroup(Extension):
         keep_main(plan, placement)
         self._main = placement.main
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
-        self.members = [
+        self.members: list[WorkerProcess] = [
             self._member(placement, process, f"{number}.sock", arguments)
             for number, process in enumerate(placement.others, 1)
         ]
@@ -106,7 +106,7 @@ class ProcessGroup(Extension):
             from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S
 
             self._kill_s += CLOSE_TIMEOUT_S
-        self.end_s = self._kill_s + _LEAVE_S
+        self.end_s: float = self._kill_s + _LEAVE_S
         graph.attach(self)
         if self._recording is not None:
             from busflow.recording.recorder.recorder import record_share

@@ -32,6 +32,8 @@ from busflow.wire.client.listener import Listener, Received
 from busflow.wire.zenoh.qos_text import as_qos
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import zenoh
 
     from busflow.interfaces.encoding.foreign import ForeignType
@@ -63,7 +65,7 @@ class RemoteRecorder:
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
-        self.path = named(spec.to, run=peer.run.name)
+        self.path: Path = named(spec.to, run=peer.run.name)
         run = self._asked("run")
         clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
         with new_recording(self.path) as destination:
@@ -71,7 +73,7 @@ class RemoteRecorder:
             name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
             file.add_metadata(name, {**words, "heard": "from outside"})
         self._spool = Spool(file, destination, threaded=True, on_failure=lambda _error: None)
-        self.nodes = self._write_parameters()
+        self.nodes: int = self._write_parameters()
         """How many nodes' parameters, as they were in the beginning, have been recorded."""
 
     @property
@@ -195,10 +197,11 @@ class _TopicListener(Listener):
 
     def __init__(self, owner: RemoteRecorder, topic: TopicView, type_: ForeignType) -> None:
         super().__init__(depth=1)
-        self.topic, self.type = topic.name, type_
+        self.topic: str = topic.name
+        self.type: ForeignType = type_
         self.number = 0
         """Of its channel; 0 before its first message."""
-        self.offered = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
+        self.offered: list[QoS] = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
         self._owner = owner
 
     def put(self, sample: zenoh.Sample) -> None:

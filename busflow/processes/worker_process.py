@@ -94,8 +94,10 @@ class WorkerProcess:
         owner: WorkerOwner,
         log: FilteringBoundLogger,
     ) -> None:
-        self.name, self.nodes, self.socket = spec.name, tuple(nodes), socket
-        self.state = MemberState.STARTING
+        self.name: str = spec.name
+        self.nodes: tuple[str, ...] = tuple(nodes)
+        self.socket: str = socket
+        self.state: MemberState = MemberState.STARTING
         self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
         self.lives: list[ProcessOutcome] = []

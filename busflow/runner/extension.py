@@ -17,7 +17,7 @@ class Extension:
     it needs.
     """
 
-    end_s = 0.0
+    end_s: float = 0.0
     """Wall time that `end` may take, beyond the grace of the nodes."""
 
     def begin(self) -> None:

@@ -49,9 +49,13 @@ class Graph:
     """
 
     _tasks: asyncio.TaskGroup | None = None  # while it lives
-    exit_code = ExitCode.OK
+    exit_code: ExitCode = ExitCode.OK
     given_up: BusflowError | None = None
     """Why it was ended, where that is no node's fault."""
+    descriptions: list[LaunchDescription]
+    seed: int
+    grace_s: float
+    watchdog: Watchdog | None
     _host_called = False
     _duration_s: float | None = None
     _asked_early: ExitCode | None = None
@@ -72,15 +76,15 @@ class Graph:
         watchdog_s: float | None = None,
     ) -> None:
         self.descriptions = [described(each, args) for each in what if isinstance(each, str | Path | LaunchDescription)]
-        self.name = next((each.name for each in self.descriptions), "graph")
+        self.name: str = next((each.name for each in self.descriptions), "graph")
         self.seed = seed if seed is not None else next((s.seed for s in self.descriptions if s.seed is not None), 0)
         self.grace_s = next((s.shutdown_grace_s for s in self.descriptions if s.shutdown_grace_s is not None), GRACE_S)
         self.clock: Clock = clock or SystemClock()
         set_clock(self.clock, self.descriptions)
-        self.log = Log(self.clock, level=log_level, sinks=sinks)
-        self.bus = Bus(self.clock, explore=explore)
+        self.log: Log = Log(self.clock, level=log_level, sinks=sinks)
+        self.bus: Bus = Bus(self.clock, explore=explore)
         self.watchdog = Watchdog(watchdog_s, self.log) if watchdog_s and self.clock.kind == "system" else None
-        self.rosout = Rosout(self.bus, self.log)
+        self.rosout: Rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
         self.extensions: list[Extension] = []
         """What takes part in the run beside its nodes."""
@@ -99,7 +103,7 @@ class Graph:
         self._host: asyncio.Task[Any] | None = None
         self._host_cancelling = 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.ending = asyncio.Event()
+        self.ending: asyncio.Event = asyncio.Event()
         """Set once the graph is to end, for whatever reason."""
         self._ready = asyncio.Event()
 

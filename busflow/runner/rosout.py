@@ -34,7 +34,7 @@ class Rosout:
     """
 
     def __init__(self, bus: Bus, log: Log) -> None:
-        self.refused = 0
+        self.refused: int = 0
         """Lines that a subscription with `overflow: block` had no room for, or that came after the end."""
         self._bus, self._log = bus, log
         self._publisher: Publisher[LogMessage] | None = None

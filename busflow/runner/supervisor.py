@@ -15,6 +15,7 @@ from busflow.bus.failure import Failure, is_failure
 from busflow.errors import DependencyEnded, RestartLimit, StartTimeout, StopTimeout
 from busflow.node.factory import rebuild
 from busflow.node.node import Node, runtime_of
+from busflow.node.runtime import NodeRuntime
 from busflow.node.supervision import Backoff, Condition, OnExit, Restart, Supervision
 from busflow.runner.report import NodeReport
 
@@ -62,18 +63,18 @@ class Unit:
         """Prepare the node; `live` runs it."""
         self.node: Node = node
         self.plugin = plugin
-        self.supervision = supervision or Supervision()
-        self.runtime = runtime_of(node)
-        self.state = NodeState.BUILT
+        self.supervision: Supervision = supervision or Supervision()
+        self.runtime: NodeRuntime = runtime_of(node)
+        self.state: NodeState = NodeState.BUILT
         self.failure: Failure | None = None
         """The last failure."""
-        self.failure_count = 0
+        self.failure_count: int = 0
         self.needs: list[tuple[Unit, Condition]] = []
         """Units and conditions that it waits for before its first start; the graph finds the units."""
         self.met: set[Condition] = set()
         """Conditions of this node that are met; other units may wait for them."""
-        self.started = asyncio.Event()
-        self.ended = asyncio.Event()
+        self.started: asyncio.Event = asyncio.Event()
+        self.ended: asyncio.Event = asyncio.Event()
         self._condition_events = {Condition.READY: self.started}
         self._overseer = overseer
         self._backoff = Backoff(self.supervision.restart)

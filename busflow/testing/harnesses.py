@@ -109,8 +109,8 @@ class Harness:
             raise NotRunning("a harness needs virtual time: put @virtual_time above the test")
         self.log: list[LogRecord] = []
         """Every line that the nodes have logged, the oldest first."""
-        self.clock = SimClock()
-        self.graph = Graph(
+        self.clock: SimClock = SimClock()
+        self.graph: Graph = Graph(
             what,
             args=args,
             seed=given_seed() if seed is None and loop.schedule is None else seed,

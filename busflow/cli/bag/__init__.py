@@ -20,4 +20,4 @@ Examples:
   busflow bag echo run.mcap imu/data --field linear_acceleration.z
   busflow bag play run.mcap --rate 2"""
 
-bag = LazyGroup("bag", _VERBS, help="Make recordings, look at them, and work with them.", epilog=_EXAMPLES)
+bag: LazyGroup = LazyGroup("bag", _VERBS, help="Make recordings, look at them, and work with them.", epilog=_EXAMPLES)

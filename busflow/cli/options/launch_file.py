@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import LaunchDescription
 
+    _ParamType = click.ParamType[float | None]
+else:
+    _ParamType = click.ParamType  # generic in newer versions of click only
+
 _OTHER_KINDS = {
     ".mcap": "is a recording: busflow bag play FILE plays it, busflow replay FILE LAUNCH_FILE runs nodes on it",
     ".py": "is Python: a launch file is YAML, and names it as plugin; busflow new my_robot makes an example",
@@ -165,7 +169,7 @@ def launch_file(
     return decorate
 
 
-class DurationType(click.ParamType):  # pyright: ignore[reportMissingTypeArgument]  # generic in newer versions of click only
+class DurationType(_ParamType):
     """The type of an option that takes `5s`, `50ms`, `10min`, or a plain number of seconds."""
 
     name = "duration"

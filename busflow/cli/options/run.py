@@ -102,7 +102,11 @@ def _completer(names: Callable[[GraphView], Iterable[str]]) -> Completer:
     return complete
 
 
-complete_topics = _completer(lambda graph: [topic.name for topic in graph.topics.values() if not topic.hidden])
-complete_nodes = _completer(lambda graph: [node.name for node in graph.nodes.values() if not node.hidden])
-complete_services = _completer(lambda graph: graph.services)
-complete_types = _completer(lambda graph: [type_ for topic in graph.topics.values() for type_ in topic.types])
+complete_topics: Completer = _completer(
+    lambda graph: [topic.name for topic in graph.topics.values() if not topic.hidden]
+)
+complete_nodes: Completer = _completer(lambda graph: [node.name for node in graph.nodes.values() if not node.hidden])
+complete_services: Completer = _completer(lambda graph: graph.services)
+complete_types: Completer = _completer(
+    lambda graph: [type_ for topic in graph.topics.values() for type_ in topic.types]
+)

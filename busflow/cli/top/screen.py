@@ -40,8 +40,8 @@ _STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim"}
 class Top(App[None]):
     """The app that shows a running graph live."""
 
-    TITLE = "busflow top"
-    CSS = """
+    TITLE: str | None = "busflow top"
+    CSS: ClassVar[str] = """
     DataTable { height: auto; scrollbar-size-vertical: 1; }
     #body { height: 1fr; }
     #topics { max-height: 65%; }
@@ -68,7 +68,7 @@ class Top(App[None]):
 
     def __init__(self, peer: Peer, interval_s: float) -> None:
         super().__init__()
-        self.HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]
+        self.HORIZONTAL_BREAKPOINTS: list[tuple[int, str]] | None = [(0, "-narrow"), (110, "-wide")]
         self._peer, self._interval_s = peer, interval_s
         self._looks: deque[Look] = deque()
         self._paused = False

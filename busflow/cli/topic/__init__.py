@@ -22,4 +22,6 @@ Examples:
   busflow topic hz imu/data joint_states
   busflow topic pub --once joint_command std_msgs/msg/Float64 '{data: 0.5}'"""
 
-topic = LazyGroup("topic", _VERBS, help="Look at the topics of a running graph, and publish to them.", epilog=_EXAMPLES)
+topic: LazyGroup = LazyGroup(
+    "topic", _VERBS, help="Look at the topics of a running graph, and publish to them.", epilog=_EXAMPLES
+)

@@ -23,8 +23,9 @@ class ForeignType:
     """
 
     def __init__(self, name: str, type_hash: str, description: object) -> None:
-        self.name, self.type_hash = name, type_hash
-        self.is_ros = not type_hash.startswith(json_form.PREFIX)
+        self.name: str = name
+        self.type_hash: str = type_hash
+        self.is_ros: bool = not type_hash.startswith(json_form.PREFIX)
         self.encoding = "cdr" if self.is_ros else "json"
         """The encoding of the bytes, in MCAP's word."""
         self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"

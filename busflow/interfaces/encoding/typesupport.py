@@ -82,10 +82,10 @@ class TypeSupport:
 
     def __init__(self, cls: type[Message | ServiceType]) -> None:
         self.cls = cls
-        self.name = type_name(cls)
+        self.name: str = type_name(cls)
         self._foreign = cls.foreign if issubclass(cls, OpaqueMessage) else None
         parts = (cls.Request, cls.Response) if issubclass(cls, ServiceType) else (cls,)
-        self.is_ros = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
+        self.is_ros: bool = self._foreign.is_ros if self._foreign else all(is_ros_type(part) for part in parts)
         self.encoding = "cdr" if self.is_ros else "json"
         """The encoding of the bytes, in MCAP's word."""
         self.definition_encoding = definition.ENCODING if self.is_ros else "jsonschema"

@@ -40,7 +40,10 @@ class InvalidExpression(ValueError):
     """Invalid expression, or wrong types of its values; `start` is the number of characters before the mistake."""
 
     def __init__(self, message: str, fix: str | None, start: int, width: int = 1) -> None:
-        self.message, self.fix, self.start, self.width = message, fix, start, width
+        self.message: str = message
+        self.fix: str | None = fix
+        self.start: int = start
+        self.width: int = width
         super().__init__(message)
 
 

@@ -36,7 +36,7 @@ class Bag:
         Raises:
             BagError: It is none, or cannot be opened.
         """
-        self.path = Path(path)
+        self.path: Path = Path(path)
         self.files: Sequence[BagFile] = ()
         self.unfinished: BagError | None = None
         """The reason why the bag itself, not one of its files, is known to be unfinished."""
@@ -44,7 +44,7 @@ class Bag:
         """The account of a run of several processes, of whom each file has only one's own."""
         self._kept_open = ExitStack()
         self._open()
-        self.series = self._grouped()
+        self.series: tuple[Series, ...] = self._grouped()
         """Its files, in groups whose messages were numbered together: one, or one of each process and life."""
 
     def close(self) -> None:

@@ -48,7 +48,7 @@ class McapFile:
         self.launch_file: str | None = None
         self._channels: dict[tuple[object, ...], Channel] = {}
         with RecordFile(path) as file:
-            self.size = file.size
+            self.size: int = file.size
             header = file.record(file.next())
             if not isinstance(header, records.Header):
                 raise file.damaged("it does not begin with a header", len(MAGIC))

@@ -43,7 +43,7 @@ class RosbagsFile:
         self._idle: Reader | None = None
         self._keeps = True
         with self._opened() as reader:
-            self.size = sum(each.stat().st_size for each in parts)
+            self.size: int = sum(each.stat().st_size for each in parts)
             self._topics = {each.id: _channel(each) for each in reader.connections}
             counts = {self._topics[each.id]: each.msgcount for each in reader.connections}
             times = (reader.start_time, reader.end_time - 1) if reader.message_count else (None, None)

@@ -66,7 +66,7 @@ class Series:
 
     def __init__(self, files: Sequence[BagFile], place: str) -> None:
         """A series of files; `place` is what damage names that is of none of them."""
-        self.files = tuple(files)
+        self.files: tuple[BagFile, ...] = tuple(files)
         self.damage: Damage | None = None
         """The reason why it could not be read to its end; known after it was read that far."""
         self._place = place

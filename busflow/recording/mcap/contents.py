@@ -39,7 +39,8 @@ class Contents:
             BagError: It is no MCAP.
         """
         self._file = RecordFile(path)
-        self.name, self.size = self._file.name, self._file.size
+        self.name: str = self._file.name
+        self.size: int = self._file.size
         self.summary: Summary | None = None
         self.unfinished: BagError | None = None
         """The reason why there is no reliable summary."""

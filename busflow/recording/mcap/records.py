@@ -75,10 +75,10 @@ class RecordFile:
         Raises:
             BagError: It is no MCAP, or cannot be opened.
         """
-        self.name = str(path)
+        self.name: str = str(path)
         self._file = _opened(path)
-        self.size = os.fstat(self._file.fileno()).st_size
-        self.at = 0
+        self.size: int = os.fstat(self._file.fileno()).st_size
+        self.at: int = 0
         self.crc: int | None = 0
         """The CRC of everything read from the beginning; None once something was passed over."""
         start = self._read(min(self.size, len(MAGIC)))

@@ -87,7 +87,7 @@ class McapWriter:
         """
         self._file, self._compression, self._chunk_bytes = file, compression, chunk_bytes
         self._compress = compressor(compression)
-        self.size = 0
+        self.size: int = 0
         """Bytes of whole records that were handed to the file."""
         self._check = 0
         """The CRC-32 of all that was handed over, by which a reader sees flipped bits outside the chunks too."""

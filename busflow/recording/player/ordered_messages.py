@@ -69,10 +69,10 @@ class OrderedMessages:
         span = span or Span()
         self._bag, self._channels = bag, frozenset(channels)
         self._first_ns, last_ns = bag.start_ns or 0, bag.end_ns or 0  # of a bag without messages there is none
-        self.start_ns = self._first_ns + max(0, span.start_ns)
+        self.start_ns: int = self._first_ns + max(0, span.start_ns)
         """The first moment that is played."""
         end_ns = span.end_ns(self._first_ns)
-        self.end_ns = last_ns if end_ns is None else min(end_ns, last_ns)
+        self.end_ns: int = last_ns if end_ns is None else min(end_ns, last_ns)
         """The last moment that is played."""
         self._bound_ns = end_ns
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="busflow.reader") if threaded else None

@@ -61,7 +61,7 @@ class Player(Node):
         self._bag = Bag(asked.file)
         self._classes = MessageClasses()
         self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
-        self.channels = chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename)
+        self.channels: tuple[Channel, ...] = chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename)
         if asked.clock_hz:
             self.channels = tuple(each for each in self.channels if each.topic != CLOCK)
             self._clock = self.create_publisher(Clock, CLOCK)

@@ -34,8 +34,8 @@ class Playing:
             rate: Seconds of the recording in a second of the run.
             paused: Do not begin before `resume`.
         """
-        self.clock = PlaybackClock(source, messages.start_ns, rate=rate, paused=paused)
-        self.played = 0
+        self.clock: PlaybackClock = PlaybackClock(source, messages.start_ns, rate=rate, paused=paused)
+        self.played: int = 0
         self._messages, self._publish = messages, publish
         self._from_ns = messages.start_ns
         self._stopped = False

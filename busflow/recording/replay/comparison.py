@@ -91,7 +91,7 @@ class Check:
             most: How many differences are kept; all are counted.
         """
         self.differences: list[Difference] = []
-        self.count = 0
+        self.count: int = 0
         self.compared: Counter[str] = Counter()
         self._comparison, self._started_ns, self._most = comparison, started_ns, most
         self._forgiven_from_ns = forgiven_from_ns

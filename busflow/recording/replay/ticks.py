@@ -40,7 +40,7 @@ class ReplayClock(SimClock):
         self._virtual, self._slack_ns = loop, slack_ns
         self._coming: ComingTicks | None = None
         self._waiting: dict[tuple[str, str], asyncio.TimerHandle] = {}
-        self.unmet = 0
+        self.unmet: int = 0
         """Recorded ticks for which no timer waited."""
 
     def expect(self, coming: ComingTicks) -> None:
@@ -91,7 +91,7 @@ class ComingTicks:
             counts: How many ticks of each timer there are, so that none is looked for after the last.
             in_order: Whether their times never step back: then the time of one shows that all earlier ones were read.
         """
-        self.held = 0
+        self.held: int = 0
         """The number of known ticks that are yet to come."""
         self._ticks = _ticks(bag, nodes)
         self._unread = Counter(counts)

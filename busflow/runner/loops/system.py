@@ -65,7 +65,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             super().__init__()
             self._eventfd = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
             self._woken = False
-            self.watched = self.fileno(), self._eventfd.fileno()
+            self.watched: tuple[int, int] = self.fileno(), self._eventfd.fileno()
             """The numbers of the files that it waits for: of epoll, and the bell."""
 
         def wake(self) -> None:

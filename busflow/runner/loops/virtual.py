@@ -61,7 +61,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         rate: float | None = None,
         follows: bool = False,
     ) -> None:
-        self.schedule, self.follows = schedule, follows
+        self.schedule: Schedule | None = schedule
+        self.follows: bool = follows
         self._rate, self._began_s = rate, perf_counter()
         self._now_ns, self._now_s = 0, 0.0
         self._horizon_ns = math.inf if math.isinf(horizon_s) else round(horizon_s * NS_PER_S)

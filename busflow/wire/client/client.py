@@ -77,7 +77,7 @@ class Peer:
             InspectionUnavailable: nobody answers there.
         """
         self.run = run
-        self.session = run.open(patience_s)
+        self.session: zenoh.Session = run.open(patience_s)
         self._patience_s = patience_s
         self._zid = str(self.session.info.zid())
         self._name = f"_busflow_cli_{os.getpid()}"

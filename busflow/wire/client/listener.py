@@ -56,9 +56,9 @@ class Listener:
             most_bytes: how large they may be together; a single larger one may wait.
             on_arrival: called in Zenoh's thread when a message arrives and none waited before.
         """
-        self.dropped = 0
+        self.dropped: int = 0
         """Messages that were not read in time."""
-        self.lost = 0
+        self.lost: int = 0
         """Messages that never arrived: gaps in a publisher's sequence."""
         self._depth, self._most_bytes, self._on_arrival = depth, most_bytes, on_arrival
         self._waiting: deque[Received] = deque()

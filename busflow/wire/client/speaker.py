@@ -26,7 +26,7 @@ class Speaker:
 
     def __init__(self, way: Any, beside: zenoh.Publisher, type_: ForeignType, gid: bytes, clock: Clock) -> None:
         """A speaker that may keep messages for late subscriptions; `beside` it, a plain publisher reports matches."""
-        self.published = 0
+        self.published: int = 0
         self._way, self._type, self._gid, self._clock = way, type_, gid, clock
         self._matched = threading.Event()
         callback: Any = zenoh.handlers.Callback(self._on_match, indirect=False)

@@ -64,7 +64,8 @@ class Authority:
     """Certificate authority of a folder: it signs the folder's certificates."""
 
     def __init__(self, folder: Path, cert: x509.Certificate, key: EllipticCurvePrivateKey | None) -> None:
-        self.folder, self._cert, self._key = folder, cert, key
+        self.folder: Path = folder
+        self._cert, self._key = cert, key
 
     @classmethod
     def new(cls, folder: Path, *, days: int = AUTHORITY_DAYS) -> Self:

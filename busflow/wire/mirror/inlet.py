@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -63,8 +64,8 @@ class Inlet:
             gone: by publisher that has gone, the number of its last message. If only the link broke, the publisher
                 comes back, and the messages missed meanwhile are counted as lost.
         """
-        self.received = 0
-        self.losses = topic.losses
+        self.received: int = 0
+        self.losses: Counter[str] = topic.losses
         self._topic, self._support, self._bus = topic, connection.supports(topic.type), connection.bus
         self._log, self._on_loop = connection.log, connection.on_loop
         self._publishers: dict[bytes, Publisher[Any]] = {}

@@ -54,8 +54,8 @@ class Outlet:
             on_open: is called whenever it has opened or closed.
         """
         self._on_open = on_open
-        self.sent = 0
-        self.unsent = 0
+        self.sent: int = 0
+        self.unsent: int = 0
         """Messages that could not be encoded."""
         session, support = connection.session, connection.supports(publisher.type)
         self._publisher, self._support, self._gid = publisher, support, token.gid

@@ -33,7 +33,7 @@ class LogBook:
     """The last log lines. Their values are stored as text, so they keep no objects alive and never change."""
 
     def __init__(self) -> None:
-        self.written = 0
+        self.written: int = 0
         """How many lines there were, those included that are no longer kept."""
         self._lines: deque[LogLine] = deque(maxlen=DEPTH)
 

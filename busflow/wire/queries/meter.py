@@ -78,10 +78,12 @@ class Tally:
         self._restart()
 
     def _restart(self) -> None:
-        self.count = 0
+        self.count: int = 0
         self.odd = 0
         """Messages of unknown size or age."""
-        self.periods, self.sizes, self.ages = Spread(), Spread(), Spread()
+        self.periods: Spread = Spread()
+        self.sizes: Spread = Spread()
+        self.ages: Spread = Spread()
 
     def add(self, now_ns: int) -> None:
         """Count a message."""

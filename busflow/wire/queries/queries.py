@@ -69,7 +69,7 @@ class Questions:
         self._graph, self._card, self._process = graph, card, process
         self._supports, self._history = supports, history
         self._elsewhere, self._about = elsewhere, about
-        self.parameter_log = ParameterLog(graph.clock)
+        self.parameter_log: ParameterLog = ParameterLog(graph.clock)
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))

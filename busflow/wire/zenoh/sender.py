@@ -26,7 +26,7 @@ class SenderThread:
     def __init__(self, name: str, *, on_error: Callable[[Exception], None]) -> None:
         """Create a sender; `on_error` is called in its thread with each unexpected error."""
         self.name = name
-        self.dropped = 0
+        self.dropped: int = 0
         self._on_error = on_error
         self._work: deque[tuple[int, Callable[[], None]]] = deque()
         self._bytes = 0
