@@ -338,7 +338,11 @@ class Graph:
     # What the program around the graph does.
 
     def publish(self, topic: str, message: Message) -> None:
-        """Publish a message from outside, from any thread, as a publisher with the topic's default QoS."""
+        """Publish a message from outside, from any thread, as a publisher with the topic's default QoS.
+
+        Raises:
+            NoSuchTarget: the topic is unknown, and its name like that of another; `advertise` creates it all the same.
+        """
         self._around().publish(topic, message)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
@@ -346,7 +350,11 @@ class Graph:
         return self._around().advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
-        """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`."""
+        """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`.
+
+        Raises:
+            NoSuchTarget: as `publish`.
+        """
         return self._around().subscribe(message_type, topic, qos=qos)
 
     async def call(

@@ -7,14 +7,16 @@ from typing import Any, TypeVar, cast
 from busflow.bus.bus import Bus
 from busflow.bus.call import Pair, Req, Res
 from busflow.bus.client import Client
+from busflow.bus.names import expand
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
 from busflow.bus.subscription import Subscription
-from busflow.errors import IncompatibleType
+from busflow.errors import IncompatibleType, NoSuchTarget
 from busflow.interfaces.message import Message, type_name
 from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
 from busflow.node.runtime import NodeRuntime
+from busflow.text import did_you_mean, nearest
 
 M = TypeVar("M", bound=Message)
 
@@ -42,6 +44,7 @@ class Outside:
 
     def _publisher(self, message_type: type[M], topic: str) -> Publisher[M]:
         if topic not in self._publishers:
+            self._refuse_misspelt(message_type, topic)
             self._publishers[topic] = self.advertise(message_type, topic)
         return self._publishers[topic]
 
@@ -51,7 +54,19 @@ class Outside:
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """Create a subscription of the program, to pull from."""
+        self._refuse_misspelt(message_type, topic)
         return self._own().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
+
+    def _refuse_misspelt(self, message_type: type[Message], topic: str) -> None:
+        """Refuse an unknown topic whose name is like that of a known one; one like no other may be new on purpose.
+
+        Raises:
+            NoSuchTarget: the message has the nearest name.
+        """
+        name, topics = expand(topic, node="_outside", namespace="/"), self._bus.topics
+        if name not in topics and nearest(name, topics) is not None:
+            anyway = f'graph.advertise({message_type.__name__}, "{topic}") creates it all the same'
+            raise NoSuchTarget(f"no node has the topic {name}; {did_you_mean(name, topics)} ({anyway})")
 
     def client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
         """The program's client of a service."""

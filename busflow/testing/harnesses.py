@@ -23,7 +23,7 @@ from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.subscription import Subscription
 from busflow.bus.topic import Topic
 from busflow.clock import Duration, SimClock
-from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NotRunning, NotSeen
+from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NoSuchTarget, NotRunning, NotSeen
 from busflow.interfaces.message import Message, type_name
 from busflow.launchfile.model.description import ClockMode
 from busflow.log import LogRecord
@@ -257,8 +257,15 @@ class Harness:
         return self.graph.advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
-        """A subscription of the test's own, to pull from."""
-        return self.graph.subscribe(message_type, topic, qos=qos)
+        """A subscription of the test's own, to pull from.
+
+        Raises:
+            NotSeen: The topic is unknown, and its name like that of another.
+        """
+        try:
+            return self.graph.subscribe(message_type, topic, qos=qos)
+        except NoSuchTarget as error:
+            raise NotSeen(str(error)) from None
 
     async def call(
         self,

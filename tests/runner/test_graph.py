@@ -23,7 +23,7 @@ from busflow import (
     timer,
 )
 from busflow.clock import SimClock
-from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NotRunning, StartTimeout
+from busflow.errors import ExitCode, InvalidDeclaration, LaunchError, NoSuchTarget, NotRunning, StartTimeout
 from busflow.log import LogRecord
 from busflow.testing import virtual_time
 
@@ -424,6 +424,26 @@ async def test_the_program_around_publishes_and_receives():
         assert (await anext(outside)).data == 7
     assert graph.node("listener").received == [7]
     assert [each async for each in outside] == []
+
+
+@virtual_time
+async def test_a_misspelt_topic_is_answered_with_the_nearest():
+    graph, _ = graph_of(Listener)
+    async with graph:
+        for use in (lambda: graph.publish("numbesr", Number(data=1)), lambda: graph.subscribe(Number, "numbesr")):
+            with pytest.raises(NoSuchTarget, match=r"no node has the topic /numbesr; did you mean '/numbers'\?"):
+                use()
+        graph.advertise(Number, "numbesr")
+        graph.publish("numbesr", Number(data=7))
+
+
+@virtual_time
+async def test_a_fresh_topic_like_no_other_is_created():
+    graph, _ = graph_of(Listener)
+    async with graph:
+        own = graph.subscribe(Number, "something/else")
+        graph.publish("something/else", Number(data=7))
+        assert (await anext(own)).data == 7
 
 
 @virtual_time

@@ -548,6 +548,13 @@ async def test_publish_without_receiver_names_the_nearest_topic():
 
 
 @virtual_time
+async def test_subscribe_refuses_a_misspelt_topic():
+    async with harness(Doubler) as lab:
+        with pytest.raises(NotSeen, match=r"no node has the topic /doublse; did you mean '/doubles'\?"):
+            lab.subscribe(Int64, "doublse")
+
+
+@virtual_time
 async def test_publish_reaches_own_and_later_subscriptions():
     async with harness(Doubler) as lab:
         own = lab.subscribe(Int64, "own")
