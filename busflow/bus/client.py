@@ -83,14 +83,15 @@ class Client(Generic[Req, Res]):
         self.answered += 1
         return response
 
-    async def ready(self, *, timeout: float | None = TIMEOUT_S) -> None:  # noqa: ASYNC109  # as above
-        """Wait until the service has a server.
+    async def ready(self, *, timeout: float | None = TIMEOUT_S) -> bool:  # noqa: ASYNC109  # as above
+        """Wait until the service has a server, and return True, for a loop as ROS 2's: `while not await ….ready()`.
 
         Raises:
             ServiceUnavailable: no server came in time.
         """
         check_timeout(timeout)
         await self._attached().wait_for_server(timeout)
+        return True
 
     def statistics(self) -> ClientStatistics:
         """Return the client's current counts."""

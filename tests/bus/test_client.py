@@ -36,7 +36,7 @@ async def test_a_server_that_comes_later_is_waited_for():
         async def run(self) -> None:
             with pytest.raises(ServiceUnavailable, match="nobody answers /later"):
                 await self.later.ready(timeout=2)
-            await self.later.ready(timeout=None)
+            assert await self.later.ready(timeout=None)
             self.success = self.later.available and (await self.later.call()).success
 
     async with harness(Later, Patient) as lab:
