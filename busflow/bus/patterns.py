@@ -69,6 +69,20 @@ def check_pattern(pattern: str) -> str:
 
 
 def _compiled(pattern: str) -> re.Pattern[str]:
-    parts = check_pattern(pattern).strip("/").split("/")
-    written = (re.escape(part).replace(r"\*\*", ".*").replace(r"\*", "[^/]*") for part in parts)
-    return re.compile(f"/{'/'.join(written)}")
+    """Return the pattern as an expression that needs no more than the square of a name's length.
+
+    The first place at which the text after a wildcard stands is as good as a later one, and is kept (`(?>…)`), unless
+    it is the last: that must reach the end of the name.
+    """
+    first, *others = f"/{check_pattern(pattern).strip('/')}".split("**")
+    if not others:
+        return re.compile(_within(first, last=True))
+    middle = (f"(?>.*?{_within(each)})" for each in others[:-1])
+    return re.compile(f"{_within(first)}{''.join(middle)}.*{_within(others[-1], last=True)}")
+
+
+def _within(pattern: str, *, last: bool = False) -> str:
+    """The expression for a part of a pattern without `**`, which is tried from each place of a name once."""
+    first, *others = map(re.escape, pattern.split("*"))
+    final = f"[^/]*{others.pop()}" if others and last else ""
+    return first + "".join(f"(?>[^/]*?{each})" for each in others) + final

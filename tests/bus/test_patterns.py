@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from busflow.bus.patterns import Selection, check_pattern
@@ -50,6 +50,32 @@ def test_what_ros2_s_recorder_selects(case):
 def test_what_a_pattern_means(pattern, meant, not_meant):
     selection = Selection([pattern])
     assert [name for name in [*meant, *not_meant] if selection.includes(name)] == meant
+
+
+def tried(pattern, name):
+    """Whether a pattern matches, by trying every place for each of its wildcards."""
+    if not pattern:
+        return not name
+    if pattern.startswith("*"):
+        deep = pattern.startswith("**")
+        rest = pattern.removeprefix("**" if deep else "*")
+        reach = len(name) if deep or "/" not in name else name.index("/")
+        return any(tried(rest, name[place:]) for place in range(reach + 1))
+    return name[:1] == pattern[0] and tried(pattern[1:], name[1:])
+
+
+@given(
+    st.from_regex(r"/[ab*]{1,4}(/[ab*]{1,4}){0,2}", fullmatch=True),
+    st.from_regex(r"/[ab]{1,3}(/[ab]{1,3}){0,3}", fullmatch=True),
+)
+def test_wildcards_match_wherever_they_can(pattern, name):
+    assume("***" not in pattern)
+    assert Selection([pattern]).includes(name) is tried(pattern, name)
+
+
+def test_many_wildcards_take_no_longer():
+    selection = Selection(["/" + "**a" * 40 + "b", "/" + "*a" * 40 + "b"])
+    assert not selection.includes("/" + "a" * 246)
 
 
 @pytest.mark.parametrize("pattern", ["", "/", "//a", "/a/", "/a.b", "/a b", "/[ab]", "a?", "/***", "/1a", "/.*", "~/a"])
