@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from busflow.bus.qos_matching import Verdict, compatibility
-from busflow.errors import Problem, Severity
+from busflow.errors import MalformedMessage, Problem, Severity
 from busflow.text import counted, did_you_mean
 from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
 from busflow.wire.zenoh.keys import Token, TokenKind
-from busflow.wire.zenoh.qos_text import as_qos
+from busflow.wire.zenoh.qos_text import as_qos, from_text
 
 Answers = Sequence[Mapping[str, Any]]
 
@@ -101,14 +101,15 @@ def _type_conflicts(graph: GraphView) -> Iterator[Problem]:
 
 def _qos_conflicts(graph: GraphView) -> Iterator[Problem]:
     for topic in graph.topics.values():
+        for end in (*topic.publishers, *topic.subscriptions):
+            try:
+                from_text(end.token.qos)
+            except MalformedMessage as error:
+                yield Problem("qos-mismatch", f"{end.node} states no QoS for {topic.name}: {error}")
         for publisher in topic.publishers:
             for subscription in topic.subscriptions:
                 text = f"{subscription.node} cannot receive {topic.name} from {publisher.node}"
-                try:
-                    found = compatibility(as_qos(publisher.qos), as_qos(subscription.qos))
-                except (ValueError, OverflowError) as error:
-                    yield Problem("qos-mismatch", f"{text}: one of their QoS cannot be: {error}")
-                    continue
+                found = compatibility(as_qos(publisher.qos), as_qos(subscription.qos))
                 if found.verdict is Verdict.ERROR:
                     yield Problem("qos-mismatch", f"{text}: {'; '.join(found.reasons)}", found.fix)
 

@@ -26,7 +26,6 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
-from busflow.text import printable
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import as_qos, from_text
@@ -338,10 +337,7 @@ def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:
     Raises:
         MalformedMessage: its QoS is not valid.
     """
-    try:
-        qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
-    except (ValueError, OverflowError):
-        raise MalformedMessage(f"{printable(token.qos, limit=200)} is a QoS that cannot be") from None
+    qos = as_qos(from_text(token.qos), most_depth=_MOST_DEPTH)
     origin = f"{token.node_name} (another process)"
     return Endpoint(token.node_name, topic.name, topic.type, qos, origin, topic.name, remote=True)
 

@@ -33,6 +33,8 @@ SEQUENCE = struct.Struct("<q")
 GID_AT = 17
 """Offset of the gid in an attachment; the gid is its last field."""
 _NO_HASH = "RIHS01_" + "0" * 64
+_MOST_CHARACTERS = 255
+"""The longest name of a topic, type or node in DDS, and so in ROS 2. The time to match a name grows with its length."""
 
 
 class TokenKind(StrEnum):
@@ -98,13 +100,15 @@ class Token:
         try:
             return cls._of_fields(text.split("/"))
         except ValueError as error:
-            raise MalformedMessage(f"{text!r} is not a token of a ROS 2 graph: {error}") from None
+            raise MalformedMessage(f"{text[:500]!r} is not a token of a ROS 2 graph: {error}") from None
 
     @classmethod
     def _of_fields(cls, fields: list[str]) -> Token:
         graph, domain, session, node_id, entity_id, kind, enclave, namespace, node, *rest = fields
         if graph != GRAPH:
             raise ValueError(f"it does not begin with {GRAPH}")
+        if any(len(each) > _MOST_CHARACTERS for each in fields):
+            raise ValueError(f"a part of it has more than {_MOST_CHARACTERS} characters")
         found = cls(
             session=session,
             node_id=int(node_id),

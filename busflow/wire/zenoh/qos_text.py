@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from busflow.bus.qos import QoS
 
 _NS_PER_S = 1_000_000_000
+_LONGEST_NS = 2**63 - 1
+"""ROS 2's infinite duration, `RMW_DURATION_INFINITE`; it has no longer one."""
 _RELIABILITIES = {0: "system_default", 1: "reliable", 2: "best_effort", 3: "unknown", 4: "best_available"}
 _DURABILITIES = {0: "system_default", 1: "transient_local", 2: "volatile", 3: "unknown", 4: "best_available"}
 _HISTORIES = {0: "system_default", 1: "keep_last", 2: "keep_all", 3: "unknown"}
@@ -81,11 +83,7 @@ def from_text(text: str) -> WireQoS:
 
 
 def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
-    """Convert a token's QoS into a profile, with its depth limited to `most_depth`.
-
-    Raises:
-        ValueError, OverflowError: it cannot be one.
-    """
+    """Convert a token's QoS into a profile, with its depth limited to `most_depth`. Each that was parsed can be one."""
     from busflow.bus.qos import QoS  # whoever only shows a token does not pay for pydantic
 
     limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}
@@ -107,4 +105,9 @@ def _written(limit_s: float | None) -> str:
 
 def _read(text: str) -> int | None:
     seconds, nanoseconds = text.split(",")
-    return None if not seconds and not nanoseconds else int(seconds or 0) * _NS_PER_S + int(nanoseconds or 0)
+    if not seconds and not nanoseconds:
+        return None
+    whole, rest = int(seconds or 0), int(nanoseconds or 0)
+    if min(whole, rest) < 0 or (limit := whole * _NS_PER_S + rest) > _LONGEST_NS:
+        raise ValueError(f"a limit from 0 to {_LONGEST_NS} ns")
+    return limit

@@ -145,4 +145,4 @@ def test_unreadable_qos_does_not_hide_the_rest():
     strange = token(TokenKind.PUBLISHER, "source", "/x")
     strange = replace(strange, qos="::,99:999999999999999999999999,0:,:,,")
     (problem,) = found([strange, token(TokenKind.SUBSCRIPTION, "sink", "/x")])
-    assert problem.message.startswith("/sink cannot receive /x from /source: one of their QoS cannot be: ")
+    assert problem.message.startswith("/source states no QoS for /x: '::,99:9999")

@@ -625,7 +625,7 @@ async def test_unfit_publisher_is_logged_once_and_not_received(looked_at, strang
         "best_effort is offered",
         "publishes std_msgs/msg/Float64",
         "another definition",
-        "a QoS that cannot be",
+        "is no QoS",
     ):
         assert len([line for line in told if words in line]) == 1, told
 

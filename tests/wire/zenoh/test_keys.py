@@ -81,6 +81,15 @@ def test_what_is_no_token_is_refused_with_its_text(text):
     assert repr(text) in str(caught.value)
 
 
+@pytest.mark.parametrize("field", ["namespace", "node", "topic", "type"])
+def test_names_in_tokens_have_limited_length(field):
+    names = {"namespace": "/n", "node": "n", "topic": "/t", "type": "p/msg/T"}
+    names[field] += "x" * 255
+    token = Token("a", 0, 1, TokenKind.PUBLISHER, hash="h", qos="q", **names)
+    with pytest.raises(MalformedMessage, match="more than 255 characters"):
+        Token.parse(str(token))
+
+
 def test_endpoints_have_gids_of_their_own():
     tokens = [Token("a", 0, entity, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, "") for entity in range(3)]
     assert len({token.gid for token in tokens}) == 3

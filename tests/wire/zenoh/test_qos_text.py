@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from busflow import QoS
 from busflow.bus.qos import PRESETS, Durability, Liveliness, Reliability
 from busflow.errors import MalformedMessage
-from busflow.wire.zenoh.qos_text import WireQoS, from_text, to_text
+from busflow.wire.zenoh.qos_text import WireQoS, as_qos, from_text, to_text
 
 nanoseconds = st.integers(1, 2**53)
 limits = st.none() | nanoseconds.map(lambda ns: ns / 1e9)
@@ -75,3 +75,32 @@ def test_any_text_is_a_qos_or_refused(text):
     except MalformedMessage:
         return
     assert isinstance(found.depth, int)
+    as_qos(found)
+
+
+@given(
+    st.tuples(*[st.sampled_from(["", *"01234"])] * 4),
+    st.tuples(*[st.just("") | st.integers(-(10**15), 10**15).map(str)] * 7),
+)
+def test_what_is_parsed_is_a_profile(words, numbers):
+    reliability, durability, history, liveliness = words
+    depth, *limits = numbers
+    text = "{}:{}:{},{}:{},{}:{},{}:{},{},{}".format(
+        reliability, durability, history, depth, *limits[:4], liveliness, *limits[4:]
+    )
+    try:
+        found = from_text(text)
+    except MalformedMessage:
+        return
+    assert as_qos(found).depth == max(1, found.depth)
+
+
+@pytest.mark.parametrize("limit", ["99999999999999,0", "9223372036,854775808", "-1,0", "0,-1"])
+def test_impossible_limits_are_refused(limit):
+    for text in (f"::,:{limit}:,:,,", f"::,:,:{limit}:,,", f"::,:,:,:,{limit}"):
+        with pytest.raises(MalformedMessage, match="is no QoS"):
+            from_text(text)
+
+
+def test_the_longest_limit_is_understood():
+    assert as_qos(from_text("::,:9223372036,854775807:,:,,")).deadline_s is not None  # RMW_DURATION_INFINITE
