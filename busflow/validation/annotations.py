@@ -21,6 +21,12 @@ from busflow.text import printable
 _VALUES = (bool, int, float, complex, str, bytes, list, tuple, dict, set, NoneType, Enum, FieldInfo, BaseModel)
 
 
+_EXACT = 2**53
+"""Up to here a float has the value of every integer."""
+_WHOLE = 2**64
+"""Beyond this nothing is a number of a file, and is refused as such."""
+
+
 class Bounds(NamedTuple):
     """The range that an annotation allows.
 
@@ -82,10 +88,11 @@ def strict_scalars(schema: Any, resolve: Callable[[Any], Any]) -> Any:
         schema = {key: value for key, value in resolve(schema).items() if key != "ref"}
         kind = "enum"
     if kind in {"int", "float", "bool", "str"}:
-        return core_schema.no_info_before_validator_function(python_scalar, cast("Any", {**schema, "strict": True}))
+        first = _exact if kind == "float" else python_scalar
+        return core_schema.no_info_before_validator_function(first, cast("Any", {**schema, "strict": True}))
     if kind in {"enum", "literal"}:
         return _strict_choice(schema)
-    if kind == "function-before" and schema["function"]["function"] is python_scalar:
+    if kind == "function-before" and schema["function"]["function"] in (python_scalar, _exact):
         return schema  # already done for a nested model of the same kind
     changed = dict(schema)
     for key in (
@@ -193,6 +200,14 @@ def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
             return type(several)(_each_strict(each, resolve) for each in several)
         case _:
             return schemas
+
+
+def _exact(value: object) -> object:
+    """Return the value of a field that is a float; refuse an integer that no float has as its value."""
+    value = python_scalar(value)
+    if type(value) is int and _EXACT < abs(value) <= _WHOLE and float(value) != value:
+        raise ValueError(f"no float is {value}; write the nearest, {float(value):.1f}, or make it a whole number")
+    return value
 
 
 def _strict_choice(schema: Any) -> Any:

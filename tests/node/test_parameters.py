@@ -70,6 +70,7 @@ def fault(data: dict[str, object]) -> Fault:
     ("data", "expected"),
     [
         ({"rate_hz": 5}, 5.0),
+        ({"limit": 2**60}, 2.0**60),
         ({"rate_hz": np.float32(0.5)}, 0.5),
         ({"rate_hz": np.int64(5)}, 5.0),
         ({"count": np.uint8(7)}, 7),
@@ -123,6 +124,11 @@ def test_not_a_number_is_a_value_where_no_range_is_declared():
             "allowed: greater than 0, at most 1000",
         ),
         ({"rate_hz": 10**400}, "rate_hz must be a number, got a number of more than 20 digits", None),
+        (
+            {"limit": 2**53 + 1},
+            "limit: no float is 9007199254740993; write the nearest, 9007199254740992.0, or make it a whole number",
+            None,
+        ),
         ({"count": "10"}, "count must be a whole number, got text '10'", "remove the quotes"),
         ({"count": 10.0}, "count must be a whole number, got 10.0", "write 10"),
         ({"count": 10.5}, "count must be a whole number, got 10.5", None),
