@@ -128,7 +128,7 @@ def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDe
 
 def _floating_point_range(low: float | None, high: float | None, step: float | None) -> FloatingPointRange:
     return FloatingPointRange(
-        from_value=float("-inf") if low is None else low,
+        from_value=float("-inf") if low is None else _from(low, step),
         to_value=float("inf") if high is None else high,
         step=step or 0.0,
     )
@@ -136,10 +136,15 @@ def _floating_point_range(low: float | None, high: float | None, step: float | N
 
 def _integer_range(low: float | None, high: float | None, step: float | None) -> IntegerRange:
     return IntegerRange(
-        from_value=INT64.start if low is None else int(low),
+        from_value=int(_from(INT64.start if low is None else int(low), int(step or 0))),
         to_value=INT64.stop - 1 if high is None else int(high),
         step=int(step or 0),
     )
+
+
+def _from(low: float, step: float | None) -> float:
+    """The first value of a range: ROS 2 counts steps from there, and `multiple_of` counts them from zero."""
+    return -(-low // step) * step if step else low
 
 
 def event_message(

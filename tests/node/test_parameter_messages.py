@@ -77,6 +77,18 @@ def test_an_unknown_type_of_value_is_not_set():
     assert plain_value(ParameterValue(type=200)) is None
 
 
+@pytest.mark.parametrize(("low", "first"), [(1, 2), (2, 2), (-3, -2), (None, -(2**63))])
+def test_steps_count_from_an_allowed_value(low, first):
+    class Stepped(Parameters):
+        count: int = Field(default=4, ge=low, le=9, multiple_of=2)
+        rate_hz: float = Field(default=4, ge=low, le=9, multiple_of=2)
+
+    count, rate = (descriptor_message(info) for info in describe(Stepped))
+    (integers,), (floats,) = count.integer_range, rate.floating_point_range
+    assert (integers.from_value, integers.step) == (first, 2)
+    assert (floats.from_value, floats.step) == (float("-inf") if low is None else first, 2.0)
+
+
 def test_a_descriptor_says_what_is_declared():
     rate, count = descriptor_message(INFOS["rate_hz"]), descriptor_message(INFOS["count"])
     (floats,), (integers,) = rate.floating_point_range, count.integer_range
