@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from functools import reduce
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, cast
@@ -20,6 +21,7 @@ from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.drift import Drift
+    from busflow.launchfile.yaml.value import Value
     from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
@@ -74,7 +76,7 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
     """
     from busflow.launchfile.yaml.document import read_file
 
-    stated = _of_node(read_file(file, str(file)).data, node)
+    stated = _of_node(read_file(file, str(file)), node).data
     if not isinstance(stated, dict):
         raise click.BadParameter(f"{printable(file)} holds no parameters: a mapping is needed", param_hint="FILE")
     with joined(run) as peer:
@@ -181,16 +183,14 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) 
     return ExitCode.FAILED if faults else ExitCode.OK
 
 
-def _of_node(stated: object, node: str) -> object:
-    """Return the parameters of one node from a file that may state several nodes, or else the whole content."""
-    if isinstance(stated, dict):
-        members = cast("dict[str, Any]", stated)
-        for key in (full_name(node), node.removeprefix("/"), "/**"):
-            if isinstance(members.get(key), dict):
-                found = cast("dict[str, Any]", members[key])
-                return cast("object", found.get("ros__parameters", found))
-        return members
-    return stated
+def _of_node(stated: Value, node: str) -> Value:
+    """Return the parameters of one node from a file that may state several nodes, or else the whole content.
+
+    As in ROS 2, those of `/**` are for every node; what the node's own key states comes before them.
+    """
+    sections = [stated.find((key,)) for key in ("/**", node.removeprefix("/"), full_name(node))]
+    found = [each.find(("ros__parameters",)) or each for each in sections if each and isinstance(each.content, dict)]
+    return reduce(lambda common, own: common.merged(own), found) if found else stated
 
 
 def _value(text: str) -> object:

@@ -127,6 +127,10 @@ def test_dumped_parameters_can_be_loaded(launch_file: Path, capsys: Captured):
     dump.write_text("noise: {imu: 3.0}\n")
     assert main(["param", "load", "sensor", str(dump)]) == 0
     assert got(capsys, "noise.imu") == 3.0
+    both = "/**: {ros__parameters: {rate_hz: 40, noise: {imu: 1.0}}}\nsensor: {ros__parameters: {noise: {imu: 4.0}}}\n"
+    dump.write_text(both)
+    assert main(["param", "load", "sensor", str(dump)]) == 0
+    assert (got(capsys, "rate_hz"), got(capsys, "noise.imu")) == (40.0, 4.0)
     dump.write_text("[1, 2]\n")
     assert main(["param", "load", "sensor", str(dump)]) == 2
     assert "a mapping is needed" in capsys.readouterr().err
