@@ -125,6 +125,23 @@ def test_info_needs_no_values_for_required_parameters(capsys: Captured):
     assert "may add topics" in out
 
 
+@pytest.mark.parametrize(
+    ("code", "reason"),
+    [
+        ("    def __init__(self, *args, **kwargs):\n        raise OSError('no camera')", "OSError: no camera"),
+        ("    @abstractmethod\n    def take(self): ...", "TypeError: Can't instantiate abstract class Odd"),
+    ],
+)
+def test_info_says_why_nothing_can_be_built(code: str, reason: str, capsys: Captured):
+    Path("plugins/odd.py").write_text(
+        f"from abc import ABC, abstractmethod\n\nfrom busflow import Node\n\n\nclass Odd(Node, ABC):\n{code}\n"
+    )
+    assert main(["plugins", "info", "odd"]) == 2
+    printed = capsys.readouterr().err
+    assert f"odd cannot be built: {reason}" in printed
+    assert "bug" not in printed
+
+
 def test_info_as_json(capsys: Captured):
     Path("plugins/choosy.py").write_text(CHOOSY)
     assert main(["plugins", "info", "choosy", "--json"]) == 0

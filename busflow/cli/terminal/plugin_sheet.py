@@ -13,9 +13,9 @@ import click
 from busflow.bus import names
 from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.clock import SystemClock
-from busflow.errors import InvalidParameter, LaunchError
+from busflow.errors import BusflowError, InvalidParameter, LaunchError, PluginError
 from busflow.interfaces.message import Message, ServiceType, type_name
-from busflow.launchfile.check.preflight import Preflight
+from busflow.launchfile.check.preflight import Preflight, problem_in_code
 from busflow.log import Log
 from busflow.node.declarations import ClientDeclaration, PublisherDeclaration, PullDeclaration
 from busflow.node.handlers import Handler, ServiceRole, SubscriptionRole, declarations_of
@@ -23,6 +23,7 @@ from busflow.node.node import default_name, parameters_class
 from busflow.node.parameters import ParameterInfo, describe
 from busflow.node.plugins import load
 from busflow.node.supervision import Supervision
+from busflow.text import printable
 from busflow.validation.tracebacks import shown
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
     """Load a plugin and describe it.
 
     Raises:
-        PluginError: It cannot be found or loaded.
+        PluginError: It cannot be found, loaded or built.
         LaunchError: It cannot declare its endpoints.
     """
     node_class = load(reference, folders)
@@ -87,6 +88,10 @@ def sheet(reference: str, folders: Sequence[Path]) -> Sheet:
         ends, complete = _ends(node_class()), True
     except InvalidParameter:
         ends, complete = _declared_ends(node_class), False
+    except BusflowError:
+        raise
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything
+        raise PluginError(problem_in_code(error, f"{printable(reference)} cannot be built")) from None
     return Sheet(
         name=reference,
         summary=(inspect.getdoc(node_class) or "").partition("\n")[0],

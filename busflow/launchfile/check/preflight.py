@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
 from busflow.bus.qos import QoS
-from busflow.errors import BusflowError, InvalidParameter, PluginError, Problem, Severity
+from busflow.errors import BusflowError, InvalidParameter, Place, PluginError, Problem, Severity
 from busflow.launchfile.check.endpoints import conflicts, unmatched_ends, unused_entries
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.supervision import supervision_problems
@@ -161,10 +161,15 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
     except BusflowError as error:
         plan.problems.append(_in_code(error, f"{what}: {error}", spec.origin if spec else None))
     except (Exception, SystemExit) as error:  # noqa: BLE001  # a plugin may raise anything; it becomes a problem
-        text, place = f"{what}: {type(error).__name__}: {error}", user_line(error)
-        fix = f"mend {type(error).__name__} there" if place is not None else _NO_INIT
-        plan.problems.append(Problem("declaration", text, fix, place or (spec.plugin_origin.place if spec else None)))
+        plan.problems.append(problem_in_code(error, what, spec.plugin_origin.place if spec else None))
     return None
+
+
+def problem_in_code(error: BaseException, what: str, origin: Place | None = None) -> Problem:
+    """Return the problem of an exception in a plugin's own code, at the line that raised it, or else at `origin`."""
+    place = user_line(error)
+    fix = f"correct the line that raises {type(error).__name__}" if place is not None else _NO_INIT
+    return Problem("declaration", f"{what}: {type(error).__name__}: {error}", fix, place or origin)
 
 
 def _layers(

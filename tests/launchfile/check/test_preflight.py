@@ -78,7 +78,7 @@ def test_correct_graph_has_no_problem(check):
             "  other: {plugin: talker, parameters: {broken: true}}\n",
             (
                 "plugins/talker.py:16:13: error: other cannot declare its endpoints: AttributeError: 'Talker' object has "
-                "no attribute 'nothing'\n  fix: mend AttributeError there"
+                "no attribute 'nothing'\n  fix: correct the line that raises AttributeError"
             ),
         ),
         (
