@@ -16,6 +16,7 @@ from busflow.node.supervision import Backoff, Restart
 from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
 from busflow.processes.pipe import record_of
+from busflow.runner.signals import CODES
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
 """What another life would not mend, or has been asked to be the end of the run: a recording that lacks something."""
-_ENDED_WELL = {ExitCode.OK, ExitCode.TERMINATED}
+_SIGNALS = {int(code): number for number, code in CODES.items()}
+"""Signals by the exit code of a process that heeded one."""
 
 
 class MemberState(StrEnum):
@@ -146,10 +148,13 @@ class WorkerProcess:
                 code = await self._live_once()
                 if self._stopping.is_set():
                     return
-                pause_s = self._pause_s(code)
+                pause_s = self._pause_s()
                 if pause_s is None:
-                    self.failures += self._end.get("failures") or ([self.lives[-1].fate] if self.lives else [])
-                    self._owner.on_final(code, finished=bool(self._end.get("finished")))
+                    fate = self.lives[-1].fate if self.lives else ""
+                    self.failures += self._end.get("failures") or ([fate] if fate else [])
+                    # An exit code that the process has not sent itself, or of a signal, says nothing of its nodes.
+                    known = self._end and code not in _SIGNALS
+                    self._owner.on_final(code if known else ExitCode.FAILED, finished=bool(self._end.get("finished")))
                     return
                 self.state = MemberState.RESTARTING
                 self._log.warning(f"the process {self.name} starts anew in {pause_s:g} s", restart=self.restarts)
@@ -192,17 +197,23 @@ class WorkerProcess:
             return ""
         if code == ExitCode.TERMINATED and not self._end:  # it has said on standard error which node held it up
             return f"the process {self.name} did not stop in time, and had to end itself"
-        if code in _ENDED_WELL:
+        if code == ExitCode.OK and (stopping or self._end):
             return ""
-        if code >= 0:
-            return f"the process {self.name} ended with exit code {code}"
+        if code >= 0 and code not in _SIGNALS:
+            early = ", before its nodes had ended" if code == ExitCode.OK else ""
+            return f"the process {self.name} ended with exit code {code}{early}"
         why = f", since it {self._killed_for}" if self._killed_for else ""
-        return f"the process {self.name} was ended by {_signal_name(-code)}{why}"
+        return f"the process {self.name} was ended by {_signal_name(_SIGNALS.get(code, -code))}{why}"
 
-    def _pause_s(self, code: int) -> float | None:
+    def _pause_s(self) -> float | None:
         """How long until the next life; None when there is none."""
         when, now_s = self.policy.when, self._owner.seconds()
-        if when is Restart.NEVER or (when is Restart.ON_FAILURE and code in _ENDED_WELL) or code in _LASTING:
+        ended_well = self.state is MemberState.ENDED
+        if (
+            when is Restart.NEVER
+            or (when is Restart.ON_FAILURE and ended_well)
+            or self._end.get("exit_code") in _LASTING
+        ):
             return None
         since_s, self._running_since_s = self._running_since_s, None
         pause_s = self._backoff.next_s(lived_s=0.0 if since_s is None else now_s - since_s, now_s=now_s)
