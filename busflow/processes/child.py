@@ -9,6 +9,7 @@ import asyncio
 import json
 import os
 import selectors
+import signal
 import site
 import subprocess
 import sys
@@ -94,8 +95,17 @@ class Child:
         """End it now."""
         self._process.kill()
 
+    def _await_end(self, over: int) -> None:
+        """Kill what the child leaves in its process group, and close a pipe."""
+        self._process.wait()
+        with suppress(OSError):  # nothing is left
+            os.killpg(self.pid, signal.SIGKILL)
+        os.close(over)
+
     def _listen(self, reports: int) -> None:
         process = self._process
+        over, ended = os.pipe()
+        threading.Thread(target=self._await_end, args=(ended,), name="busflow.child.end", daemon=True).start()
         assert process.stdin is not None  # noqa: S101  # all three are pipes
         assert process.stdout is not None  # noqa: S101  # see above
         assert process.stderr is not None  # noqa: S101  # see above
@@ -107,16 +117,19 @@ class Child:
             for pipe in names:
                 os.set_blocking(pipe, False)
                 pipes.register(pipe, selectors.EVENT_READ)
-            while reports in pipes.get_map():
-                for key, _ in pipes.select():
-                    self._read(key.fd, names[key.fd], pipes)
-            # No process that it started holds the writing end of this pipe: it is ending, or has ended.
+            pipes.register(over, selectors.EVENT_READ)
+            # The pipes' own ends say nothing: what was forked from the child holds them open too.
+            while over not in (ready := [key.fd for key, _ in pipes.select()]):
+                for pipe in ready:
+                    self._read(pipe, names[pipe], pipes)
+            pipes.unregister(over)
             code = process.wait()
             for key in tuple(pipes.get_map().values()):
                 self._read(key.fd, names[key.fd], pipes)
         for name, rest in self._rest.items():
             self._pass_on(name, rest)
         os.close(reports)
+        os.close(over)
         for stream in (process.stdout, process.stderr, process.stdin):
             with suppress(OSError):
                 stream.close()

@@ -1,6 +1,12 @@
 """Endings of a worker process before it is asked to end: one rule for all, in `busflow/processes/worker_process.py`."""
 
+import os
+import signal
+from contextlib import suppress
+
 import pytest
+
+PATIENCE_S = 10.0
 
 DYING = """
 import os
@@ -69,3 +75,55 @@ def test_unasked_end_without_restart_fails_run(start, project, lives, fate):
     run = start(text, files={"plugins/dying.py": DYING})
     assert run.end(None) == 1
     assert [line for line in run.lines if line.startswith("error:")] == [f"error: {fate}\n"]
+
+
+LEAVING = """
+import os
+import signal
+import subprocess
+import sys
+
+from busflow import Node
+
+WAITING = "import signal; signal.pause()"
+
+
+class Leaving(Node):
+    async def start(self) -> None:
+        if os.environ["LEAVES"] == "program":
+            pid = subprocess.Popen([sys.executable, "-c", WAITING]).pid
+        elif (pid := os.fork()) == 0:
+            if os.environ["LEAVES"] == "session":
+                os.setsid()
+            signal.pause()
+            os._exit(0)
+        self.log.info("left behind", left=pid)
+"""
+
+
+@pytest.fixture
+def leaving(start):
+    """A run whose node starts another process, and the id of that one; it is killed at the end."""
+    left = []
+
+    def leaving(what):
+        text = "processes: {left: {env: {LEAVES: WHAT}}}\nnodes: {leaving: {plugin: leaving, process: left}}\n"
+        text = text.replace("WHAT", what)
+        run = start(text, "-v", files={"plugins/leaving.py": LEAVING})
+        run.wait_for("left behind")
+        (pid,) = [each["left"] for each in run.log() if each["event"] == "left behind"]
+        left.append(pid)
+        return run, pid
+
+    yield leaving
+    for pid in left:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("what", ["program", pytest.param("fork", marks=pytest.mark.long)])
+def test_killed_process_leaves_nothing_behind(leaving, have_ended, what):
+    run, pid = leaving(what)
+    run.kill("left")
+    assert run.end(None) == 1
+    assert have_ended([pid], PATIENCE_S)
