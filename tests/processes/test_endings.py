@@ -127,3 +127,11 @@ def test_killed_process_leaves_nothing_behind(leaving, have_ended, what):
     run.kill("left")
     assert run.end(None) == 1
     assert have_ended([pid], PATIENCE_S)
+
+
+def test_forked_process_does_not_delay_the_end(leaving):
+    run, _ = leaving("session")
+    assert run.end() == 130
+    (left,) = [each for each in run.report()["processes"] if each["name"] == "left"]
+    assert (left["state"], left["fates"]) == ("ended", [])
+    assert not [line for line in run.lines if "in time" in line]
