@@ -89,6 +89,8 @@ class McapWriter:
         self._compress = compressor(compression)
         self.size: int = 0
         """Bytes of whole records that were handed to the file."""
+        self.written: int = 0
+        """Messages that were handed to the file."""
         self._check = 0
         """The CRC-32 of all that was handed over, by which a reader sees flipped bits outside the chunks too."""
         self._chunk = _Chunk()
@@ -181,6 +183,7 @@ class McapWriter:
         start, index_start = self.size, self.size + FRAME.size + length
         indexes, offsets = chunk.indexes(index_start)
         self._write([head, word, _LENGTH.pack(size), *packed, *indexes])
+        self.written += chunk.count
         self._chunks.append(
             ChunkIndex(
                 chunk_length=FRAME.size + length,

@@ -35,6 +35,7 @@ class Destination:
         except OSError as error:
             raise refusal(path, error) from None
         self._inode = _inode(os.fstat(self._descriptor))
+        self._size = 0
 
     def write(self, data: memoryview) -> int:
         """Write to the end.
@@ -42,7 +43,9 @@ class Destination:
         Raises:
             OSError: the disk is full or broken, or what is written could not be found afterwards.
         """
+        self._check_size()
         written = os.write(self._descriptor, data)
+        self._size += written
         try:
             found = _inode(self.path.stat())
         except OSError:
@@ -54,15 +57,20 @@ class Destination:
     def cut_off(self, size: int) -> None:
         """Leave nothing behind that was written in part."""
         with suppress(OSError):  # a reader copes with what is left
-            os.ftruncate(self._descriptor, size)
+            os.ftruncate(self._descriptor, min(size, os.fstat(self._descriptor).st_size))
 
     def secure(self) -> None:
         """See that what was written outlasts the loss of power.
 
         Raises:
-            OSError: the disk is broken.
+            OSError: the disk is broken, or what was written is not there any more.
         """
+        self._check_size()
         os.fsync(self._descriptor)
+
+    def _check_size(self) -> None:
+        if os.fstat(self._descriptor).st_size < self._size:  # a write after it would leave a hole of zeros
+            raise OSError(errno.EIO, "it was truncated while it was written")
 
     def close(self) -> None:
         """Write no more."""

@@ -102,7 +102,7 @@ class Recorder(Extension):
         self._why = ""
         self._destination: Destination | None = None
         self._spool: Spool | None = None
-        self._finished = False
+        self._finished = self._failed = False
 
     # Its life.
 
@@ -116,7 +116,7 @@ class Recorder(Extension):
         path = named(self._spec.to, run=graph.name) if self._share is None else self._share.file
         with new_recording(path) as destination:
             self._destination = destination
-            file = McapWriter(destination, library=library(), compression=self._spec.compression)
+            self._file = file = McapWriter(destination, library=library(), compression=self._spec.compression)
             now_ns = self._clock.now_ns()
             process = "" if self._share is None else self._share.process
             file.add_metadata(*facts(graph.name, graph.seed, self._clock.kind, now_ns, process))
@@ -155,6 +155,7 @@ class Recorder(Extension):
         if spool.failure is not None:
             self._on_failure(spool.failure)
         elif not self._finished:
+            self._failed = True
             self._report_missing("its end could not be written in time")
 
     def report(self, report: Report) -> Report:
@@ -162,12 +163,13 @@ class Recorder(Extension):
         return replace(report, recording=self.statistics())
 
     def statistics(self) -> RecordingReport:
-        """The state of the recording, so far or at the end."""
+        """The state of the recording, so far or at the end; what waited when writing failed is missed."""
+        missed = self._sequence - self._file.written if self._failed else self._missed
         return RecordingReport(
             path=str(self._destination.path if self._destination else self._spec.to),
-            recorded=self._sequence - self._missed,
-            missed=self._missed,
-            complete=self._finished and not self._missed,
+            recorded=self._sequence - missed,
+            missed=missed,
+            complete=self._finished and not missed,
             why=self._why,
         )
 
@@ -282,6 +284,7 @@ class Recorder(Extension):
 
     def _on_failure(self, error: Exception) -> None:
         """Nothing more can be written; in the spool's thread, if it has one."""
+        self._failed = True
         self._report_missing(_reason(error))
 
     def _report_missing(self, why: str) -> None:

@@ -6,6 +6,7 @@ Tests of `recorder.py`, `channels.py`, `options.py`, `provenance.py`, `service_e
 import asyncio
 import functools
 import json
+import os
 import threading
 from typing import Annotated
 
@@ -417,6 +418,33 @@ async def test_deleted_file_is_logged_and_run_goes_on(tmp_path):
     assert told.endswith("nothing more can be written to it: it was moved or deleted while it was written")
     assert not lab.graph.report().recording.complete
     assert not path.exists()
+
+
+@virtual_time
+async def test_only_messages_in_the_file_are_recorded(tmp_path):
+    path, moved = tmp_path / "run.mcap", tmp_path / "moved.mcap"
+    async with harness(Counter, record=path) as lab:
+        await lab.advance(1.0)
+        path.rename(moved)
+        await lab.advance(2.0)
+    outcome = lab.graph.report().recording
+    with Bag(moved) as bag:
+        assert outcome.recorded == len([*bag.entries()]) > 0
+    assert outcome.missed > 0
+    assert outcome.recorded + outcome.missed > 30
+
+
+@virtual_time
+async def test_a_truncated_file_is_not_complete(tmp_path):
+    path = tmp_path / "run.mcap"
+    async with harness(Counter, record=path) as lab:
+        await lab.advance(1.0)
+        os.truncate(path, 100)
+        await lab.advance(2.0)
+    outcome = lab.graph.report().recording
+    assert not outcome.complete
+    assert outcome.why.endswith("it was truncated while it was written")
+    assert path.stat().st_size == 100
 
 
 @virtual_time
