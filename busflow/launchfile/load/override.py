@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Problem
+from busflow.launchfile.load.files import Files
 from busflow.launchfile.model.keys import NodeKeys
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at
 from busflow.launchfile.yaml.document import MAX_DEPTH, parse_value
@@ -52,6 +54,27 @@ def from_caller(overrides: Mapping[str, object]) -> list[Override]:
     return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
 
 
+def with_parameter_files(changes: Iterable[Override], files: Files) -> Iterator[Override]:
+    """Yield the overrides; each value of a file that is set as a node's `parameters_from` is an override of its own."""
+    for change in changes:
+        if len(change.path) != 3 or change.path[::2] != ("nodes", "parameters_from"):
+            yield change
+            continue
+        for stated in change.value.content if isinstance(change.value.content, list) else [change.value]:
+            found = files.parameters(Path(str(stated.content)), stated)
+            if found is not None:
+                yield from _each(("nodes", change.path[1], "parameters"), replace(found, key=change.value.key))
+
+
+def _each(path: KeyPath, value: Value) -> Iterator[Override]:
+    """Yield an override for each value of a mapping, so that what it does not state stays as it is."""
+    if not (isinstance(value.content, dict) and value.content):
+        yield Override(path, value)
+        return
+    for key, member in value.content.items():
+        yield from _each((*path, key), replace(member, key=value.key))
+
+
 def applied(tree: Value, changes: Iterable[Override], problems: Problems) -> Value:
     """Return the tree with these overrides applied; report those that do not fit."""
     for change in changes:
@@ -76,6 +99,8 @@ def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
         if found is None:
             return tree, _unknown(override, f"there is no node {path[1]}", did_you_mean(str(path[1]), names))
         path = ("nodes", found, *path[2:])
+        if "for_each" in path[2:3]:
+            return tree, _unknown(override, "for_each has made its nodes already", "set a value of one of these nodes")
     path, end = tree.followed(path)
     if end < len(path):
         parent = tree.nearest(path[:end])

@@ -76,6 +76,12 @@ def test_other_values_keep_their_origin(folder):
             "known: clock, expect, machines, name, network, nodes, processes, qos … and 4 more",
         ),
         ("sed=1", 1, "sed cannot be set", "did you mean 'seed'?"),
+        (
+            "nodes.talker.for_each={n: [1, 2]}",
+            1,
+            "for_each has made its nodes already",
+            "set a value of one of these nodes",
+        ),
         ("seed=x", 6, "seed must be a whole number, got text 'x'", None),
         ("name=", 6, "there is no value", "for an empty text write name='\"\"'"),
         ("nodes.talker.parameters.gains=[1", 31, "this bracket is never closed with ']'", "write ] where it ends"),
@@ -85,6 +91,18 @@ def test_wrong_override_is_reported_at_its_column(folder, text: str, column: int
     first, _, _, *remedy = folder.report(FILE, sets=[text]).splitlines()
     assert first == f"command line:1:{column}: error: {message}"
     assert [line.strip().removeprefix("fix: ") for line in remedy] == ([fix] if fix else [])
+
+
+def test_parameter_file_is_laid_over_the_node(folder):
+    path = folder.write("noise: {joints: 2.0}\ngains: [7]\nrate: 3.0\n", "more.yaml")
+    sets = [f"nodes.talker.parameters_from={path}", "nodes.talker.parameters.rate=5"]
+    found = folder.load(FILE, sets=sets).nodes[0].parameters
+    assert found.data == {"rate": 5, "gains": [7], "noise": {"imu": 0.1, "joints": 2.0}}
+    assert str(found.find(("gains", 0)).origin) == f"{path}:2:9"
+
+
+def test_missing_parameter_file_is_an_error(folder):
+    assert "cannot read nope.yaml" in folder.report(FILE, sets=["nodes.talker.parameters_from=nope.yaml"])
 
 
 def test_an_index_must_be_within_its_list(folder):
