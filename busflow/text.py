@@ -13,6 +13,10 @@ UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028\u2029\u202a-\u2
 _SEPARATOR = re.compile("[/.]")
 """The separators of the parts of a topic, type or parameter name."""
 
+_ALIKE = 0.6
+"""The ratio of difflib from which two words are alike."""
+_TRIED = 10
+"""Most similar candidates that `nearest` looks at more closely."""
 _COMPARED = 500
 """Candidates that `nearest` compares: a hostile file may name ten thousand, at 30 µs each."""
 
@@ -74,8 +78,17 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     same = [each for each in candidates if _SEPARATOR.split(each)[-1].casefold() == last]
     if len(same) == 1:  # with two, a bare name may mean either
         return same[0]
-    found = difflib.get_close_matches(word, candidates[:_COMPARED], 1, cutoff=0.6)
-    return found[0] if found else None
+    found = difflib.get_close_matches(word, candidates[:_COMPARED], _TRIED, cutoff=_ALIKE)
+    return next((each for each in found if _alike(_SEPARATOR.split(word), _SEPARATOR.split(each))), None)
+
+
+def _alike(one: list[str], two: list[str]) -> bool:
+    """Whether two names are alike in the parts that differ: a common namespace alone makes them no more so."""
+    while one and two and one[0] == two[0]:
+        one, two = one[1:], two[1:]
+    while one and two and one[-1] == two[-1]:
+        one, two = one[:-1], two[:-1]
+    return not (one and two) or difflib.SequenceMatcher(None, "/".join(one), "/".join(two)).ratio() >= _ALIKE
 
 
 def did_you_mean(word: str, words: Iterable[str], *, show: int = 8) -> str:

@@ -37,6 +37,10 @@ def test_nearest_prefers_case_then_last_part_then_spelling():
     assert nearest("data", ["/left_shoulder_imu/data", "/front_receiver/data"]) is None, "either could be meant"
     assert nearest("rat_hz", ["rate_hz", "noise"]) == "rate_hz"
     assert nearest("zzz", ["rate_hz", "noise"]) is None
+    assert nearest("/knee/target", ["/knee/effort", "/knee/angle"]) is None, "only the namespace is alike"
+    assert nearest("/knee/efort", ["/knee/effort", "/knee/angle"]) == "/knee/effort"
+    assert nearest("/kne/effort", ["/knee/effort", "/arm/effort"]) == "/knee/effort"
+    assert nearest("nope.yaml", ["humanoid.yaml"]) is None
 
 
 def test_advice_lists_the_first_known_words():
