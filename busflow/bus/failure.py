@@ -59,11 +59,16 @@ class Failure:
 
 
 def is_failure(error: BaseException) -> bool:
-    """Return whether an exception is the node code's own, and not a cancellation from outside."""
+    """Return whether an exception is the node code's own, and not a cancellation or an end from outside."""
     if isinstance(error, asyncio.CancelledError):
         task = asyncio.current_task()
         return task is None or task.cancelling() == 0
-    return not isinstance(error, GeneratorExit)
+    if isinstance(error, GeneratorExit):  # Python raises one in a coroutine that waits for a loop that is gone
+        try:
+            return asyncio.current_task() is not None
+        except RuntimeError:
+            return False
+    return True
 
 
 def refuse_coroutine(result: object, origin: str) -> None:

@@ -153,9 +153,9 @@ class Graph:
         self.bus.open()  # this thread is the bus's from now on, whichever made the graph
         loop = asyncio.get_running_loop()
         with ExitStack() as begun:
-            if (tasks := OrphanTasks.of(loop)) is not None:
-                tasks.on_orphan.append(self.give_up)
-                begun.callback(tasks.on_orphan.remove, self.give_up)
+            tasks = OrphanTasks.of(loop) or OrphanTasks(loop, guest=True)
+            tasks.on_orphan.append(self.give_up)
+            begun.callback(tasks.leave, self.give_up)
             for extension in self.extensions:
                 extension.begin()
                 begun.callback(extension.end)

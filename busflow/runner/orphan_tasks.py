@@ -1,10 +1,11 @@
 """Orphan tasks: what nodes give to the event loop themselves fails its node, also where nothing awaits it.
 
 Theory of operation. asyncio reports an exception that was never retrieved when the task is collected: late, or never
-while something holds it. So each loop of busflow's own makes its tasks through `OrphanTasks`, which notes their node:
+while something holds it. So a loop that runs a graph makes its tasks through `OrphanTasks`, which notes their node:
 the one whose method the coroutine is or whose code makes it, or that of the task which makes it. A task that failed may
 be awaited until its node ends; the log warns before. What asyncio does report, of callbacks too, fails the node at
-once. The way of a message costs nothing more: a task that busflow makes for itself is made as it is.
+once. The way of a message costs nothing more: a task that busflow makes for itself is made as it is. On the loop of a
+program it is a guest: what is no node's stays as the program has it, and so does the loop when the last graph has left.
 """
 
 from __future__ import annotations
@@ -66,14 +67,16 @@ class _Failed:
 class OrphanTasks:
     """Makes the tasks of one event loop, and finds what failed there and is awaited by nothing."""
 
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Make all tasks of this loop from now on."""
+    def __init__(self, loop: asyncio.AbstractEventLoop, *, guest: bool = False) -> None:
+        """Make all tasks of this loop from now on; as a guest, until the last graph leaves."""
         self.on_orphan: list[Callable[[Stray], None]] = []
         """Called with each failure that is no node's: the graphs on this loop give up."""
         self.left: list[Stray] = []
         """The failures that came when there was no graph any more."""
         self._loop = loop
-        self._make: Any = loop.get_task_factory() or _plain_task
+        self._guest = guest
+        self._before = loop.get_task_factory(), loop.get_exception_handler()
+        self._make: Any = self._before[0] or _plain_task
         self._failed: dict[int, _Failed] = {}
         loop.set_task_factory(self)
         loop.set_exception_handler(self._on_exception)
@@ -82,6 +85,13 @@ class OrphanTasks:
     def of(cls, loop: asyncio.AbstractEventLoop) -> OrphanTasks | None:
         """That of a loop, if the loop has one."""
         return found if isinstance(found := loop.get_task_factory(), cls) else None
+
+    def leave(self, on_orphan: Callable[[Stray], None]) -> None:
+        """Take leave of a graph that has ended; a guest then leaves the loop as it found it."""
+        self.on_orphan.remove(on_orphan)
+        if self._guest and not self.on_orphan and OrphanTasks.of(self._loop) is self:
+            self._loop.set_task_factory(self._before[0])
+            self._loop.set_exception_handler(self._before[1])
 
     def __call__(self, loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any) -> asyncio.Task[Any]:
         """Make a task, as asyncio asks for it."""
@@ -99,7 +109,8 @@ class OrphanTasks:
             task: asyncio.Task[Any] = self._make(loop, coroutine, **options)
         finally:
             _LIFE.reset(token)
-        task.add_done_callback(partial(self._on_done, life, getattr(coroutine, "__name__", "")))
+        if life is not None or not self._guest:
+            task.add_done_callback(partial(self._on_done, life, getattr(coroutine, "__name__", "")))
         return task
 
     def close(self, life: NodeLifetime | None = None) -> None:
@@ -132,7 +143,7 @@ class OrphanTasks:
         """What asyncio reports: a task that is gone with its exception, a callback that raised."""
         error = context.get("exception")
         if not isinstance(error, BaseException) or loop.is_closed() or not self.on_orphan:
-            loop.default_exception_handler(context)
+            self._report(context)
         if not isinstance(error, BaseException):
             return
         if (failed := self._failed.pop(id(error), None)) is not None:
@@ -140,8 +151,17 @@ class OrphanTasks:
         else:
             life = _life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
             origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
-        if not loop.is_closed():  # in any thread, where the collector works
+        if self._guest and life is None and self.on_orphan:
+            self._report(context)
+        elif not loop.is_closed():  # in any thread, where the collector works
             loop.call_soon_threadsafe(self._fail, life, origin, error)
+
+    def _report(self, context: dict[str, Any]) -> None:
+        """Report as without a graph: the way of the loop's owner, else asyncio's."""
+        if (before := self._before[1]) is not None:
+            before(self._loop, context)
+        else:
+            self._loop.default_exception_handler(context)
 
     def _fail(self, life: NodeLifetime | None, origin: str, error: BaseException) -> None:
         if life is not None and life.on_failure is not None and self.on_orphan:

@@ -60,6 +60,17 @@ def test_cancellation_from_outside_is_no_failure():
     assert asyncio.run(main()) == [False, True, True]
 
 
+def test_generator_exit_fails_only_a_running_task():
+    async def judged() -> list[bool]:
+        loop, seen = asyncio.get_running_loop(), list[bool]()
+        loop.call_soon(lambda: seen.append(is_failure(GeneratorExit())))
+        await asyncio.sleep(0)
+        return [*seen, is_failure(GeneratorExit())]
+
+    assert not is_failure(GeneratorExit())
+    assert asyncio.run(judged()) == [False, True]
+
+
 def test_coroutine_and_generator_results_are_refused():
     async def coroutine():
         raise AssertionError

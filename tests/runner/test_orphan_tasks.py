@@ -257,13 +257,35 @@ def test_error_at_loop_close_is_reported(capsys):
     assert "the cable is loose" in capsys.readouterr().err
 
 
-def test_foreign_loop_stays_unchanged():
+def test_foreign_loop_is_left_as_it_was():
+    reported: list[str] = []
+
+    def program_fails() -> None:
+        raise ValueError("of the program")
+
     async def main() -> tuple[object, object]:
         loop = asyncio.get_running_loop()
-        async with busflow.launch(Prompt):
-            return loop.get_task_factory(), loop.get_exception_handler()
+        loop.set_exception_handler(handler := lambda _, context: reported.append(str(context["exception"])))
+        async with busflow.launch(Prompt) as graph, busflow.launch(Node):
+            loop.call_soon(program_fails)
+            await graph.clock.sleep(0.01)
+        return loop.get_task_factory(), loop.get_exception_handler() is handler
 
-    assert asyncio.run(main()) == (None, None)
+    assert asyncio.run(main()) == (None, True)
+    assert reported == ["of the program"]
+
+
+@pytest.mark.parametrize("node", [Forgetful, Holding, Calling])
+def test_failure_on_a_foreign_loop_fails_its_node(node):
+    async def main() -> None:
+        async with busflow.launch(node) as graph, asyncio.timeout(5):
+            if node is Holding:
+                await asyncio.wait([graph.node(Holding).task])
+            else:
+                await graph.wait()
+
+    with pytest.raises(NodeFailed, match="the cable is loose"):
+        asyncio.run(main())
 
 
 class Hasty(Node):
@@ -286,3 +308,19 @@ def test_unawaited_coroutine_is_logged_with_node_and_line(capsys):
     output = next(line for line in capsys.readouterr().err.splitlines() if "never awaited" in line)
     assert "warning  /hasty: coroutine 'Hasty.work' was never awaited" in output
     assert "test_orphan_tasks.py:" in output
+
+
+class Quitting(Node):
+    """Raises what Python keeps for generators."""
+
+    async def start(self) -> None:
+        raise GeneratorExit
+
+
+def test_generator_exit_of_a_hook_fails_its_node():
+    async def main() -> None:
+        async with busflow.launch(Quitting):
+            pass
+
+    with pytest.raises(NodeFailed, match=r"Quitting\.start"):
+        asyncio.run(main())
