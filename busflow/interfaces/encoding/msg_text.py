@@ -27,7 +27,8 @@ ENCODING = "ros2msg"
 """MCAP's name of this form."""
 
 _RULE = "=" * 80
-_TYPE = re.compile(r"(?P<base>\w+(/\w+)*)(<=(?P<bound>\d+))?(\[(?P<limit><=)?(?P<size>\d*)\])?", re.ASCII)
+# Nineteen digits are more than any size has; Python refuses to read a number of more than 4,300.
+_TYPE = re.compile(r"(?P<base>\w+(/\w+)*)(<=(?P<bound>\d{1,19}))?(\[(?P<limit><=)?(?P<size>\d{0,19})\])?", re.ASCII)
 _LINE = re.compile(r"(?P<type>\S+)\s+(?P<name>\w+)\s*(?P<constant>=(?!=))?\s*(?P<value>.*)", re.ASCII)
 _COMMENT = re.compile(r"""((?:[^#"']|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')*)#.*""")
 

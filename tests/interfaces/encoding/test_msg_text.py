@@ -128,6 +128,8 @@ def test_what_others_write_is_understood():
         ("int8 x\nint8 x", "one name"),
         ("int8[0] x", "one item at least"),
         ("int8[99999999999] x", "32 bits"),
+        pytest.param(f"int8[{'9' * 5000}] x", "line 1", id="an array's length of 5000 digits"),
+        pytest.param(f"string<={'9' * 5000} x", "line 1", id="a text's bound of 5000 digits"),
         ("Thing A=1", "primitive type"),
         ("B b", "holds itself"),
     ],
