@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import socket
 import struct
 from collections.abc import Iterator
 from threading import Event
@@ -167,11 +168,20 @@ class Theirs:
     def on_connection_graph_unsubscribe(self) -> None: ...
 
 
+def wait_until_closed(port: int) -> None:
+    """Wait until a port is free again: Foxglove's server closes its socket in a thread, at times after `stop()`."""
+    while True:
+        with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", port)):
+            return
+
+
 @pytest.fixture
 def theirs() -> Iterator[Theirs]:
     server = Theirs()
     yield server
+    port = server.server.port
     server.server.stop()
+    wait_until_closed(port)
 
 
 def test_foxgloves_own_server_says_the_same(theirs: Theirs):
