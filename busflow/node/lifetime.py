@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
+from inspect import iscoroutine
 from typing import Any
 
 import anyio.abc
@@ -41,6 +43,8 @@ class NodeLifetime:
         self._close = close
         self._running = 0
         self._tasks: anyio.abc.TaskGroup | None = None
+        self._awaited: list[Awaitable[None]] = []
+        """What of the node's own code is being awaited."""
 
     def be_called(self, name: str, log: FilteringBoundLogger) -> None:
         """Set the node's full name and its log."""
@@ -69,7 +73,7 @@ class NodeLifetime:
     async def _guarded(self, coroutine: Coroutine[Any, Any, None], name: str) -> None:
         detach_activity()
         try:
-            await coroutine
+            await self.awaited(coroutine)
         except BaseException as error:
             if not is_failure(error):
                 raise
@@ -78,6 +82,21 @@ class NodeLifetime:
             self._running -= 1
             if self.on_task_end is not None:
                 self.on_task_end()
+
+    async def awaited(self, own: Awaitable[None]) -> None:
+        """Await code of the node, so that `close_tasks` can end it."""
+        self._awaited.append(own)
+        try:
+            await own
+        finally:
+            self._awaited.remove(own)
+
+    def close_tasks(self) -> None:
+        """End what the node awaits as Python ends a generator, where it catches its cancellation and goes on."""
+        for own in tuple(self._awaited):
+            if iscoroutine(own):
+                with suppress(RuntimeError):  # it catches even this
+                    own.close()
 
     def fail(self, origin: str, error: BaseException, message: Message | None = None) -> None:
         """Report the node's failure to its supervisor, and deliver nothing more to it."""

@@ -80,6 +80,8 @@ class Unit:
         self._backoff = Backoff(self.supervision.restart)
         self._lives_before = self.runtime.surroundings.life
         self._stop_asked = asyncio.Event()
+        self._gone = asyncio.Event()
+        """Set when its task has ended, or is left behind."""
         self._scope = anyio.CancelScope()
         self._starting: anyio.CancelScope | None = None
         self._begin_life()
@@ -119,7 +121,21 @@ class Unit:
         )
 
     async def live(self) -> None:
-        """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy."""
+        """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy.
+
+        It has a task of its own, since a node may refuse every cancellation and then must be left behind.
+        """
+        task = asyncio.get_running_loop().create_task(self._live(), name=self.name)
+        task.add_done_callback(lambda _task: self._gone.set())
+        while not self._gone.is_set():
+            try:
+                await self._gone.wait()
+            except asyncio.CancelledError:
+                task.cancel()
+        if task.done():
+            task.result()
+
+    async def _live(self) -> None:
         try:
             with self._scope:
                 begun = not self.needs or await self._wait_for_others()
@@ -129,11 +145,15 @@ class Unit:
                     while self._pause_s is not None and not begun and await self._pause(self._pause_s):
                         begun = self._begin_anew()
         finally:
-            self.runtime.disconnect()
-            self.state = NodeState.FAILED if self.state is NodeState.FAILED else NodeState.STOPPED
-            for event in (*self._condition_events.values(), self.ended):
-                event.set()
-            self._overseer.on_end(self)
+            if not self.ended.is_set():
+                self._end()
+
+    def _end(self) -> None:
+        self.runtime.disconnect()
+        self.state = NodeState.FAILED if self.state is NodeState.FAILED else NodeState.STOPPED
+        for event in (*self._condition_events.values(), self.ended):
+            event.set()
+        self._overseer.on_end(self)
 
     async def _live_once(self) -> None:
         try:
@@ -182,6 +202,17 @@ class Unit:
         self._failed(Failure(self.name, f"{type(self.node).__name__}.stop", late))
         self._scope.cancel()
 
+    def close_tasks(self) -> None:
+        """End the tasks of a node that catches its cancellation and goes on, as Python ends a generator."""
+        self.runtime.life.on_failure = None  # it has failed already, and this is the consequence
+        self.runtime.life.close_tasks()
+
+    def leave(self) -> None:
+        """Let the graph end without a node that nothing ends; its task stays on the loop."""
+        self.runtime.log.error("left behind: no cancellation ends it; let CancelledError pass, and shield nothing")
+        self._end()
+        self._gone.set()
+
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
         self._meet(Condition.STARTED)
@@ -220,7 +251,7 @@ class Unit:
     async def _guard(self, hook: Callable[[], Awaitable[None]], name: str) -> bool:
         """Run one of the node's own methods; return False, and fail the node, if it raises."""
         try:
-            await hook()
+            await self.runtime.life.awaited(hook())
         except BaseException as error:
             if not is_failure(error):
                 raise

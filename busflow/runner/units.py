@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 GRACE_S = 0.75
 """How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
+RESORT_S = 0.1
+"""How long a node that was given up has to heed its cancellation, and then the end of its tasks, in wall time."""
 
 
 def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
@@ -63,5 +65,12 @@ async def stop_units(units: Sequence[Unit], clock: Clock, grace_s: float) -> Non
     for unit in [unit for unit in units if not unit.ended.is_set()]:
         with clock.wall_timeout(end - perf_counter()):
             await unit.ended.wait()
-    for unit in [unit for unit in units if not unit.ended.is_set()]:
+    late = [unit for unit in units if not unit.ended.is_set()]
+    for unit in late:
         unit.give_up(grace_s)
+    for resort in (Unit.close_tasks, Unit.leave):
+        with clock.wall_timeout(RESORT_S):
+            for unit in late:
+                await unit.ended.wait()
+        for unit in [unit for unit in late if not unit.ended.is_set()]:
+            resort(unit)

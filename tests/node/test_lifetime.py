@@ -64,3 +64,32 @@ async def test_cancelled_task_is_no_failure():
 async def test_without_a_task_group_nothing_is_spawned():
     with pytest.raises(NotRunning, match="/camera has no tasks before its start"):
         life([]).spawn(fails(), "take")
+
+
+async def endless() -> None:
+    while True:
+        with suppress(asyncio.CancelledError):
+            await asyncio.sleep(60)
+
+
+class Rest:
+    """An awaitable that is no coroutine, as a hook may return."""
+
+    def __await__(self):
+        return asyncio.sleep(60).__await__()
+
+
+@virtual_time
+async def test_closed_tasks_end_with_their_next_cancellation():
+    alive = life([])
+    failed = []
+    alive.on_failure = failed.append
+    async with anyio.create_task_group() as tasks:
+        alive.adopt_tasks(tasks)
+        alive.spawn(endless(), "endless")
+        tasks.start_soon(alive.awaited, Rest())
+        await asyncio.sleep(1)
+        alive.close_tasks()
+        tasks.cancel_scope.cancel()
+    assert alive.tasks == 0
+    assert [each.origin for each in failed] == ["Camera (task endless)"]

@@ -281,6 +281,40 @@ async def test_stop_beyond_the_grace_is_reported_as_failure():
     assert graph.exit_code == ExitCode.FAILED
 
 
+class Unending(Node):
+    """A node that catches its cancellation and goes on."""
+
+    async def run(self):
+        while True:
+            with suppress(asyncio.CancelledError):
+                await asyncio.sleep(60)
+
+
+class Shielded(Node):
+    """A node that no cancellation reaches."""
+
+    async def stop(self):
+        with anyio.CancelScope(shield=True):
+            await asyncio.Event().wait()
+
+
+@pytest.mark.parametrize(("kind", "is_left"), [(Unending, False), (Shielded, True)])
+def test_a_graph_ends_without_an_endless_node(kind, is_left):
+    log = []
+
+    async def main():
+        graph = Graph([kind(name="endless")], sinks=(log.append,))
+        graph.grace_s = 0.05
+        with pytest.raises(NodeFailed, match=r"/endless did not stop within 0.05 s, and is given up"):
+            async with graph:
+                pass
+        assert states(graph) == {"/endless": "failed"}
+
+    asyncio.run(asyncio.wait_for(main(), 5))
+    assert [record.node for record in log] == ["/endless"] * (1 + is_left)
+    assert log[-1].event.startswith("left behind") == is_left
+
+
 # Any life at all.
 
 MOMENTS = st.sampled_from([0, 0.5, 1, 1.5, 2])
