@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import AsyncExitStack, ExitStack
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar, overload
@@ -48,7 +49,6 @@ class Graph:
     fails ends the graph, and the `async with` block, with `NodeFailed`.
     """
 
-    _tasks: asyncio.TaskGroup | None = None  # while it lives
     exit_code: ExitCode = ExitCode.OK
     given_up: BusflowError | None = None
     """Why it was ended, where that is no node's fault."""
@@ -106,6 +106,8 @@ class Graph:
         self.ending: asyncio.Event = asyncio.Event()
         """Set once the graph is to end, for whatever reason."""
         self._ready = asyncio.Event()
+        self._lives: dict[Unit, asyncio.Task[None]] | None = None
+        """The tasks of the nodes, once they start; no task group, which could leave none behind."""
 
     # Life.
 
@@ -183,14 +185,13 @@ class Graph:
 
     def admit(self, members: Sequence[PlannedNode]) -> None:
         """Start nodes beside those that run."""
-        if self._tasks is None or self.ending.is_set():
+        if self._lives is None or self.ending.is_set():
             return
         units = units_of(members, self._overseer(), self.units)
         self.units += units
         for unit in units:
             unit.runtime.connect(self.bus)
-        for unit in units:
-            self._tasks.create_task(unit.live(), name=unit.name)
+        self._begin_lives(units, self._lives)
 
     def _overseer(self) -> Overseer:
         return Overseer(
@@ -290,14 +291,35 @@ class Graph:
         self.clock.begin()
         try:
             async with asyncio.TaskGroup() as tasks:
-                self._tasks = tasks
-                for unit in self.units:
-                    tasks.create_task(unit.live(), name=unit.name)
+                lives = self._lives = {}
+                self._begin_lives(self.units, lives)
                 tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
-                await self.ending.wait()
-                await stop_units(self.units, self.clock, self.grace_s)
+                try:
+                    await self.ending.wait()
+                    await stop_units(self.units, self.clock, self.grace_s)
+                except asyncio.CancelledError:
+                    for life in lives.values():
+                        life.cancel()
+                    raise
+                finally:
+                    for unit, life in tuple(lives.items()):
+                        await unit.ended.wait()
+                        if life.done() and not life.cancelled():
+                            life.result()
         finally:
             self._duration_s = self.clock.seconds()
+
+    def _begin_lives(self, units: Sequence[Unit], lives: dict[Unit, asyncio.Task[None]]) -> None:
+        def on_end(unit: Unit, life: asyncio.Task[None]) -> None:
+            unit.ended.set()  # where it was cancelled before its first step
+            if life.cancelled() or life.exception() is None:
+                del lives[unit]
+            else:  # a mistake in busflow: the graph ends and raises it
+                self.ending.set()
+
+        for unit in units:
+            lives[unit] = asyncio.get_running_loop().create_task(unit.live(), name=unit.name)
+            lives[unit].add_done_callback(partial(on_end, unit))
 
     async def _await_starts(self) -> None:
         for unit in self.units:

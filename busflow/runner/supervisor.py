@@ -80,8 +80,6 @@ class Unit:
         self._backoff = Backoff(self.supervision.restart)
         self._lives_before = self.runtime.surroundings.life
         self._stop_asked = asyncio.Event()
-        self._gone = asyncio.Event()
-        """Set when its task has ended, or is left behind."""
         self._scope = anyio.CancelScope()
         self._starting: anyio.CancelScope | None = None
         self._begin_life()
@@ -121,21 +119,7 @@ class Unit:
         )
 
     async def live(self) -> None:
-        """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy.
-
-        It has a task of its own, since a node may refuse every cancellation and then must be left behind.
-        """
-        task = asyncio.get_running_loop().create_task(self._live(), name=self.name)
-        task.add_done_callback(lambda _task: self._gone.set())
-        while not self._gone.is_set():
-            try:
-                await self._gone.wait()
-            except asyncio.CancelledError:
-                task.cancel()
-        if task.done():
-            task.result()
-
-    async def _live(self) -> None:
+        """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy."""
         try:
             with self._scope:
                 begun = not self.needs or await self._wait_for_others()
@@ -211,7 +195,6 @@ class Unit:
         """Let the graph end without a node that nothing ends; its task stays on the loop."""
         self.runtime.log.error("left behind: no cancellation ends it; let CancelledError pass, and shield nothing")
         self._end()
-        self._gone.set()
 
     async def _start(self) -> bool:
         self.state = NodeState.STARTING
