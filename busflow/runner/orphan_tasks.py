@@ -99,7 +99,7 @@ class OrphanTasks:
         frames = [*_user_frames(getattr(coroutine, "cr_frame", None)), *_user_frames(caller)]
         if not frames:
             return self._make(loop, coroutine, **options)
-        life = _life_in(frames)
+        life = life_in(frames)
         if (
             life is None and asyncio.current_task(loop) is not None
         ):  # a callback runs in any context there happens to be
@@ -149,7 +149,7 @@ class OrphanTasks:
         if (failed := self._failed.pop(id(error), None)) is not None:
             life, origin = failed.life, failed.origin
         else:
-            life = _life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
+            life = life_in(reversed([frame for frame, _ in walk_tb(error.__traceback__)]))
             origin = "a callback of the event loop" if "handle" in context else printable(context["message"], limit=200)
         if self._guest and life is None and self.on_orphan:
             self._report(context)
@@ -195,7 +195,7 @@ def unawaited_logged(log: Log) -> Generator[None]:
         if not (issubclass(category, RuntimeWarning) and str(message).endswith(" was never awaited")):
             before(message, category, filename, lineno, *rest)
             return
-        life = _life_in(_user_frames(sys._getframe(1)))  # noqa: SLF001  # as above
+        life = life_in(_user_frames(sys._getframe(1)))  # noqa: SLF001  # as above
         (log.bind("busflow") if life is None else life.log).warning(
             f"{message}, so nothing of it has run: write await before the call", at=f"{shown(filename)}:{lineno}"
         )
@@ -215,7 +215,7 @@ def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-def _life_in(frames: Iterable[FrameType]) -> NodeLifetime | None:
+def life_in(frames: Iterable[FrameType]) -> NodeLifetime | None:
     """That of the first node whose method is among the frames."""
     for frame in frames:
         code = frame.f_code

@@ -21,6 +21,9 @@ from busflow.runner.loops.system import LoopFactory
 from busflow.runner.loops.virtual import VirtualLoop
 from busflow.runner.sources import What
 
+_THREAD_S = 60.0
+"""Real time that a call in a worker thread may take in a run, which may compute longer than a test."""
+
 
 @contextmanager
 def simulated_graph(
@@ -36,7 +39,7 @@ def simulated_graph(
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
     rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
     follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
-    with closing(VirtualLoop(rate=rate, follows=follows)) as loop:
+    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=_THREAD_S)) as loop:
         clock = SimClock(loop=loop)
         graph = Graph(what, clock=clock, **options)
         if follows:

@@ -21,6 +21,7 @@ from typing import Any, TypeAlias, TypeVar, TypeVarTuple, Unpack
 
 from busflow.clock import perf_counter
 from busflow.errors import Deadlock
+from busflow.runner.loops.endless_calls import EndlessCalls
 from busflow.runner.loops.schedule import AnyOrder, Schedule
 from busflow.runner.loops.stalls import waiting
 from busflow.runner.orphan_tasks import OrphanTasks
@@ -34,6 +35,8 @@ HORIZON_S = 86_400.0
 """The default end of virtual time in a test: periodic timers would let a wait in vain go on for ever."""
 _TURNS = 1_000_000  # of the loop within one instant, before it counts as going round in circles
 _THREAD_POLL_S = 0.01
+THREAD_S = 10.0
+"""The default of real time that one call in a worker thread may take while virtual time stands still."""
 _FOREIGN_S = 0.05  # real time for a thread that we know nothing of, when nothing else can go on
 _IO_S = 1.0  # the same for sockets and pipes
 
@@ -49,6 +52,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         horizon_s: Where virtual time ends, with an error that names who still waits.
         rate: Virtual seconds per real one; None is as fast as it goes.
         follows: Time stands still but for `move_to`: somebody else says how late it is.
+        thread_s: Real seconds that one call in a worker thread may take while time stands still for it.
     """
 
     _ready: deque[asyncio.Handle]
@@ -60,6 +64,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         horizon_s: float = math.inf,
         rate: float | None = None,
         follows: bool = False,
+        thread_s: float = THREAD_S,
     ) -> None:
         self.schedule: Schedule | None = schedule
         self.follows: bool = follows
@@ -71,6 +76,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._limits: list[tuple[float, int, asyncio.Handle]] = []
         self._settling: deque[asyncio.Future[None]] = deque()
         self._threads = self._turns = self._unasked = 0
+        self._endless = EndlessCalls(thread_s)
         self._input = _Selector(self._next_events)
         super().__init__(self._input)
         if schedule is not None:
@@ -141,7 +147,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return future
 
     async def shutdown_default_executor(self, *args: Any, **kwargs: Any) -> None:
-        """Wait for the executor's threads, in real time."""
+        """Wait for the executor's threads, in real time, unless one of them never ends."""
+        if self._endless.found and self._default_executor is not None:
+            self._default_executor.shutdown(wait=False)
+            self._default_executor = None
         with self._standing_still():
             await super().shutdown_default_executor(*args, **kwargs)
 
@@ -218,6 +227,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 return events
             if not self._threads and all(map(_waits_for_the_loop, self._anyio_workers())):
                 break
+            if not self.follows and (endless := self._endless.look(self._anyio_workers(), pools=self._threads > 0)):
+                raise self._deadlock(endless)
         return []
 
     def _let_time_move(self) -> Events:
@@ -267,7 +278,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self._input.registered > 1  # one is how other threads wake the loop
 
     def _working(self) -> bool:
-        """Whether a worker thread works for this loop."""
+        """Whether a worker thread works for this loop, and may still end."""
+        if self._endless.found:
+            return False
         return self._threads > 0 or (threading.active_count() > 1 and any(self._anyio_workers()))
 
     def _anyio_workers(self) -> Iterator[threading.Thread]:

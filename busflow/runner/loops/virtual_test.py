@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, TypeVar, overload
 
 from busflow.errors import InvalidDeclaration
 from busflow.runner.loops.schedule import Schedule
-from busflow.runner.loops.virtual import HORIZON_S, VirtualLoop
+from busflow.runner.loops.virtual import HORIZON_S, THREAD_S, VirtualLoop
 from busflow.runner.orphan_tasks import orphans_left
 
 P = ParamSpec("P")
@@ -36,7 +36,7 @@ def run_virtual(main: Coroutine[Any, Any, T], *, name: str, loop: VirtualLoop) -
 def virtual_time(test: Callable[P, Coroutine[Any, Any, T]], /) -> Callable[P, T]: ...
 @overload
 def virtual_time(
-    *, seed: int | None = None, horizon_s: float = HORIZON_S, follows: bool = False
+    *, seed: int | None = None, horizon_s: float = HORIZON_S, follows: bool = False, thread_s: float = THREAD_S
 ) -> Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]: ...
 def virtual_time(
     test: Callable[P, Coroutine[Any, Any, T]] | None = None,
@@ -45,6 +45,7 @@ def virtual_time(
     seed: int | None = None,
     horizon_s: float = HORIZON_S,
     follows: bool = False,
+    thread_s: float = THREAD_S,
 ) -> Callable[P, T] | Callable[[Callable[P, Coroutine[Any, Any, T]]], Callable[P, T]]:
     """Run an async test on a loop of its own, on virtual time. A plain decorator: no plugin is needed.
 
@@ -60,6 +61,7 @@ def virtual_time(
         seed: One order of events, the same every time; None is first in, first out.
         horizon_s: Where virtual time ends, with an error that names who still waits.
         follows: Time stands still but for what is published on `/clock`.
+        thread_s: Real seconds that one call in a worker thread may take; time stands still for it.
     """
 
     def decorate(test: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
@@ -67,7 +69,8 @@ def virtual_time(
 
         @functools.wraps(test)
         def run(*args: P.args, **kwargs: P.kwargs) -> T:
-            loop = VirtualLoop(schedule=None if seed is None else Schedule(seed), horizon_s=horizon_s, follows=follows)
+            schedule = None if seed is None else Schedule(seed)
+            loop = VirtualLoop(schedule=schedule, horizon_s=horizon_s, follows=follows, thread_s=thread_s)
             return run_virtual(test(*args, **kwargs), name=test.__name__, loop=loop)
 
         return run

@@ -1,0 +1,90 @@
+"""EndlessCalls: finds the call in a worker thread that lets virtual time stand still for ever, and names its line."""
+
+from __future__ import annotations
+
+import linecache
+import os
+import sys
+import sysconfig
+import threading
+from collections.abc import Iterable, Iterator
+from concurrent.futures import thread as pool
+from itertools import pairwise
+from pathlib import Path
+from types import FrameType
+
+import anyio
+
+from busflow.clock import perf_counter
+from busflow.runner.orphan_tasks import life_in
+from busflow.text import printable
+from busflow.validation.tracebacks import shown
+
+_LOOK_S = 0.5
+"""Real time between two looks at the threads."""
+_STDLIB, *_INSTALLED = (sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
+_ANYIO = str(Path(anyio.__file__).parent) + os.sep
+_BUSFLOW = str(Path(__file__).parents[2]) + os.sep
+
+
+class EndlessCalls:
+    """Looks at the calls that worker threads were given by one loop."""
+
+    def __init__(self, limit_s: float) -> None:
+        """A call may take this much real time."""
+        self.found = False
+        """True once there was one that takes longer: the loop ends, and waits for no thread any more."""
+        self._limit_s = limit_s
+        self._looked_s = perf_counter()
+        self._since_s: dict[FrameType, float] = {}
+
+    def look(self, workers: Iterable[threading.Thread], *, pools: bool) -> str:
+        """Return what is wrong if a call takes too long: one of anyio's workers, or of any `pools` of threads."""
+        now_s = perf_counter()
+        if now_s - self._looked_s < min(_LOOK_S, self._limit_s / 2):
+            return ""
+        self._looked_s = now_s
+        calls = dict(_calls({worker.ident for worker in workers}, pools=pools))
+        self._since_s = {call: self._since_s.get(call, now_s) for call in calls}
+        for call, since_s in self._since_s.items():
+            if now_s - since_s >= self._limit_s:
+                self.found = True
+                self._since_s = {}  # frames keep their variables
+                return _description(calls[call], self._limit_s)
+        return ""
+
+
+def _calls(workers: set[int | None], *, pools: bool) -> Iterator[tuple[FrameType, list[FrameType]]]:
+    """The outermost frame of each call that a worker was given, and those from the innermost to it."""
+    for ident, innermost in sys._current_frames().items():  # noqa: SLF001  # documented in spite of its name
+        frames = list(_outwards(innermost))
+        for at, (frame, caller) in enumerate(pairwise(frames), start=1):
+            file = caller.f_code.co_filename
+            is_given = (file.startswith(_ANYIO) and ident in workers) or (pools and file == pool.__file__)
+            if is_given and caller.f_code.co_name == "run":
+                yield frame, frames[:at]
+                break
+
+
+def _outwards(frame: FrameType | None) -> Iterator[FrameType]:
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
+
+
+def _description(frames: list[FrameType], limit_s: float) -> str:
+    own = [frame for frame in frames if not _is_library(frame.f_code.co_filename)]
+    life = life_in(own)
+    frame = (own or frames)[0]
+    file, line = frame.f_code.co_filename, frame.f_lineno
+    source = printable(linecache.getline(file, line).strip(), limit=100)
+    return (
+        f"a thread{f' of {life.name}' if life else ''} has worked for {limit_s:g} s of real time, and virtual time "
+        f"stands still for it: {printable(frame.f_code.co_qualname)} at {printable(shown(file))}:{line}: {source}; "
+        "a driver that reads without end needs a fake in place of its device (docs/hardware.md, On virtual time), "
+        "and a long computation @virtual_time(thread_s=…)"
+    )
+
+
+def _is_library(file: str) -> bool:
+    return file.startswith((_ANYIO, _BUSFLOW)) or (file.startswith(_STDLIB) and not file.startswith(tuple(_INSTALLED)))
