@@ -381,37 +381,6 @@ def test_time_stands_still_while_a_thread_works(start):
     assert run(main) == 10**9
 
 
-def _read_for_ever(ended):
-    ended.wait(60)
-
-
-@pytest.mark.parametrize("start", THREADS.values(), ids=THREADS)
-def test_an_endless_thread_is_named_with_line(start):
-    ended, before = threading.Event(), set(threading.enumerate())
-
-    @virtual_time(thread_s=0.1)
-    async def read():
-        await start(_read_for_ever, ended)
-
-    try:
-        with pytest.raises(Deadlock, match=r"_read_for_ever at .*test_virtual.py:\d+: ended.wait\(60\)"):
-            read()
-    finally:
-        ended.set()
-        for thread in set(threading.enumerate()) - before:
-            thread.join(60)
-
-
-@pytest.mark.parametrize("start", THREADS.values(), ids=THREADS)
-def test_many_short_calls_are_no_endless_one(start):
-    @virtual_time(thread_s=0.05)
-    async def work():
-        for _ in range(4):
-            await start(_work, [])
-
-    work()
-
-
 @pytest.mark.parametrize("start", THREADS.values(), ids=THREADS)
 def test_an_idle_worker_holds_nothing(start):
     async def main():

@@ -1,0 +1,52 @@
+"""A call in a worker thread that never ends is named, and the loop ends."""
+
+import asyncio
+import threading
+
+import anyio.to_thread
+import pytest
+
+from busflow.errors import Deadlock
+from busflow.testing import virtual_time
+
+
+async def _in_executor(function, argument):
+    return await asyncio.get_running_loop().run_in_executor(None, function, argument)
+
+
+WAYS = {"anyio": anyio.to_thread.run_sync, "run_in_executor": _in_executor, "asyncio": asyncio.to_thread}
+
+
+def _read_for_ever(ended):
+    ended.wait(60)
+
+
+@pytest.mark.parametrize("start", WAYS.values(), ids=WAYS)
+def test_an_endless_thread_is_named_with_line(start):
+    ended, before = threading.Event(), set(threading.enumerate())
+
+    @virtual_time(thread_s=0.1)
+    async def read():
+        await start(_read_for_ever, ended)
+
+    try:
+        with pytest.raises(Deadlock, match=r"_read_for_ever at .*test_endless_calls.py:\d+: ended.wait\(60\)"):
+            read()
+    finally:
+        ended.set()
+        for thread in set(threading.enumerate()) - before:
+            thread.join(60)
+
+
+def _work(seconds):
+    threading.Event().wait(seconds)
+
+
+@pytest.mark.parametrize("start", WAYS.values(), ids=WAYS)
+def test_many_short_calls_are_no_endless_one(start):
+    @virtual_time(thread_s=0.05)
+    async def work():
+        for _ in range(4):
+            await start(_work, 0.03)
+
+    work()
