@@ -48,7 +48,7 @@ def run_graph(
         closing(StepwiseCollection()) as collection,
         asyncio.Runner(loop_factory=loop_factory) as runner,
     ):
-        graph.attach(_Program(guard, collection, for_s if graph.clock.kind == "system" else None))
+        graph.attach(_Program(graph, guard, collection, for_s))
         guard.goes_on = partial(_goes_on, graph, loop := runner.get_loop())
         if OrphanTasks.of(loop) is None:
             OrphanTasks(loop)
@@ -65,18 +65,30 @@ def run_graph(
 class _Program(Extension):
     """What begins once the nodes have started: the limit of the run's time, and the collection of its garbage."""
 
-    def __init__(self, guard: SignalGuard, collection: StepwiseCollection, limit_s: float | None) -> None:
-        self._guard, self._collection, self._limit_s = guard, collection, limit_s
+    def __init__(self, graph: Graph, guard: SignalGuard, collection: StepwiseCollection, limit_s: float | None) -> None:
+        self._graph, self._guard, self._collection, self._limit_s = graph, guard, collection, limit_s
+        self._started = False
 
     def nodes_started(self) -> None:
         """Count down, and leave out of the collection what is there now."""
-        if self._limit_s is not None:
+        self._started = True
+        if self._limit_s is not None and self._graph.clock.kind == "system":
             self._guard.end_after(self._limit_s)
         self._collection.begin()
 
     def node_rebuilt(self, unit: Unit) -> None:  # noqa: ARG002  # as Extension has it
-        """Look also at what was there at the beginning: the former instance is garbage now."""
+        """Look also at what was there at the beginning: the former instance is garbage now.
+
+        Where that is before all nodes have started, the run's time counts from the beginning: one may never start.
+        """
         self._collection.leave_nothing_out()
+        if self._limit_s is not None and not self._started:
+            left_s = max(0.0, self._limit_s - self._graph.clock.seconds())
+            asyncio.get_running_loop().call_later(left_s, self._end_starting)
+
+    def _end_starting(self) -> None:
+        if not self._started:
+            self._graph.ask_to_stop()
 
 
 def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:

@@ -81,6 +81,16 @@ def test_ten_minutes_are_run_at_once_and_exactly(ran):
     assert trace.splitlines()[-1].startswith("600.000000000 ")
 
 
+def test_a_limited_run_ends_while_a_start_fails(ran, tmp_path):
+    node = "class Camera(Node):\n    async def start(self):\n        raise OSError('no device')\n"
+    (tmp_path / "camera.py").write_text(f"from busflow import Node\n\n\n{node}")
+    file = tmp_path / "camera.yaml"
+    file.write_text("plugins: [.]\nnodes: {camera: {plugin: camera, restart: on-failure}}\n")
+    report, _, _ = ran(str(file), "--sim", "--for", "3s")
+    assert report["duration_s"] == 3
+    assert report["nodes"][0]["restarts"] > 1
+
+
 def test_each_seed_is_one_run(ran):
     seven = [ran(LAB, "--sim", "--for", "3s", "--seed", "7")[2] for _ in range(2)]
     assert seven[0] == seven[1]
