@@ -171,7 +171,8 @@ class _Part(Extension):
     async def _report(self) -> None:
         while True:
             await self._graph.clock.sleep(_REPORT_S)
-            self._writer.send(report=_figures(self._graph, self._writer))
+            debugged = sys.gettrace() is not None or "pydevd" in sys.modules
+            self._writer.send(report=_figures(self._graph, self._writer), debugged=debugged)
 
 
 def _figures(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:

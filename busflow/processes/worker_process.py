@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from busflow.errors import ExitCode
@@ -17,6 +18,7 @@ from busflow.processes.assignment import Memory
 from busflow.processes.child import Child
 from busflow.processes.pipe import record_of
 from busflow.runner.signals import CODES
+from busflow.runner.supervisor import NodeState
 
 if TYPE_CHECKING:
     from structlog.typing import FilteringBoundLogger
@@ -114,6 +116,8 @@ class WorkerProcess:
         self._stopping = asyncio.Event()
         self._running_since_s: float | None = None
         self._last_message_s = 0.0
+        self._last_report_s = 0.0
+        self._is_debugged = False
         self._is_out_of_sight = False
         self._killed_for = ""
         self._parameters: dict[str, Any] = {}
@@ -244,6 +248,8 @@ class WorkerProcess:
             if self._running_since_s is None:  # else it was out of sight for a moment, and this is the same life
                 self._running_since_s = self._owner.seconds()
                 self._log.debug(f"the process {self.name} runs")
+                if self.child is not None:
+                    self._look_at_reports(self.child, self._owner.seconds())
         elif self.state is MemberState.RUNNING and self.child is not None:
             asyncio.get_running_loop().call_later(_DYING_S, self._look_whether_it_hangs, self.child)
 
@@ -254,8 +260,31 @@ class WorkerProcess:
         if self._owner.seconds() - self._last_message_s < _SILENT_S:
             asyncio.get_running_loop().call_later(_SILENT_S, self._look_whether_it_hangs, child)
             return
+        self._hang(child, "it is stopped, or has no time to answer")
+
+    def _look_at_reports(self, child: Child, looked_s: float) -> None:
+        """Look every half second if its event loop still turns, which sends the reports twice a second."""
+        if self.child is not child or self._stopping.is_set():
+            return
+        now_s = self._owner.seconds()
+        if now_s - looked_s > _SILENT_S:  # we stood still, and the reports are yet to be read
+            self._last_report_s = now_s
+        silent_s = now_s - self._last_report_s
+        if self.state is MemberState.RUNNING and silent_s > self.spec.hang_s and self._is_at_work(child.pid):
+            self._hang(child, f"its event loop stands still for {self.spec.hang_s:g} s (hang: in processes:)")
+        elif self.state is MemberState.HANGS and silent_s < _SILENT_S and not self._is_out_of_sight:
+            self.on_presence(there=True)
+        asyncio.get_running_loop().call_later(_LOOK_S, self._look_at_reports, child, now_s)
+
+    def _is_at_work(self, pid: int) -> bool:
+        """Whether all its nodes have started, and no debugger holds it: else it may well stand still."""
+        nodes = (self.report or {}).get("nodes", ())
+        states = {node.get("state") for node in nodes}
+        return bool(nodes) and not states & _BEFORE_WORK and not self._is_debugged and not _is_traced(pid)
+
+    def _hang(self, child: Child, why: str) -> None:
         self.state = MemberState.HANGS
-        self._log.error(f"the process {self.name} hangs: it is stopped, or has no time to answer", pid=child.pid)
+        self._log.error(f"the process {self.name} hangs: {why}", pid=child.pid)
         if self.policy.when is not Restart.NEVER:
             self.kill("hung")
 
@@ -268,7 +297,8 @@ class WorkerProcess:
             with suppress(ValueError):
                 self._owner.show_record(record_of(message["log"], self.name))
         elif "report" in message:
-            self.report = message["report"]
+            self.report, self._last_report_s = message["report"], self._last_message_s
+            self._is_debugged = bool(message.get("debugged"))
             self._end = dict(message.get("end") or self._end)
         elif "parameters" in message:
             self._parameters |= message["parameters"]
@@ -282,6 +312,18 @@ _DYING_S = 0.2
 """A process that ends is seen to leave before its end is known."""
 _SILENT_S = 1.0
 """A process that says nothing for so long, though it would twice, does nothing at all."""
+_LOOK_S = 0.5
+"""Time between two looks at the age of the last report."""
+_BEFORE_WORK = {NodeState.BUILT, NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}
+
+
+def _is_traced(pid: int) -> bool:
+    """Whether a debugger such as gdb holds a process; where the system does not say so, none does."""
+    try:
+        status = Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+    return "TracerPid:" in status and "TracerPid:\t0\n" not in status
 
 
 def _signal_name(number: int) -> str:

@@ -319,3 +319,43 @@ def each_process_is_a_new_interpreter_and_no_fork(run):
         assert command[command.index("--process") + 1] == process
         assert Path(f"/proc/{pid}/exe").samefile(f"/proc/{run.process.pid}/exe")
         assert os.getpgid(pid) == pid
+
+
+HANGING = """
+import threading
+import time
+
+from busflow import Node, Parameters, timer
+
+
+class HangingParameters(Parameters):
+    spins: bool = True
+
+
+class Hanging(Node):
+    parameters: HangingParameters
+
+    async def start(self) -> None:
+        time.sleep(1.5)  # longer than `hang`
+
+    @timer(0.3)
+    def hang(self) -> None:
+        while self.parameters.spins:
+            pass
+        threading.Event().wait()
+"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("spins", [True, False])
+def test_a_handler_that_hangs_is_restarted(start, spins):
+    run = start(
+        "processes: {far: {restart: on-failure, hang: 1s}}\n"
+        f"nodes: {{hanging: {{plugin: hanging, process: far, parameters: {{spins: {str(spins).lower()}}}}}}}\n",
+        files={"plugins/hanging.py": HANGING},
+    )
+    run.wait_for("hangs: its event loop stands still", times=2)
+    run.end()
+    (far,) = [each for each in run.report()["processes"] if each["name"] == "far"]
+    assert far["restarts"] >= 1
+    assert far["fates"][0] == "the process far was ended by SIGKILL, since it hung"

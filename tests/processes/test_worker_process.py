@@ -106,6 +106,44 @@ async def test_hung_process_without_restart_is_only_logged(running):
     assert lines[-1].event == "the process left is heard of again"
 
 
+RUNNING, STARTING = ({"nodes": [{"name": "/a", "state": state}]} for state in ("running", "starting"))
+
+
+@virtual_time
+async def test_a_loop_that_stands_still_is_restarted(running):
+    member, lines = running()
+    await asyncio.sleep(5)
+    member.on_message({"report": RUNNING})
+    await asyncio.sleep(30)
+    assert (member.state, member.child.killed) == (MemberState.RUNNING, False)
+    member.on_message({"parameters": {}})  # by a thread: it is the loop that sends reports
+    await asyncio.sleep(1)
+    assert (member.state, member.child.killed) == (MemberState.HANGS, True)
+    text = "the process left hangs: its event loop stands still for 30 s (hang: in processes:)"
+    assert [line.event for line in lines] == [text]
+
+
+@virtual_time
+async def test_a_loop_that_turns_again_runs(running):
+    member, lines = running(Restart.NEVER)
+    member.on_message({"report": RUNNING})
+    await asyncio.sleep(40)
+    assert (member.state, member.child.killed) == (MemberState.HANGS, False)
+    member.on_message({"report": RUNNING})
+    await asyncio.sleep(0.5)
+    assert member.state is MemberState.RUNNING
+    assert lines[-1].event == "the process left is heard of again"
+
+
+@pytest.mark.parametrize("message", [{"report": STARTING}, {"report": RUNNING, "debugged": True}])
+@virtual_time
+async def test_slow_start_and_debugger_are_no_hang(running, message):
+    member, lines = running()
+    member.on_message(message)
+    await asyncio.sleep(3600)
+    assert (member.state, member.child.killed, lines) == (MemberState.RUNNING, False, [])
+
+
 def test_parameters_and_restart_counts_survive_a_restart(running):
     async def tell():
         member, _ = running()

@@ -145,7 +145,8 @@ class Builder:
             elif self._named(_process_name_fault, "process name", name, value):
                 env = variables(value.members.get("env", value.without(())))
                 machine = self._known_machine(stated.machine, value)
-                yield ProcessSpec(name, key_origin(value), machine, stated.nice, env, _policy(stated.restart))
+                policy = _policy(stated.restart)
+                yield ProcessSpec(name, key_origin(value), machine, stated.nice, env, policy, stated.hang)
 
     def _remap(self, stated: NodeKeys, node: Value) -> list[RemapSpec]:
         rules: list[RemapSpec] = []

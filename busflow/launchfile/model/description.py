@@ -124,6 +124,10 @@ class NodeSpec:
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
 
+HANG_S = 30.0
+"""How long the event loop of a process may stand still, unless the launch file says: a model takes long to load."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
     """Worker process of the run."""
@@ -134,6 +138,7 @@ class ProcessSpec:
     nice: int = 0
     env: Mapping[str, str] = field(default_factory=dict[str, str])
     restart: RestartPolicy = field(default_factory=RestartPolicy)
+    hang_s: float = HANG_S  # infinite: its event loop may stand still for ever
 
 
 @dataclass(frozen=True, slots=True)

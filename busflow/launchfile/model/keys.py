@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, cast
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from busflow.bus.patterns import check_pattern
-from busflow.launchfile.model.description import ClockMode, Compression, OnDrop
+from busflow.launchfile.model.description import HANG_S, ClockMode, Compression, OnDrop
 from busflow.launchfile.model.network import Role
 from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation.annotations import StrictModel
@@ -179,6 +179,7 @@ class ProcessKeys(Section):
     restart: Annotated[RestartKeys, BeforeValidator(_restart_word)] = Field(
         default=RestartKeys(policy=Restart.NEVER), description="What happens when the process fails, hangs or ends."
     )
+    hang: Seconds = Field(default=HANG_S, description="How long its event loop may stand still; .inf for ever.")
 
 
 class MachineKeys(Section):
