@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, TypeGuard, cast
 from busflow.errors import BusflowError, Place, PluginError, Problem
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
+from busflow.node.slow_import import slow_import_named
 from busflow.text import did_you_mean, printable
 from busflow.validation import tracebacks
 
@@ -253,7 +254,8 @@ def _importing(name: str, folder: Path | None = None, file: Path | None = None) 
     importlib.invalidate_caches()  # a file written a moment ago is not in the finders' listings yet
     before = set(sys.modules)
     try:
-        yield
+        with slow_import_named(name, folder):
+            yield
     except BaseException as error:
         _forget(sys.modules.keys() - before, folder)
         if isinstance(error, (Exception, SystemExit)) or _raised_by_statement(error):

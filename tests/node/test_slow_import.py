@@ -1,0 +1,86 @@
+"""The import of a plugin that takes long is named with its line, and ends where a limit is stated."""
+
+import io
+import sys
+import threading
+
+import pytest
+
+from busflow.node import plugins, slow_import
+
+PLUGIN = """import sys
+
+from busflow import Node
+
+sys.modules["gate"].wait(60)
+
+
+class Camera(Node):
+    pass
+"""
+LINE = 'camera.py:5: sys.modules["gate"].wait(60)'
+
+
+class Stream(io.StringIO):
+    """Standard error, which lets the import go on once a text stands there."""
+
+    awaited = ""
+
+    def flush(self):
+        if self.awaited in self.getvalue():
+            sys.modules["gate"].set()
+
+
+@pytest.fixture
+def imported(tmp_path, monkeypatch):
+    """What standard error says and which exit codes there were, while a plugin is imported."""
+
+    def imported(awaited, limit=None):
+        (tmp_path / "camera.py").write_text(PLUGIN)
+        stream, codes = Stream(), []
+        stream.awaited = awaited
+        monkeypatch.setitem(sys.modules, "gate", threading.Event())
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setattr(slow_import, "WARN_S", 0.02)
+        monkeypatch.setattr(slow_import.os, "_exit", codes.append)
+        if limit is not None:
+            monkeypatch.setenv("BUSFLOW_IMPORT_LIMIT", limit)
+        before = set(threading.enumerate())
+        assert plugins.load("camera", [tmp_path]).__name__ == "Camera"
+        for thread in set(threading.enumerate()) - before:
+            thread.join(60)
+        return stream.getvalue(), codes
+
+    return imported
+
+
+@pytest.mark.parametrize("limit", [None, "1h", "never"])
+def test_a_slow_import_is_named_with_line(imported, limit):
+    text, codes = imported("warning", limit)
+    assert text.startswith("warning: after 0.02 s plugin 'camera' is still being imported: ")
+    assert LINE in text
+    assert not codes
+
+
+@pytest.mark.parametrize(("limit", "warnings"), [("10ms", 0), ("50ms", 1)])
+def test_an_import_ends_at_its_limit(imported, limit, warnings):
+    text, codes = imported("error", limit)
+    assert "error: plugin 'camera' was not imported within 0.0" in text
+    assert (text.count("warning: "), text.count(LINE), codes) == (warnings, 1 + warnings, [2])
+
+
+def test_the_library_is_named_without_own_line(tmp_path):
+    ended, begun = threading.Event(), threading.Event()
+
+    def wait():
+        begun.set()
+        ended.wait(60)
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    begun.wait(60)
+    try:
+        assert slow_import._place(tmp_path, thread.ident)
+    finally:
+        ended.set()
+        thread.join(60)
