@@ -15,9 +15,10 @@ import os
 import re
 import shutil
 import stat
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -64,11 +65,13 @@ class FoundRun:
 
     directory: Path
     card: RunCard
+    is_double: bool = field(default=False, compare=False)
+    """Whether a run in another folder has a directory of the same name."""
 
     @property
     def name(self) -> str:
-        """The name for `--run`: that of the directory, unique on this machine."""
-        return self.directory.name
+        """The name for `--run`, unique on this machine: that of the directory, or its path if two are named alike."""
+        return str(self.directory) if self.is_double else self.directory.name
 
     def open(self, patience_s: float) -> zenoh.Session:
         """Join the run.
@@ -160,6 +163,8 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
             unsafe.append(error)
     if unsafe and not found:
         raise unsafe[0]
+    times = Counter(run.directory.name for run in found)
+    found = [replace(run, is_double=times[run.directory.name] > 1) for run in found]
     return sorted(found, key=lambda run: run.card.since_ns)
 
 
@@ -195,7 +200,7 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
     """Return the run of a name, or the only run.
 
     Raises:
-        NoSuchRun: there is none, none of that name, or several and no name.
+        NoSuchRun: there is none, none of that name, several and no name, or several of that name.
     """
     found = runs(environment)
     if not found:
@@ -207,8 +212,14 @@ def find_run(name: str | None = None, environment: Mapping[str, str] = os.enviro
             f"{len(found)} graphs are running; say which: --run {' | '.join(printable(run.name) for run in found)}"
         )
     for run in found:
-        if run.name == name:
+        if name in {run.name, str(run.directory)}:
             return run
+    alike = [run for run in found if run.directory.name == name]
+    if alike:
+        which = " | ".join(f"{printable(run.name)} (process {run.card.pid})" for run in alike)
+        raise NoSuchRun(
+            f"{len(alike)} runs in several folders are called {printable(name)!r}; say which: --run {which}"
+        )
     raise NoSuchRun(f"there is no run {printable(name)!r}; {did_you_mean(name, [run.name for run in found])}")
 
 

@@ -342,6 +342,27 @@ def test_what_a_newer_version_says_besides_is_passed_over(home):
     directory.close()
 
 
+def test_runs_alike_in_two_folders_are_distinguished(home, tmp_path, monkeypatch):
+    (tmp_path / "other").mkdir(mode=0o700)
+    folders = [Path(home["BUSFLOW_RUNTIME_DIR"]), tmp_path / "other"]
+    monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: folders)
+    first = claimed("lab1", {})
+    alone = find_run("lab1", {})
+    folders.reverse()
+    second = claimed("lab1", {}, pid=7, since_ns=2)
+    assert names({}) == [str(first.path), str(second.path)]
+    with pytest.raises(
+        NoSuchRun, match=rf"2 runs .* 'lab1'; say which: --run {first.path} .* \| {second.path} \(process 7"
+    ):
+        find_run("lab1", {})
+    assert find_run(str(second.path), {}).directory == second.path
+    assert alone in runs({})
+    first.close()
+    assert find_run("lab1", {}).name == "lab1"
+    assert find_run(str(second.path), {}).card.pid == 7
+    second.close()
+
+
 def test_error_lists_the_living_runs(home):
     with pytest.raises(NoSuchRun, match="nothing is running; start a graph"):
         find_run(None, home)
