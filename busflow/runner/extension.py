@@ -36,6 +36,9 @@ class Extension:
     def node_rebuilt(self, unit: Unit) -> None:
         """React to a node that is about to restart: its instance is new, and its endpoints are not connected yet."""
 
+    def node_dismissed(self, unit: Unit) -> None:
+        """React to a node that has left the running graph for good, or for another one of its name."""
+
     def is_finished(self) -> bool:
         """Return whether the run may end once all its nodes have ended."""
         return True

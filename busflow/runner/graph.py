@@ -182,6 +182,9 @@ class Graph:
         leaving = [unit for unit in self.units if unit.name in names]
         self.units = [unit for unit in self.units if unit not in leaving]
         await stop_units(leaving, self.clock, self.grace_s)
+        for unit in leaving:
+            for extension in self.extensions:
+                extension.node_dismissed(unit)
 
     def admit(self, members: Sequence[PlannedNode]) -> None:
         """Start nodes beside those that run."""

@@ -16,6 +16,7 @@ from busflow.wire.zenoh.session import SOCKET, open_session
 
 if TYPE_CHECKING:
     from busflow.runner.graph import Graph
+    from busflow.runner.supervisor import Unit
     from busflow.wire.mirror.barrier import Barrier
     from busflow.wire.mirror.mirror import Mirror
     from busflow.wire.zenoh.network import Network
@@ -115,6 +116,11 @@ class Inspection(Extension):
             why = str(error) if known else f"{type(error).__name__}: {error}"
             self._log.warning(f"this run cannot be looked into: {why}")
             self.end()
+
+    def node_dismissed(self, unit: Unit) -> None:
+        """Show a node no more."""
+        if self._mirror is not None:
+            self._mirror.hide(unit.name)
 
     def end(self) -> None:
         """Close session and directory."""

@@ -83,6 +83,8 @@ class Mirror:
         self._node_ids: dict[str, int] = {}
         self._ids = 0
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
+        self._left: dict[str, set[str]] = {}
+        """By node, the topics that it has had and left."""
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
         self._services = ServiceMirror(self._connection, self._token)
@@ -113,6 +115,15 @@ class Mirror:
         callback: Any = zenoh.handlers.Callback(on_sample, indirect=False)
         everything = f"{GRAPH}/{DOMAIN}/**"
         self._ways += [answers, self._session.liveliness().declare_subscriber(everything, callback, history=True)]
+
+    def hide(self, node: str) -> None:
+        """Show a node no more that has left the graph, nor the topics that only it had."""
+        self._services.detach_parameters(node)
+        self._questions.left_topics |= self._left.pop(node, set())
+        self._node_ids.pop(node, None)
+        if (token := self._nodes.pop(node, None)) is not None:
+            token.undeclare()
+        self._presence.notify()
 
     def close(self) -> None:
         """Stop showing and receiving, and close the session."""
@@ -202,6 +213,8 @@ class Mirror:
         self._remote_publishers.serve(end, is_new=former is None)
 
     def _on_detach(self, end: AnyEnd) -> None:
+        if isinstance(end, Publisher | Subscription):
+            self._left.setdefault(end.endpoint.node, set()).add(end.topic)
         if isinstance(end, Publisher):
             outlet = self._outlets.pop(end, None)
             if outlet is not None:

@@ -66,13 +66,17 @@ class ServiceMirror:
 
     def attach_parameters(self, store: ParameterStore) -> None:
         """Answer ROS 2's services for a node's parameters; a restarted node's store replaces its former one."""
-        for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == store.node]:
-            self._hide(former)
+        self.detach_parameters(store.node)
         self._shown[store], self._outlets[store] = [], []
         for name, service_type, answer in ParameterServices(store).all():
             token = self._make_token(TokenKind.SERVICE, store.node, name, self._supports(service_type), _QOS)
             self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
+
+    def detach_parameters(self, node: str) -> None:
+        """Answer no more for the parameters of a node."""
+        for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == node]:
+            self._hide(former)
 
     def detach(self, end: Server[Any, Any] | Client[Any, Any]) -> None:
         """Stop showing an endpoint."""

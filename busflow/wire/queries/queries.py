@@ -70,6 +70,8 @@ class Questions:
         self._supports, self._history = supports, history
         self._elsewhere, self._about = elsewhere, about
         self.parameter_log: ParameterLog = ParameterLog(graph.clock)
+        self.left_topics: set[str] = set()
+        """Those of nodes that were deleted while the graph ran: not shown while they have no end."""
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
@@ -124,7 +126,11 @@ class Questions:
             "clock": self._graph.clock.kind,
             "inbox": {"dropped": inbox.dropped, "refused": inbox.refused},
             "nodes": [_node(unit) for unit in self._graph.units],
-            "topics": [self._topic(topic) for topic in topics],
+            "topics": [
+                self._topic(topic)
+                for topic in topics
+                if topic.publishers or topic.subscriptions or topic.name not in self.left_topics
+            ],
             "services": [asdict(each) for each in service_reports(self._graph.bus)],
             "timers": timers,
             "elsewhere": sorted(self._elsewhere),

@@ -68,3 +68,23 @@ async def test_listeners_publishers_and_callers_outside_go_on_with_the_next_inst
         assert (await looked.ask(asked))["success"]
         gains = await looked.ask(peer.ask, "parameters", node="/echo")
         assert gains[0]["/echo"][0]["value"] == 10
+
+
+class Lamp(Node):
+    """A node beside it, which stays."""
+
+    numbers = publisher(Int64, "numbers")
+
+
+async def test_a_deleted_node_is_seen_no_more(looked_at):
+    async with looked_at(Echo, Lamp) as looked:
+        shown = await looked.ask(looked.peer.graph)
+        assert {"/echo", "/lamp"} <= set(shown.nodes)
+        await looked.graph.dismiss(["/echo"])
+        shown = await looked.ask(looked.peer.graph)
+        assert "/echo" not in shown.nodes
+        assert "/lamp" in shown.nodes
+        assert "/echoes" not in shown.topics, "which it alone had"
+        assert "/numbers" in shown.topics
+        assert not [token for token in looked.peer.tokens() if token.node_name == "/echo"]
+        assert {topic.name for topic in looked.graph.report().topics} >= {"/echoes", "/numbers"}
