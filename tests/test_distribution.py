@@ -51,6 +51,7 @@ def documented_imports() -> set[str]:
     return found
 
 
+@pytest.mark.long
 def test_every_documented_name_is_in_an_installed_wheel(tmp_path: Path):
     imports = documented_imports() | {
         "from busflow.errors import BusflowError",

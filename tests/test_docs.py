@@ -41,6 +41,17 @@ from busflow.launchfile.model import keys as model
 
 PROJECT = Path(__file__).parents[1]
 PAGES = [PROJECT / "README.md", *sorted((PROJECT / "docs").rglob("*.md"))]
+PAGES_WITH_MANY_RUNS = {
+    "docs/command-line.md",
+    "docs/embedding.md",
+    "docs/processes.md",
+    "docs/recording.md",
+    "docs/testing-robots.md",
+    "docs/tutorial/live_noise.md",
+    "docs/tutorial/motors.md",
+    "docs/tutorial/reset.md",
+}
+"""The pages whose snippets belong to the long tests."""
 HOME = "/home/you/busflow"
 """What the pages call the project's folder."""
 
@@ -230,7 +241,14 @@ def project(tmp_path, monkeypatch):
 
 @pytest.mark.timeout(300)
 @pytest.mark.usefixtures("project")
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(PROJECT)))
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=name, marks=pytest.mark.long if name in PAGES_WITH_MANY_RUNS else ())
+        for page in PAGES
+        for name in [page.relative_to(PROJECT).as_posix()]
+    ],
+)
 def test_the_snippets_of(page):
     document = Document.parse(str(page), snippets)
     document.namespace["__name__"] = "__main__"

@@ -55,6 +55,7 @@ def test_an_editable_install_writes_it_into_the_clone(clone):
     assert "sensor_msgs/msg/Imu" in read(clone / INSIDE, clone / SOURCES)["types"]
 
 
+@pytest.mark.long
 def test_a_wheel_from_a_source_distribution_has_it(clone, tmp_path):
     build(clone, "build_wheel")
     with tarfile.open(build(clone, "build_sdist")) as sdist:
@@ -65,6 +66,7 @@ def test_a_wheel_from_a_source_distribution_has_it(clone, tmp_path):
     assert "sensor_msgs/msg/Imu" in read(installed / INSIDE, installed / SOURCES)["types"]
 
 
+@pytest.mark.long
 def test_wheel_from_read_only_clone_has_the_description(clone, tmp_path):
     (clone / INSIDE).with_suffix(".part").mkdir()  # nobody can write there, whoever runs the tests
     wheel = build(clone, "build_wheel")

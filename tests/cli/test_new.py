@@ -35,6 +35,7 @@ def test_project_passes_check_run_and_tests(capsys: Captured, monkeypatch: pytes
     assert "async with harness(" in Path("tests/test_driver.py").read_text(), "its test is on virtual time"
 
 
+@pytest.mark.long
 def test_project_tests_can_import_plugins(monkeypatch: pytest.MonkeyPatch):
     assert main(["new", "rover"]) == 0
     monkeypatch.chdir("rover")

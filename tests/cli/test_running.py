@@ -109,6 +109,7 @@ def run_with_little_room(*options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, env=environment)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", [["--sim", "--for", "5s", "rate_hz:=1000"], ["--for", "4s", "rate_hz:=1000"]])
 def test_full_disk_is_reported_once_without_stopping(how: list[str]):
     done = run_with_little_room(*how, "--report", "run.json", "--set", "nodes.listener.plugin=talker")

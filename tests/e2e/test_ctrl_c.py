@@ -185,6 +185,7 @@ def test_closed_terminal_stops_the_nodes_too(terminal: Terminal):
     assert "closed the device" in terminal.shown
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("terminal", "told"),
     [
@@ -207,6 +208,7 @@ def test_ctrl_c_ends_and_names_a_stuck_node(terminal: Terminal, told: str):
     assert "Traceback" not in terminal.shown
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("terminal", "told"),
     [((name, "--for", "0.2"), f"plugins/{name}.py:") for name in ("busy", "busy_at_once", "asleep")],
@@ -230,6 +232,7 @@ def test_a_second_ctrl_c_ends_it_at_once(terminal: Terminal):
     assert "Traceback" not in terminal.shown
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("terminal", on_each_loop("own_signal"), indirect=True)
 def test_node_signal_changes_nothing_for_ctrl_c(terminal: Terminal):
     terminal.read_until("ticking")

@@ -260,6 +260,7 @@ def is_balanced(log: str) -> bool:
     return "missed=0" in log
 
 
+@pytest.mark.long
 def test_killed_listener_leaves_the_run_running(start, runtime_folder):
     flood = start(FLOOD)
     flood.wait_for("ready")
@@ -293,6 +294,7 @@ def test_a_stopped_listener_slows_nothing_down(start, runtime_folder):
     assert [path.name for path in runtime_folder.iterdir() if path.is_dir()] == []
 
 
+@pytest.mark.long
 def test_short_pause_loses_no_large_reliable_message(start):
     burst = start(BURST)
     burst.wait_for("ready")
@@ -356,6 +358,7 @@ def test_restarted_run_keeps_its_name(start):
     assert runs() == []
 
 
+@pytest.mark.long
 def test_blocked_run_is_listed_and_ends_at_interrupt(start):
     blocked = start(BLOCKED)
     blocked.wait_for("ready")
@@ -369,6 +372,7 @@ def test_blocked_run_is_listed_and_ends_at_interrupt(start):
     assert runs() == []  # whoever looks next removes what is left of it
 
 
+@pytest.mark.long
 def test_recording_does_not_extend_the_grace(start, tmp_path):
     recorded = BLOCKED.replace('inspect="blocked"', 'inspect="blocked", record=sys.argv[1]')
     assert recorded != BLOCKED
@@ -379,9 +383,10 @@ def test_recording_does_not_extend_the_grace(start, tmp_path):
     assert "the run did not end within 0.85 s" in log
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind",
-    ["SlowTimer", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("SlowHandler", "SlowTask", "SlowRun"))],
+    ["SlowTimer", "SlowHandler", "SlowTask", "SlowRun"],
 )
 def test_slow_node_does_not_prevent_other_stops(start, tmp_path, kind):
     (tmp_path / "slow.py").write_text(SLOW)
@@ -475,6 +480,7 @@ asyncio.run(main())
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_interpreter_ends_however_a_program_does(start, ending):
     body, code = ENDINGS[ending]
@@ -586,6 +592,7 @@ BUSY = "[pool.apply_async(any, (iter(int, 1),)), any(() for _ in iter(int, 1))]"
 """One of the other processes has work for ever, and the node has, too."""
 
 
+@pytest.mark.long
 def test_forked_processes_end_with_the_run(start, tmp_path):
     (tmp_path / "forks.py").write_text(FORKS.replace("await asyncio.Event().wait()", BUSY))
     execute = "import os, sys; os.execv(sys.executable, [sys.executable, sys.argv[2], sys.argv[1]])"
@@ -596,7 +603,8 @@ def test_forked_processes_end_with_the_run(start, tmp_path):
     assert "did not end within" in said
 
 
-@pytest.mark.parametrize("method", ["fork", pytest.param("forkserver", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["fork", "forkserver"])
 def test_a_node_may_use_other_processes(start, tmp_path, method):
     (tmp_path / "forks.py").write_text(FORKS)
     execute = "import os, sys; os.execv(sys.executable, [sys.executable, sys.argv[2], sys.argv[1]])"

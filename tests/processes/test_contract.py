@@ -443,6 +443,7 @@ def recorded(start, apart):
     return found
 
 
+@pytest.mark.long
 def test_a_recording_holds_the_same(start):
     together, apart = recorded(start, apart=False), recorded(start, apart=True)
     assert together.keys() == apart.keys()

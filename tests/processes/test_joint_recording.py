@@ -63,6 +63,7 @@ def lab1(tmp_path_factory):
     return folder / "run"
 
 
+@pytest.mark.long
 def test_files_are_read_as_one_by_time(lab1):
     with Bag(lab1) as bag:
         entries = list(bag.numbered())
@@ -75,6 +76,7 @@ def test_files_are_read_as_one_by_time(lab1):
         assert (bag.start_ns, bag.end_ns) == (entries[0][1].log_time_ns, entries[-1][1].log_time_ns)
 
 
+@pytest.mark.long
 def test_every_command_takes_the_directory(lab1, tmp_path, capsys):
     assert main(["bag", "verify", str(lab1)]) == 0
     assert main(["bag", "info", str(lab1), "--json", "--digest"]) == 0
@@ -105,6 +107,7 @@ def test_every_command_takes_the_directory(lab1, tmp_path, capsys):
     assert "it has a file for each process" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_reader_of_ros_2_opens_the_directory(lab1):
     with AnyReader([lab1]) as reader, Bag(lab1) as bag:
         wanted = [each for each in reader.connections if each.topic in {"/imu/data", "/balance_state"}]
@@ -114,6 +117,7 @@ def test_a_reader_of_ros_2_opens_the_directory(lab1):
     assert ours
 
 
+@pytest.mark.long
 def test_replay_of_a_node_is_the_same(lab1, capsys):
     # How long a message was on its way is not in a recording: on a busy machine it may be longer than the usual 0.1 s.
     code = main(["replay", str(lab1), str(LAB1), "--node", "sensor_processor", "--time-tolerance", "1min"])
@@ -197,6 +201,7 @@ def test_killed_process_leaves_incomplete_file_restart_another(start, capsys):
         assert not bag.complete
 
 
+@pytest.mark.long
 def test_killed_main_process_leaves_readable_files(start, have_ended):
     run = start(TOLD, "-v", "--record", "rec")
     run.wait_for("heard enough")
@@ -251,6 +256,7 @@ def test_file_not_yet_on_disk_is_incomplete(start):
     assert ends == ["warning"]
 
 
+@pytest.mark.long
 def test_a_directory_that_is_there_is_left_alone(start):
     run = start(TOLD, "--record", "plugins.mcap")
     assert run.end(None) == 2
@@ -305,6 +311,7 @@ class Caller(Node):
 """
 
 
+@pytest.mark.long
 def test_a_call_is_recorded_where_it_is_answered(start):
     text = TOLD.replace("hearer: {plugin: hearer, parameters: {tell_at: 60}}", "caller: {plugin: caller}")
     run = start(text, "--record", "rec", files={"plugins/caller.py": CALLS})

@@ -53,6 +53,7 @@ def test_first_messages_arrive_wherever_nodes_run(start, arguments):
     assert [node["state"] for node in run.report()["nodes"]] == ["stopped"] * 3
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_every_process_in_order(start, have_ended):
     run = start(THREE, "-v", "--watchdog", "off")
     run.wait_for("heard enough", times=2)
@@ -136,6 +137,7 @@ def test_restarted_process_keeps_its_parameters(start, monkeypatch, capsys):
     assert node["parameters_set"] == 1
 
 
+@pytest.mark.long
 def test_death_without_restart_policy_ends_the_run(start, have_ended):
     run = start(STEADY.replace("POLICY", "never"), "-v")
     run.wait_for("heard enough", times=2)
@@ -146,6 +148,7 @@ def test_death_without_restart_policy_ends_the_run(start, have_ended):
     assert have_ended(pids, 0)
 
 
+@pytest.mark.long
 def test_killed_main_process_leaves_no_orphan(start, have_ended):
     run = start(STEADY.replace("POLICY", "always"), "-v")
     run.wait_for("heard enough", times=2)
@@ -163,7 +166,8 @@ def test_node_failure_in_another_process_ends_run(start):
     assert "teller.py" in told
 
 
-@pytest.mark.parametrize("plugin", ["leaver", pytest.param("holder", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("plugin", ["leaver", "holder"])
 def test_failure_during_stop_elsewhere_fails_the_run(start, plugin):
     nodes = f"  node:\n    plugin: {plugin}\n    process: side\n  here:\n    plugin: hearer\n"
     run = start(f"processes:\n  side:\nnodes:\n{nodes}", "--for", "0.3s")
@@ -173,6 +177,7 @@ def test_failure_during_stop_elsewhere_fails_the_run(start, plugin):
     assert "the cable is loose" in told
 
 
+@pytest.mark.long
 def test_printed_lines_carry_the_process_name(start):
     run = start("processes:\n  side:\nnodes:\n  chatter:\n    plugin: chatter\n    process: side\n", "--for", "0.2s")
     assert run.end(None) == 0

@@ -90,6 +90,7 @@ def test_main_process_restarts_all_dead_workers(start):
     assert [each["restarts"] for each in run.report()["processes"]] == [0, 1, 1]
 
 
+@pytest.mark.long
 def test_stopped_process_does_not_delay_the_end(start, have_ended):
     run = start(FROM_MAIN.replace("plugin: telling", "plugin: hearer"), "-v")
     run.wait_for("heard enough", times=2)
@@ -116,6 +117,7 @@ class Stuck(Node):
 """
 
 
+@pytest.mark.long
 def test_process_ended_by_force_fails_the_run(start):
     run = start(
         "processes: {far: }\nnodes: {stuck: {plugin: stuck, process: far}}\n",
@@ -223,6 +225,7 @@ def numbers_are_all_there(run):
             assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
 
 
+@pytest.mark.long
 def test_stuck_remote_subscriber_stalls_no_other_topic(start):
     run = start(
         **paced("""

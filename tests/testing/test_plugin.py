@@ -174,12 +174,14 @@ def test_marked_tests_run_beside_anyio_s_auto_mode(tmp_path):
     assert code == 0
 
 
+@pytest.mark.long
 def test_marked_tests_need_no_other_plugin(tmp_path):
     code, output = run(tmp_path, TESTS + UNMARKED, "-p", "no:asyncio", "-p", "no:anyio")
     assert "7 passed, 1 xfailed" in output, output
     assert code == 0
 
 
+@pytest.mark.long
 def test_unhandled_async_test_gets_the_busflow_hint(tmp_path):
     test = "async def test_a():\n    pass\n\ndef test_b():\n    raise ValueError('mine')\n"
     code, output = run(tmp_path, test, "-p", "no:asyncio", "-p", "no:anyio")
@@ -197,6 +199,7 @@ def test_the_others_can_be_given_the_virtual_loop(tmp_path):
     assert code == 0
 
 
+@pytest.mark.long
 def test_replayed_seed_is_reported_and_used(tmp_path):
     test = "async def test(harness):\n    async with harness('busflow_none.yaml'):\n        pass\n"
     _, output = run(tmp_path, test, BUSFLOW_SEED="7")

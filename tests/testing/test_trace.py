@@ -245,6 +245,7 @@ def trace():
     return lab_trace(sys.executable, "0")
 
 
+@pytest.mark.long
 def test_lab_trace_is_equal_in_every_process(trace):
     assert trace.count(b"\n") == 20 * 10 * 7 + 40 + 1
     assert hashlib.sha256(lab_trace(sys.executable, "1")).digest() == hashlib.sha256(trace).digest()

@@ -103,6 +103,7 @@ def test_incomplete_recording_is_played_as_far_as_possible(capsys, tmp_path):
     assert "the recording is not the whole of what happened" in output.err
 
 
+@pytest.mark.long
 def test_others_look_into_it(capsys, bag, place, played):
     played(bag, "--loop", "--clock", "100")
     wait_for_run(place, "talk")
@@ -114,6 +115,7 @@ def test_others_look_into_it(capsys, bag, place, played):
     assert main(["service", "call", "/player/play_next", "std_srvs/srv/Trigger"]) == 0
 
 
+@pytest.mark.long
 def test_unknown_type_can_be_read_by_others(capsys, place, played, tmp_path):
     path = tmp_path / "things.mcap"
     with path.open("wb") as stream:
@@ -130,6 +132,7 @@ def test_unknown_type_can_be_read_by_others(capsys, place, played, tmp_path):
     assert capsys.readouterr().out == "a: 3\nb: x\n---\n"
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_it_at_once(bag, place, played):
     player = played(bag, "--loop", "--rate", "0.001")
     wait_for_run(place, "talk")

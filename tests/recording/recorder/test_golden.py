@@ -49,6 +49,7 @@ def test_the_lab_s_recording_is_known(recording):
     assert digest(recording) == GOLDEN
 
 
+@pytest.mark.long
 def test_the_file_is_the_same_in_every_process(recording, tmp_path):
     again = lab(tmp_path / "again.mcap", hash_seed="1")
     assert hashlib.sha256(again.read_bytes()).digest() == hashlib.sha256(recording.read_bytes()).digest()
@@ -62,6 +63,7 @@ def test_the_content_is_the_same_in_every_python(recording, tmp_path, python):
     assert digest(lab(tmp_path / "other.mcap", python=found)) == digest(recording)
 
 
+@pytest.mark.long
 def test_another_seed_is_another_recording(recording, tmp_path):
     other = tmp_path / "other.mcap"
     program = LAB.replace("seed=0", "seed=1")
