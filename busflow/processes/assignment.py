@@ -36,43 +36,43 @@ class Assignment:
 
     process: str
     socket: str
-    """The name of its own socket in the run's directory."""
+    """Name of the process's own socket in the run's directory."""
     directory: str
     card: RunCard
     nodes: tuple[str, ...]
-    """The full names of its nodes."""
+    """Full names of the process's nodes."""
     others: tuple[str, ...]
-    """Processes with which it must be linked, in both directions, before its nodes start."""
+    """Processes with which this one must be linked, in both directions, before its nodes start."""
     seed: int
     log_level: str
     restarts: int
-    """How often it was started anew."""
+    """Number of restarts of the process."""
     nice: int
     env: Mapping[str, str]
-    """The variables that are this process's own."""
+    """Environment variables of this process alone."""
     outer: Mapping[str, str | None]
-    """Variables as they were for the main process when it read the launch file: it has to be the same one here."""
+    """Variables that the main process had when it read the launch file; here the file must read the same."""
     watchdog_s: float | None
     prints_failures: bool
     """Whether the run prints a failure that ends the process when it has ended, so that the log need not."""
     path: tuple[str, ...]
-    """Where Python looks for modules in the main process."""
+    """Module search path (`sys.path`) of the main process."""
     args: Mapping[str, object]
-    """The launch file's arguments, where no command line gives them."""
+    """Arguments of the launch file, where no command line gives them."""
     memory: Memory
     """Parameters and restarts of its nodes in earlier lives of the process."""
     event_loop: str
-    """The name of the one that it has, as all processes of the run."""
+    """Name of the event loop that all processes of the run use."""
     record: Mapping[str, Any] | None = None
-    """What it is to record, as the words of a `Share`."""
+    """Recording of the process, as the words of a `Share`; None where nothing is recorded."""
 
     def line(self) -> bytes:
-        """What is written to the standard input."""
+        """Return the line that is written to the process's standard input."""
         return json.dumps(asdict(self), default=str).encode() + b"\n"
 
     @classmethod
     def read(cls, stream: TextIO | None) -> Self:
-        """The assignment on a standard input.
+        """Read the assignment from a standard input.
 
         Raises:
             ProcessFailed: there is none: this process was not started by busflow.
@@ -91,9 +91,9 @@ class Memory:
     """Parameters and restarts of a process's nodes, kept for its next life."""
 
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    """By node, of those of which something was set at run time: `{values, set, times}`, as in `report_changes`."""
+    """Parameters by node, of nodes where some were set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
-    """By node, how many lives it had: those of the process, and its own restarts in each of them."""
+    """Lives by node: those of the process, and the node's own restarts in each of them."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
         """Return the members of a plan with the parameters and lives they had when the process ended."""

@@ -23,7 +23,7 @@ import busflow
 
 _PIECE = 1 << 16
 _LINE_BYTES = 4096
-"""The longest line of a print that is passed on in one piece."""
+"""Longest printed line that is passed on in one piece."""
 _REPORT_BYTES = 1 << 24
 
 
@@ -40,12 +40,12 @@ class ChildSink(Protocol):
 
 
 class Child:
-    """A process that has been started."""
+    """Process of the operating system that has been started."""
 
     def __init__(
         self, arguments: Sequence[str], environment: Mapping[str, str], first_line: Callable[[], bytes], sink: ChildSink
     ) -> None:
-        """Start it: a new interpreter, never a fork of this one.
+        """Start the process: a new interpreter, never a fork of this one.
 
         Args:
             arguments: those of the `busflow` command.
@@ -84,15 +84,15 @@ class Child:
         self._thread.start()
 
     async def ended(self) -> int:
-        """Wait for the end; the exit code, or the number of the signal that killed it, negative."""
+        """Wait for the end; return the exit code, or the negative number of the signal that killed the process."""
         return await asyncio.shield(self._ended)
 
     def terminate(self) -> None:
-        """Ask it to stop."""
+        """Ask the process to stop."""
         self._process.terminate()
 
     def kill(self) -> None:
-        """End it now."""
+        """Kill the process now."""
         self._process.kill()
 
     def _await_end(self, over: int) -> None:
@@ -141,7 +141,7 @@ class Child:
             self._ended.set_result(code)
 
     def _read(self, pipe: int, name: str, pipes: selectors.BaseSelector) -> None:
-        """Pass on what there is, whole lines only."""
+        """Pass on the received bytes, whole lines only."""
         while True:
             try:
                 piece = os.read(pipe, _PIECE)
@@ -172,7 +172,7 @@ class Child:
 
 
 def _importing(environment: Mapping[str, str]) -> dict[str, str]:
-    """The environment in which the same busflow is found as here."""
+    """Return the environment in which a process finds the same busflow as this one."""
     home = str(Path(busflow.__file__).parents[1])
     if home in (*site.getsitepackages(), site.getusersitepackages()):
         return dict(environment)

@@ -1,4 +1,4 @@
-"""Crossing: what of a graph's topics and services cannot go from one process to another, found before the start."""
+"""Crossing: finds topics and services that cannot go from one process to another, before the start."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
-    """Everything that works within a process and not between those in which these nodes are placed."""
+    """Find what works within one process but not between the processes in which these nodes are placed."""
     if not (placement.others or placement.elsewhere):
         return
     where = {member.runtime.full_name: placement.process_of(member.runtime.full_name) for member in plan.members}
@@ -42,7 +42,7 @@ def crossing_problems(plan: Plan, placement: Placement) -> Iterator[Problem]:
 def _pairs(
     members: Sequence[PlannedNode], where: dict[str, str]
 ) -> Iterator[tuple[PlannedNode, Endpoint | ServiceEndpoint, Endpoint | ServiceEndpoint]]:
-    """Each end that receives or asks, with one in another process that it receives from or asks."""
+    """Pair each subscription and client with each publisher or server in another process that it uses."""
     for member in members:
         for received in member.subscriptions:
             for other in members:
@@ -57,7 +57,7 @@ def _pairs(
 
 
 def _uncodable(cls: type[Any]) -> str:
-    """Why messages of a type cannot be put into bytes; empty where they can."""
+    """Return why messages of a type cannot be encoded; empty where they can."""
     try:
         support = TypeSupport(cls)
         parts = (cls.Request, cls.Response) if hasattr(cls, "Request") else (cls,)

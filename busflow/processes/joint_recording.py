@@ -1,4 +1,4 @@
-"""JointRecording: the directory into which each process of a run records itself, and what they come to together."""
+"""JointRecording: the directory into which each process of a run records, and the outcome of all files together."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
 _SUFFIX = ".mcap"
 _UNFIT = re.compile(r"[^\w.-]+")
 _LARGEST_REPORT = 512 << 10
-"""Characters of a report that goes into the metadata, of which readers take no more than a MiB."""
+"""Most characters of a report in the metadata, of which readers take no more than a MiB."""
 
 
 class JointRecording(Extension):
-    """A recording of several files: one of each process, and one more of each further life."""
+    """Recording of several files: one of each process, and one more of each further life."""
 
     def __init__(
         self, spec: RecordSpec, placement: Placement, plan: Plan, log: FilteringBoundLogger, *, run: str
     ) -> None:
-        """A recording that is yet to begin.
+        """Prepare the recording; `begin` makes its directory.
 
         Args:
             spec: what is recorded, and to where.
@@ -58,7 +58,7 @@ class JointRecording(Extension):
             RecordingRefused: its name has a placeholder that stands for nothing.
         """
         self.path: Path = as_directory(named(spec.to, run=run))
-        """The directory, as people know it."""
+        """Directory as the user wrote it."""
         self.directory: Path = self.path.absolute()
         self._spec, self._log = spec, log
         self._processes = (placement.main, *placement.others)
@@ -71,7 +71,7 @@ class JointRecording(Extension):
         self._files: dict[str, list[Path]] = {process: [] for process in self._processes}
         self._begun = False
         self.outcome: RecordingReport | None = None
-        """What it came to, once that is known."""
+        """Outcome of the recording, once it is known."""
 
     def begin(self) -> None:
         """Make the directory.
@@ -86,14 +86,14 @@ class JointRecording(Extension):
         self._begun = True
 
     def end(self) -> None:
-        """Take the directory away again if nothing was recorded."""
+        """Remove the directory again if it is empty."""
         if self._begun:
             with suppress(OSError):  # it is not empty
                 self.directory.rmdir()
                 self._begun = False
 
     def share(self, process: str) -> Share:
-        """What a process records in the life that it is about to begin."""
+        """Return what a process records in the life that it is about to begin."""
         files = self._files[process]
         name = self._stems[process]
         if files:
@@ -107,14 +107,14 @@ class JointRecording(Extension):
         return self._spec.on_drop is OnDrop.FAIL
 
     def so_far(self, recordings: Sequence[Mapping[str, Any]]) -> RecordingReport:
-        """The state of the recording, from the reports of its processes and their earlier starts."""
+        """Return the state of the recording, from the reports of its processes and their earlier lives."""
         if self.outcome is not None:
             return self.outcome
         recorded, missed = (sum(int(each[count]) for each in recordings) for count in ("recorded", "missed"))
         return RecordingReport(str(self.path), recorded, missed, complete=False)
 
     def finish(self, report: Report, recordings: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Look at what all have left behind, and write the metadata.
+        """Examine the files of all processes, and write the metadata.
 
         Args:
             report: that of the whole run.
@@ -169,7 +169,7 @@ class JointRecording(Extension):
 
 
 def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> dict[str, str]:
-    """By topic, the first process of these that receives it, which also records what comes from outside the run."""
+    """Map each topic to the first process that receives it, which also records messages from outside the run."""
     found: dict[str, str] = {}
     for process in processes:
         for member in plan.members:
@@ -180,18 +180,18 @@ def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> di
 
 
 def _counted(series: Series) -> FileCounts:
-    """What the file of a process holds that ROS 2 can read; one without an end has to be read for this."""
+    """Count the messages of a process's file that ROS 2 can read; a file without an end is read as a whole."""
     counts = {channel: count for channel, count in series.overview().counts.items() if channel.encoding == "cdr"}
     return FileCounts(series.files[0].path.name, replace(series.overview(), counts=counts))
 
 
 def _stem(process: str) -> str:
-    """The name of a process's file: without the machine, of which each has a directory of its own."""
+    """Return the name of a process's file, without the machine: each machine has its own directory."""
     return _UNFIT.sub("_", process.rpartition(":")[2]).lstrip(".") or "process"
 
 
 def _unlike(name: str, others: Collection[str]) -> str:
-    """The name, made longer until it is none of the others."""
+    """Return the name, made longer until it differs from all others."""
     while name in others:
         name += "_"
     return name

@@ -1,4 +1,4 @@
-"""Machines: the other machines of a run as one of them sees them: linked or not, since when, and why not."""
+"""Machines: the other machines of a run as this one sees them: linked or not, since when, and why not."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkAddress, NetworkSpec
 
 _FIRST_S = 0.5
-"""The time for which a run must have been linked to count as older than another run of its machine."""
+"""Time for which a run must have been linked to count as older than another run of its machine."""
 _LATE_S = 2.0
-"""How long a machine may take before the log says that it is missing."""
+"""Time that a machine may take before the log says that it is missing."""
 _NAMESAKE_S = 3.0
-"""How long another run of this machine's name may be seen: what is left of one that was killed goes sooner."""
+"""Time that another run of this machine's name may be seen: the token of a killed one goes sooner."""
 _LOOK_S = 5.0
-"""How often it is looked why one is missing."""
+"""Interval at which the reason for a missing machine is looked for."""
 
 
 @dataclass(slots=True)
 class _Machine:
-    """What is known of one machine."""
+    """State of one machine."""
 
     linked: bool = False
     was_linked: bool = False
     changed_s: float = 0.0
     reason: str = ""
-    """The last logged reason why it is not linked."""
+    """Last logged reason why the machine is not linked."""
 
 
 class Machines:
-    """What a run knows of its other machines; no node waits for them."""
+    """Link states of a run's other machines; no node waits for them."""
 
     def __init__(self, spec: NetworkSpec, own: str, log: FilteringBoundLogger, seconds: Callable[[], float]) -> None:
-        """None of them is linked yet.
+        """Begin with no machine linked.
 
         Args:
             spec: all machines.
@@ -61,10 +61,10 @@ class Machines:
         self._changed = asyncio.Event()
         self._namesake: asyncio.TimerHandle | None = None
         self.on_doubled: Callable[[], None] = lambda: None
-        """What follows when another run is this machine, and was before this one."""
+        """Callback for the case that another run was this machine before this one."""
 
     def on_presence(self, process: str, *, there: bool) -> None:
-        """A process of the run has come, or is gone or out of reach."""
+        """React to a process of the run that has come, or is gone or out of reach."""
         if process == process_name(self.own, MAIN):
             self._on_namesake(there=there)
             return
@@ -84,7 +84,7 @@ class Machines:
         self._changed.set()
 
     def _on_namesake(self, *, there: bool) -> None:
-        """Another session says that it is this machine: another run, or what is left of one that was killed."""
+        """React to another session that claims to be this machine: another run, or the token of a killed one."""
         if self._namesake is not None:
             self._namesake.cancel()
             self._namesake = None

@@ -18,9 +18,9 @@ from typing import Any
 from busflow.log import LogRecord
 
 _DEPTH = 10_000
-"""Lines that may wait; the oldest of them gives way."""
+"""Most lines that may wait; a further one displaces the oldest."""
 _CLOSE_TIMEOUT_S = 0.3
-"""How long a slow main process may hold up the end of a worker process."""
+"""Time that a slow main process may hold up the end of a worker process."""
 _VALUE_CHARACTERS = 4096
 
 
@@ -28,14 +28,14 @@ class PipeWriter:
     """Writes lines to a pipe, in a thread of its own."""
 
     def __init__(self, pipe: int) -> None:
-        """The writing end of a pipe, which no process that is started from here inherits."""
+        """Take the writing end of a pipe, which no process started from here inherits."""
         os.set_inheritable(pipe, False)
         os.set_blocking(pipe, False)
         self.lost: int = 0
         self._pipe = pipe
         self._lines: deque[bytes] = deque()
         self._rest = b""
-        """What is left of the line that is being written."""
+        """Rest of the line that is being written."""
         self._arrived = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._write, name="busflow.pipe", daemon=True)
@@ -57,12 +57,12 @@ class PipeWriter:
                 self._arrived.notify()
 
     def log(self, record: LogRecord) -> None:
-        """A sink of the log."""
+        """Send a log record; a sink of the log."""
         values = {name: _short(value) for name, value in record.values.items()}
         self.send(log=[record.stamp_ns, record.level, record.node, _short(record.event), values])
 
     def close(self) -> None:
-        """Write the lines that are left, as far as the main process reads them in time."""
+        """Write the remaining lines, as far as the main process reads them in time."""
         with self._arrived:
             self._closed = True
             self._arrived.notify()
@@ -84,7 +84,7 @@ class PipeWriter:
                     self._rest = self._written(self._lines.popleft())
 
     def _written(self, line: bytes) -> bytes:
-        """Write as much as there is room for; what is left."""
+        """Write as much as there is room for; return the rest."""
         try:
             return line[os.write(self._pipe, line) :]
         except BlockingIOError:

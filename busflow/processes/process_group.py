@@ -307,7 +307,7 @@ class ProcessGroup(Extension):
             stream.flush()
 
     def seconds(self) -> float:
-        """The run's time."""
+        """Return the run's time."""
         return self._graph.clock.seconds()
 
     def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:

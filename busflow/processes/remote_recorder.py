@@ -74,21 +74,21 @@ class RemoteRecorder:
             file.add_metadata(name, {**words, "heard": "from outside"})
         self._spool = Spool(file, destination, threaded=True, on_failure=lambda _error: None)
         self.nodes: int = self._write_parameters()
-        """How many nodes' parameters, as they were in the beginning, have been recorded."""
+        """Number of nodes whose parameters at the beginning have been recorded."""
 
     @property
     def failure(self) -> Exception | None:
-        """Why nothing more can be written."""
+        """Error after which nothing more can be written; None while writing works."""
         return self._spool.failure
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Names of the topics that it listens to."""
+        """Names of the topics that the recorder listens to."""
         return tuple(dict.fromkeys(topic for topic, *_ in self._listeners))
 
     @property
     def unmatched(self) -> tuple[str, ...]:
-        """The patterns for which no topic was found so far."""
+        """Patterns for which no topic was found so far."""
         return self._selection.unmatched
 
     @property
@@ -98,26 +98,26 @@ class RemoteRecorder:
 
     @property
     def recorded(self) -> int:
-        """The messages that were taken in."""
+        """Number of messages that were taken in."""
         return self._sequence - self._missed
 
     @property
     def published(self) -> int:
-        """Those of them that were published: all but the parameters of the beginning."""
+        """Number of recorded messages that were published: all but the parameters of the beginning."""
         return self.recorded - self.nodes
 
     @property
     def missed(self) -> int:
-        """Those that were lost on the way, or could not be written."""
+        """Number of messages that were lost on the way, or could not be written."""
         return self._missed
 
     @property
     def complete(self) -> bool:
-        """Whether the file has come to its end and nothing is missing."""
+        """Whether the file is finished and nothing is missing."""
         return self._complete and not self._missed
 
     def _write_parameters(self) -> int:
-        """Write the parameters of all nodes, as a recorder in the run does; of how many, as far as they answer."""
+        """Write the parameters of all nodes that answer, as a recorder in the run does; return their number."""
         answers: list[Any] = []
         with suppress(BusflowError):  # as above
             answers = self._peer.ask("parameters")
@@ -135,7 +135,7 @@ class RemoteRecorder:
         return self._sequence - self._missed
 
     def _asked(self, question: str) -> Mapping[str, Any]:
-        """What the run answers; nothing where it is of several processes, each with an answer of its own."""
+        """Ask the run; return nothing if several processes answer, or none."""
         answers: list[Any] = []
         with suppress(
             BusflowError
@@ -144,7 +144,7 @@ class RemoteRecorder:
         return answers[0] if len(answers) == 1 else {}
 
     def follow(self) -> None:
-        """Begin to listen to those topics that are wanted and new."""
+        """Begin to listen to wanted topics that are new."""
         for topic in view(self._peer.tokens(), []).topics.values():
             for kind in topic.kinds:
                 if topic.publishers and (topic.name, *kind) not in self._listeners:
@@ -165,7 +165,7 @@ class RemoteRecorder:
             self._unavailable.pop(key, None)
 
     def write(self, listener: _TopicListener, received: Received, lost: int) -> None:
-        """Write a message, before which so many of the same publisher were lost; in whichever thread it came."""
+        """Write a message, with `lost` messages of its publisher missing before it; called in any thread."""
         time_ns = received.stamp_ns or self._clock.now_ns()
         with self._lock:
             self._sequence += lost + 1
@@ -179,7 +179,7 @@ class RemoteRecorder:
         return listener.number > 0
 
     def close(self) -> None:
-        """Listen no more, and end the file."""
+        """Stop listening, and finish the file."""
         report: Mapping[str, Any] = self._asked("report") if self._peer.alive else {}
         self._listening.close()
         with self._lock:
@@ -200,7 +200,7 @@ class _TopicListener(Listener):
         self.topic: str = topic.name
         self.type: ForeignType = type_
         self.number = 0
-        """Of its channel; 0 before its first message."""
+        """Number of the topic's channel; 0 before the first message."""
         self.offered: list[QoS] = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
         self._owner = owner
 

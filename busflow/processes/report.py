@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
-    """The report of the main process with those of the others in it.
+    """Merge the reports of the other processes into that of the main process.
 
     Args:
         main: that of the main process.
@@ -73,7 +73,7 @@ class _LifeReport:
 
 
 def _read(report: Mapping[str, Any] | None, *, dead: bool) -> _LifeReport:
-    """A report as it travels. What still waited in a process that is no more is lost with it."""
+    """Read a process's report. Messages that were queued in an ended process are counted as dropped."""
     if report is None:
         return _LifeReport()
     return _LifeReport(
@@ -111,7 +111,7 @@ def _of(cls: type[T], values: Mapping[str, Any]) -> T:
 
 
 def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
-    """A message is counted as published where its publisher is, and as received where a subscription is.
+    """Merge topics: a message counts as published in its publisher's process, as received in a subscription's.
 
     What a process published just before it was killed, what another machine did, and somebody outside, is known from
     who heard it: there are as many as the process that heard most has seen, if not more.
@@ -138,7 +138,7 @@ def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
 def _lines(
     first: Sequence[SubscriptionStatistics], second: Sequence[SubscriptionStatistics]
 ) -> tuple[SubscriptionStatistics, ...]:
-    """One line for what a node received in several lives of its process."""
+    """Add up the lines of each subscription over several lives of its process."""
     left = list(second)
     lines: list[SubscriptionStatistics] = []
     for line in first:
@@ -164,7 +164,7 @@ def _services(reports: Iterable[_LifeReport]) -> Iterable[ServiceReport]:
 
 
 def _summed(lines: Sequence[T]) -> tuple[T, ...]:
-    """One line for each node, its figures added up."""
+    """Return one line for each node, with its figures added up."""
     found: dict[str, Any] = {}
     for line in lines:
         node = line.node  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType, reportUnknownVariableType]  # both kinds of lines have one
@@ -186,7 +186,7 @@ def _sum(first: Any, second: Any) -> Any:
 
 
 def _timers(reports: Iterable[_LifeReport], order: Sequence[str]) -> Iterable[TimerStatistics]:
-    """By node; of several lives the last one, with the ticks of all."""
+    """Merge timers in the order of nodes: of several lives the last one, with the ticks of all."""
     found: dict[tuple[str, str], TimerStatistics] = {}
     for each in reports:
         for timer in each.timers:

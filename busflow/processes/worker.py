@@ -36,7 +36,7 @@ _PATIENCE_S = 60.0
 
 
 def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: int | None) -> ExitCode:
-    """Run the nodes that standard input assigns, until the main process says so or is no more.
+    """Run the nodes that standard input assigns, until they end, or the main process ends them or itself ends.
 
     Raises:
         ProcessFailed: nothing is assigned.
@@ -71,7 +71,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
 
 
 def _end_with_main(leash: int) -> None:
-    """Wait for the end of the pipe that the main process holds, which is its own end, and end too."""
+    """Wait until the main process has ended, which closes its pipe, and end this process too."""
     with suppress(OSError):
         while os.read(leash, 1):
             pass
@@ -87,7 +87,7 @@ def _set(variables: Mapping[str, str | None]) -> None:
 
 
 def _make_room(assignment: Assignment) -> None:
-    """Be as the main process is, where it matters to a node."""
+    """Set up this process like the main process, where it matters to a node."""
     sys.path[:] = assignment.path
     faulthandler.enable()
     for stream in (sys.stdout, sys.stderr):
@@ -95,7 +95,7 @@ def _make_room(assignment: Assignment) -> None:
 
 
 def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter) -> Graph:
-    """This process's part of the graph, whose other nodes are neither imported nor built.
+    """Build this process's part of the graph; other nodes are neither imported nor built.
 
     Raises:
         LaunchError: a node can be built in the main process, and not here.
@@ -127,7 +127,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
 
 
 def _give_way(graph: Graph, nice: int) -> None:
-    """Give way to other processes of the machine, as the launch file says."""
+    """Set the process's niceness, as the launch file says."""
     if nice:
         try:
             os.nice(nice)
@@ -136,7 +136,7 @@ def _give_way(graph: Graph, nice: int) -> None:
 
 
 class _Part(Extension):
-    """This process as a part of the run: its nodes wait for the others, and it reports to the main process."""
+    """Extension that joins this process to the run: nodes wait for other processes, and the main one gets reports."""
 
     def __init__(self, graph: Graph, assignment: Assignment, writer: PipeWriter) -> None:
         self._graph, self._writer, self._others = graph, writer, assignment.others
@@ -176,6 +176,6 @@ class _Part(Extension):
 
 
 def _figures(graph: Graph, writer: PipeWriter) -> Mapping[str, Any]:
-    """The report so far; what the writer lost is missing in the log."""
+    """Return the report so far, with the lines that the writer lost counted as lost by the log."""
     report = graph.report().as_json()
     return report | {"log_lines_lost": report["log_lines_lost"] + writer.lost}

@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     from busflow.node.supervision import RestartPolicy
 
 _LASTING = {ExitCode.USAGE, ExitCode.INCOMPLETE}
-"""What another life would not mend, or has been asked to be the end of the run: a recording that lacks something."""
+"""Exit codes after which no restart follows: of a wrong use, and of an incomplete recording that ends the run."""
 _SIGNALS = {int(code): number for number, code in CODES.items()}
 """Signals by the exit code of a process that heeded one."""
 
 
 class MemberState(StrEnum):
-    """Where a process is in its life."""
+    """State of a worker process."""
 
     STARTING = "starting"
     RUNNING = "running"
     HANGS = "hangs"
-    """No message came from it for almost two seconds: it is stopped, or the machine has no time for it."""
+    """The process is stopped, has no time to answer, or its event loop stands still."""
     RESTARTING = "restarting"
     ENDED = "ended"
     FAILED = "failed"
@@ -47,45 +47,45 @@ class MemberState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ProcessOutcome:
-    """What one life of a process came to."""
+    """Outcome of one life of a process."""
 
     pid: int
     report: Mapping[str, Any] | None
-    """Its last report; None where it never got so far."""
+    """Last report of the process; None if it sent none."""
     fate: str
-    """How it ended, for people; empty where it ended as it should."""
+    """Text that says how the process ended; empty if it ended as it should."""
 
 
 class WorkerOwner(Protocol):
     """Interface that a worker process needs of its process group."""
 
     def first_line(self, member: WorkerProcess) -> bytes:
-        """Its assignment, as things are now."""
+        """Return the process's assignment, as things are now."""
         ...
 
     def show_record(self, record: LogRecord) -> None:
-        """Show a line of its log; in any thread."""
+        """Show a line of the process's log; called in any thread."""
         ...
 
     def show_print(self, process: str, line: str, *, error: bool) -> None:
-        """Show what a node printed; in any thread."""
+        """Show a line that a node printed; called in any thread."""
         ...
 
     def on_final(self, code: int, *, finished: bool) -> None:
-        """A process has ended for good, before anybody asked it to; because all its nodes have, if it is finished."""
+        """React to a process that has ended for good, unasked; `finished`: because all its nodes have ended."""
         ...
 
     def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
-        """A life has ended, before anybody asked it to."""
+        """React to a life that has ended unasked."""
         ...
 
     def seconds(self) -> float:
-        """The run's time."""
+        """Return the run's time."""
         ...
 
 
 class WorkerProcess:
-    """A process beside the main one."""
+    """Process beside the main one, through all its lives."""
 
     def __init__(
         self,
@@ -105,9 +105,9 @@ class WorkerProcess:
         self._backoff = Backoff(spec.restart)
         self.failures: list[str] = []
         self.lives: list[ProcessOutcome] = []
-        """Those that are over."""
+        """Lives that are over."""
         self.report: Mapping[str, Any] | None = None
-        """The last one of this life."""
+        """Last report of this life."""
         self.child: Child | None = None
         self.spec = spec
         self._arguments, self._owner, self._log = [*arguments, "--process", spec.name], owner, log
@@ -124,7 +124,7 @@ class WorkerProcess:
 
     @property
     def memory(self) -> Memory:
-        """What its next life begins with."""
+        """Parameters and counted lives with which the next life begins."""
         lives = Counter(dict.fromkeys(self.nodes, len(self.lives)))
         for life in self.lives:
             lives.update({node["name"]: node["restarts"] for node in (life.report or {}).get("nodes", ())})
@@ -132,21 +132,21 @@ class WorkerProcess:
 
     @property
     def policy(self) -> RestartPolicy:
-        """When it is started anew."""
+        """Policy by which the process is restarted."""
         return self.spec.restart
 
     @property
     def restarts(self) -> int:
-        """How often it was started anew, or is about to be."""
+        """Number of restarts, a scheduled one included."""
         return self._backoff.restarts
 
     @property
     def pid(self) -> int | None:
-        """The number of its process; None between two lives."""
+        """Process number; None between two lives."""
         return None if self.child is None else self.child.pid
 
     async def live(self) -> None:
-        """Be started, and anew as often as its policy says, until `ask_to_stop`."""
+        """Start the process, and restart it by its policy, until `ask_to_stop`."""
         try:
             while not self._stopping.is_set():
                 code = await self._live_once()
@@ -195,7 +195,7 @@ class WorkerProcess:
         return code
 
     def _fate(self, code: int) -> str:
-        """How a life ended, in words; empty where it ended well."""
+        """Return how a life ended, in words; empty if it ended well."""
         stopping = self._stopping.is_set()
         if stopping and (self._end or code == -signal.SIGTERM):  # or it was asked before it could heed it
             return ""
@@ -210,7 +210,7 @@ class WorkerProcess:
         return f"the process {self.name} was ended by {_signal_name(_SIGNALS.get(code, -code))}{why}"
 
     def _pause_s(self) -> float | None:
-        """How long until the next life; None when there is none."""
+        """Return the time until the next life; None if there is none."""
         when, now_s = self.policy.when, self._owner.seconds()
         ended_well = self.state is MemberState.ENDED
         if (
@@ -227,19 +227,19 @@ class WorkerProcess:
         return pause_s
 
     def ask_to_stop(self) -> None:
-        """Let it end, and not start anew."""
+        """Ask the process to end, without a restart."""
         self._stopping.set()
         if self.child is not None:
             self.child.terminate()
 
     def kill(self, why: str) -> None:
-        """End it at once."""
+        """Kill the process at once."""
         if self.child is not None:
             self._killed_for = why
             self.child.kill()
 
     def on_presence(self, *, there: bool) -> None:
-        """The others have come to see it, or see it no more: it ends, or hangs."""
+        """React to the process's token: it has appeared, or is gone because the process ends or hangs."""
         self._is_out_of_sight = not there
         if there:
             if self.state is MemberState.HANGS:
@@ -304,14 +304,14 @@ class WorkerProcess:
             self._parameters |= message["parameters"]
 
     def on_print(self, line: str, *, error: bool) -> None:
-        """A line that one of its nodes printed."""
+        """Handle a line that one of the process's nodes printed."""
         self._owner.show_print(self.name, line, error=error)
 
 
 _DYING_S = 0.2
-"""A process that ends is seen to leave before its end is known."""
+"""Time from the loss of a token to the known end: an ending process is seen to leave first."""
 _SILENT_S = 1.0
-"""A process that says nothing for so long, though it would twice, does nothing at all."""
+"""Silence that means a process does nothing: it reports twice in this time."""
 _LOOK_S = 0.5
 """Time between two looks at the age of the last report."""
 _BEFORE_WORK = {NodeState.BUILT, NodeState.WAITING, NodeState.STARTING, NodeState.RESTARTING}
