@@ -31,14 +31,14 @@ from busflow.validation.annotations import at, split
 
 @dataclass(slots=True)
 class Trials:
-    """What came of running a launch file with one seed after another."""
+    """Runs a launch file with one seed after another, and collects what was wrong."""
 
     description: LaunchDescription
     for_s: float
     seeds: list[int] = field(default_factory=list[int])
-    """The seeds that were tried."""
+    """Seeds that were tried."""
     _wrong: dict[str, tuple[Fault, list[int]]] = field(default_factory=dict[str, tuple[Fault, list[int]]])
-    """By what it is about: how it was wrong first, and with which seeds."""
+    """Faults by subject: the first one, and all seeds that showed one."""
 
     def run(self, seeds: Iterable[int]) -> None:
         """Run once with each seed.
@@ -52,7 +52,7 @@ class Trials:
                 self._wrong.setdefault(key, (fault, []))[1].append(seed)
 
     def problems(self) -> list[Problem]:
-        """What was wrong, each with the first seed that shows it."""
+        """Return the problems found, each with the first seed that shows it."""
         stated = self.description.expect or Value({}, Origin(StatedBy.FILE))
         found: list[Problem] = []
         for fault, seeds in self._wrong.values():
@@ -62,7 +62,7 @@ class Trials:
         return found
 
     def _faults(self, seed: int) -> list[tuple[str, Fault]]:
-        """What was wrong with one seed, each under what it is about."""
+        """Run with one seed; return the faults, each with its subject."""
         unhurried = replace(self.description, clock=replace(self.description.clock, rate=None))
         with simulated_graph([unhurried], seed=seed) as (graph, loop_factory):
             expectations = Expectations(graph, expectations_of(self.description))
@@ -81,12 +81,12 @@ async def _run(graph: Graph, for_s: float) -> None:
 
 
 def expectations_of(description: LaunchDescription) -> ExpectKeys:
-    """What a launch file expects; nothing where it does not say."""
+    """Return the expectations of a launch file; empty ones where it states none."""
     return ExpectKeys() if description.expect is None else ExpectKeys.model_validate(description.expect.data)
 
 
 def expectation_problems(description: LaunchDescription, members: Sequence[PlannedNode]) -> list[Problem]:
-    """What a launch file expects of topics and fields that its nodes do not have."""
+    """Find expectations of topics and fields that the launch file's nodes do not have."""
     if description.expect is None:
         return []
     types = {each.topic: each.type for member in members for each in (*member.publishers, *member.subscriptions)}
@@ -117,7 +117,7 @@ def _type_faults(topic: str, message_type: type[Message], expected: TopicExpecta
 
 @dataclass(slots=True)
 class _Seen:
-    """What was worst about one thing, and how often it was wrong."""
+    """Failures of one expectation: the text of the first, and their number."""
 
     wrong: int = 0
     first: str = ""
@@ -146,7 +146,7 @@ class Expectations:
         self.graph.log.sinks.append(self._on_log)
 
     def broken(self) -> Iterator[Fault]:
-        """What did not hold, each at its key of the `expect:` section."""
+        """Find the expectations that did not hold, each at its key of the `expect:` section."""
         report = self.graph.report()
         if self.expected.no_errors and self._errors.wrong:
             yield Fault(("no_errors",), f"the log has {counted(self._errors.wrong, 'error')}: {self._errors}")

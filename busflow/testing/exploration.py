@@ -1,4 +1,4 @@
-"""Exploration: one test under many orders of events, and what of a failing order matters."""
+"""Exploration: one test under many orders of events, and the choices that matter in a failing order."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ Test = Callable[P, Coroutine[Any, Any, object]]
 SCHEDULES = 100
 """Default number of orders that a test runs under."""
 _ATTEMPTS = 400
-"""How many runs finding out what matters may take."""
+"""Most runs that the search for the choices that matter may take."""
 _MOST_SHOWN = 5
-"""How many of the choices that matter are shown."""
+"""Most choices that are shown."""
 
 
 @overload
@@ -81,7 +81,7 @@ def _explore(once: Callable[[Schedule], None], schedules: int) -> None:
 
 
 def _error_of(once: Callable[[Schedule], None], schedule: Schedule) -> BaseException | None:
-    """What a test raises under a schedule, if it fails; skipping it or stopping the session goes on as it is."""
+    """Return what a test raises under a schedule, if it fails; a skip or the end of the session is raised on."""
     try:
         once(schedule)
     except Exception as error:  # noqa: BLE001  # whatever a test raises is what is looked for
@@ -95,7 +95,7 @@ def _error_of(once: Callable[[Schedule], None], schedule: Schedule) -> BaseExcep
 
 
 def _what_matters(once: Callable[[Schedule], None], seed: int, error: BaseException) -> list[str]:
-    """The fewest choices found with which the test fails in the same way, in words."""
+    """Describe the fewest choices found with which the test fails in the same way."""
 
     def failing(schedule: Schedule) -> Schedule | None:
         again = _error_of(once, schedule)
@@ -112,7 +112,7 @@ def _what_matters(once: Callable[[Schedule], None], seed: int, error: BaseExcept
 
 
 def _kind(error: BaseException) -> tuple[str, ...]:
-    """What two failures of one cause have in common: the types of the error and of its causes."""
+    """Return what two failures of one cause have in common: the types of the error and of its causes."""
     kinds: list[str] = []
     cause: BaseException | None = error
     while cause is not None:
@@ -122,7 +122,7 @@ def _kind(error: BaseException) -> tuple[str, ...]:
 
 
 def minimised(recorded: Schedule, fails: Callable[[Mapping[Place, int]], Schedule | None]) -> Schedule:
-    """A schedule of which as many choices as possible are set back to first in, first out, so that it still fails.
+    """Return a schedule that still fails, with as many choices as possible set back to first in, first out.
 
     Args:
         recorded: One that fails.

@@ -43,28 +43,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Ledger:
-    """The lines of all subscriptions there are or were; in each, published = delivered + dropped + queued."""
+    """Account of all subscriptions, past and present; in each line, published = delivered + dropped + queued."""
 
     lines: tuple[SubscriptionStatistics, ...]
 
     @property
     def published(self) -> int:
-        """How many messages were published, counted once for each subscription."""
+        """Number of published messages, counted once for each subscription."""
         return sum(line.published for line in self.lines)
 
     @property
     def delivered(self) -> int:
-        """How many were handed over."""
+        """Number of messages that were handed over."""
         return sum(line.delivered for line in self.lines)
 
     @property
     def dropped(self) -> int:
-        """How many were lost, for whatever reason."""
+        """Number of messages that were lost, for whatever reason."""
         return sum(line.dropped for line in self.lines)
 
     @property
     def queued(self) -> int:
-        """How many wait now."""
+        """Number of messages that are queued now."""
         return sum(line.queued for line in self.lines)
 
     def __iter__(self) -> Iterator[SubscriptionStatistics]:
@@ -108,7 +108,7 @@ class Harness:
         if not isinstance(loop, VirtualLoop):
             raise NotRunning("a harness needs virtual time: put @virtual_time above the test")
         self.log: list[LogRecord] = []
-        """Every line that the nodes have logged, the oldest first."""
+        """Lines that the nodes have logged, the oldest first."""
         self.clock: SimClock = SimClock()
         self.graph: Graph = Graph(
             what,
@@ -142,7 +142,7 @@ class Harness:
             raise NotRunning(f"a harness starts and stops nodes, which takes an async with: {_AS_WRITTEN}")
 
         def __exit__(self, *_: object) -> None:
-            """Is never called: without it Python would not even ask for the above."""
+            """Never called: without this method Python would not call `__enter__` either."""
 
     async def __aenter__(self) -> Self:
         if self._expected is None:
@@ -174,7 +174,7 @@ class Harness:
         await self._loop.advance(seconds)
 
     async def settle(self) -> None:
-        """Let everything run that is due now; time does not move."""
+        """Run everything that is due now; time does not move."""
         await self._loop.settle()
 
     # What happened.
@@ -184,7 +184,7 @@ class Harness:
     @overload
     def received(self, topic: str, message_type: type[M]) -> list[M]: ...
     def received(self, topic: str, message_type: type[M] | None = None) -> list[M] | list[Any]:
-        """The messages that were published on a topic so far, whether or not a node received them."""
+        """Messages that were published on a topic so far, whether or not a node received them."""
         return list(cast("list[Any]", self._received[self._known(topic, message_type)]))
 
     @overload
@@ -192,7 +192,7 @@ class Harness:
     @overload
     async def wait_for(self, topic: str, message_type: type[M], *, timeout: float = 10.0) -> M: ...  # noqa: ASYNC109  # as above
     async def wait_for(self, topic: str, message_type: type[M] | None = None, *, timeout: float = 10.0) -> Any:  # noqa: ASYNC109  # as above
-        """The next message on a topic that no wait has seen yet; waits for it if need be.
+        """Return the next message on a topic that no `wait_for` has returned yet; wait for it if need be.
 
         Args:
             topic: The topic's name.
@@ -217,7 +217,7 @@ class Harness:
 
     @property
     def ledger(self) -> Ledger:
-        """The ledger of every subscription, as it stands now."""
+        """Ledger of every subscription, as it stands now."""
         return Ledger(tuple(self.graph.bus.ledger()))
 
     @overload
@@ -225,7 +225,7 @@ class Harness:
     @overload
     def node(self, which: str) -> Node: ...
     def node(self, which: type[N] | str) -> N | Node:
-        """The node of a class, or of a name."""
+        """Return the node of a class, or of a name."""
         return self.graph.node(cast("Any", which))
 
     # What the test does.
@@ -253,11 +253,11 @@ class Harness:
         return self.graph.set_parameters(which, changes, **values)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
-        """A publisher of the test's own."""
+        """Create a publisher of the test's own."""
         return self.graph.advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
-        """A subscription of the test's own, to pull from.
+        """Create a subscription of the test's own, to pull from.
 
         Raises:
             NotSeen: The topic is unknown, and its name like that of another.
@@ -275,7 +275,7 @@ class Harness:
         *,
         timeout: float | None = TIMEOUT_S,  # noqa: ASYNC109  # of virtual seconds
     ) -> Res:
-        """Ask a service from outside; the timeout is in virtual seconds.
+        """Call a service from outside; the timeout is in virtual seconds.
 
         Raises:
             ServiceError: There is no answer, as `Client.call` says.
@@ -285,29 +285,29 @@ class Harness:
     # The harm it does.
 
     def fail(self, which: type[Node] | str, error: BaseException) -> None:
-        """Let a node fail now, as if its own code had raised; `harness(expect_failure=…)` makes the test expect it."""
+        """Make a node fail now, as if its own code had raised; `harness(expect_failure=…)` makes the test expect it."""
         runtime_of(self.node(cast("Any", which))).life.fail("Harness.fail", error)
 
     def delay(self, topic: str, seconds: float) -> None:
-        """Let what is published on a topic from now on arrive later, in order; meanwhile it counts as queued."""
+        """Delay messages that are published on a topic from now on, in order; meanwhile they count as queued."""
         self._faults.delay(self._known(topic), seconds)
 
     def drop(self, topic: str, *, every: int = 1) -> None:
-        """Lose every so manieth message of a topic, from now on: a drop, whose reason is `injected`."""
+        """Drop every n-th message of a topic from now on; the reason of these drops is `injected`."""
         self._faults.drop(self._known(topic), every)
 
     def heal(self, topic: str) -> None:
-        """End what `delay` and `drop` do to a topic."""
+        """End the effect of `delay` and `drop` on a topic."""
         self._faults.heal(self._known(topic))
 
     def jump(self, seconds: float) -> None:
-        """Set the clock that stamps are taken from, forwards or backwards; time goes on as before."""
+        """Set the clock of the stamps forwards or backwards; timers and `advance` go on as before."""
         self.clock.jump(Duration(seconds=seconds))
 
     # Behind it.
 
     def _on_attach(self, attached: object) -> None:
-        """Listen on every topic from the moment it exists."""
+        """Listen to every topic from the moment it exists."""
         if isinstance(attached, Publisher | Subscription):
             topic = self.graph.bus.topics[attached.topic]
             if topic.name not in self._received:
@@ -324,7 +324,7 @@ class Harness:
         self.graph.bus.tap(topic, on_message)
 
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
-        """The topic's full name, if there is one, of that type."""
+        """Return a topic's full name; refuse an unknown topic, or one of another type."""
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
         if name not in topics:
             raise NotSeen(f"nobody publishes or receives {name}; {did_you_mean(name, topics)}")
@@ -357,7 +357,7 @@ def harness(
     log_level: str = "info",
     record: Wanted = False,
 ) -> Harness:
-    """A graph of launch files, node classes and instances, on virtual time.
+    """Build a graph of launch files, node classes and instances, on virtual time.
 
     Args:
         what: As `busflow.launch` takes it.
@@ -380,7 +380,7 @@ def harness(
 
 
 def given_seed() -> int | None:
-    """The seed that the environment asks for, to replay one.
+    """Return the seed of `BUSFLOW_SEED`, to replay a failure; None where it is not set.
 
     Raises:
         BusflowError: It is not a number.

@@ -17,12 +17,12 @@ class LinkFault:
 
     delay_ns: int = 0
     lose_every: int = 0
-    """Which messages are lost: 3 is the third, the sixth, the ninth …, 0 is none."""
+    """Interval of lost messages: 3 loses the third, the sixth, the ninth …, 0 loses none."""
     links: list[_FaultyLink] = field(default_factory=list["_FaultyLink"])
 
 
 class Faults:
-    """What is wrong with the topics of a bus; each subscription of such a topic gets a link that does it."""
+    """Injected faults of the topics of a bus, carried out by a link in each subscription of such a topic."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
@@ -30,13 +30,13 @@ class Faults:
         bus.on_attach.append(self._on_attach)
 
     def delay(self, topic: str, seconds: float) -> None:
-        """Let what is published from now on arrive later."""
+        """Delay messages that are published from now on."""
         if not 0 <= seconds < float("inf"):
             raise ValueError(f"a delay is a finite number of seconds, 0 or more, not {seconds!r}")
         self._fault(topic).delay_ns = round(seconds * NS_PER_S)
 
     def drop(self, topic: str, every: int) -> None:
-        """Lose every n-th message that is published from now on."""
+        """Drop every n-th message that is published from now on."""
         if every < 1:
             raise ValueError(f"every is 1 for all messages, 2 for every second, not {every!r}")
         fault = self._fault(topic)
@@ -45,7 +45,7 @@ class Faults:
             link.seen = 0
 
     def heal(self, topic: str) -> None:
-        """Let everything through at once again; what is on its way arrives when it was to."""
+        """Pass messages on at once again; those under way still arrive at their delayed time."""
         fault = self._fault(topic)
         fault.delay_ns = fault.lose_every = 0
 
@@ -69,20 +69,20 @@ class Faults:
 
 
 class _FaultyLink:
-    """The way of one subscription's messages, which keep their order whatever happens to them."""
+    """Link of one subscription, which delays or loses its messages and keeps their order."""
 
     def __init__(self, target: Subscription[Any], fault: LinkFault, clock: Clock) -> None:
         self.target = target
         self.held = 0
         self.seen = 0
-        """Messages since the test asked for losses."""
+        """Number of messages since the test asked for losses."""
         self._fault = fault
         self._clock = clock
         self._under_way: deque[Any] = deque()
         self._last_due_ns = 0
 
     def carry(self, item: Any) -> None:
-        """Lose the message, hold it up, or pass it on."""
+        """Drop the message, delay it, or pass it on."""
         if self._is_lost():
             self.target.queue.drops["injected"] += 1
         elif self._fault.delay_ns or self._under_way:

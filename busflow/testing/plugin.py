@@ -44,13 +44,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header() -> str | None:
-    """Say so when a seed is replayed."""
+    """Name the seed in pytest's header when one is replayed."""
     seed = os.environ.get("BUSFLOW_SEED")
     return f"busflow: BUSFLOW_SEED={seed}" if seed else None
 
 
 class _Caller:
-    """Calls the tests that are meant for a virtual loop."""
+    """Runs the tests that are meant for a virtual loop."""
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> bool | None:
@@ -75,7 +75,7 @@ class _Explainer:
 
     @pytest.hookimpl(hookwrapper=True, tryfirst=True)
     def pytest_pyfunc_call(self) -> Generator[None, Any]:
-        """Add how busflow runs an async test."""
+        """Add to the failure how busflow runs an async test."""
         outcome = yield
         error = outcome.excinfo[1] if outcome.excinfo else None
         if isinstance(error, pytest.fail.Exception) and str(error.msg).startswith("async def functions are not"):
@@ -83,14 +83,14 @@ class _Explainer:
 
 
 def _async_test(test: Any) -> Any:
-    """The async test itself, also where pytest-asyncio has wrapped what its auto mode took for its own."""
+    """Return the async test itself, also where pytest-asyncio's auto mode has wrapped it."""
     return next(
         (each for each in (test, getattr(test, "__wrapped__", None)) if inspect.iscoroutinefunction(each)), None
     )
 
 
 def _decorator(item: pytest.Function) -> Callable[[Any], Callable[..., object]] | None:
-    """What makes the test run on virtual time: that of its marker, or the plain one where it has a harness."""
+    """Return the decorator for virtual time: that of the test's marker, or the plain one for a test with a harness."""
     from busflow.testing import explore, virtual_time
 
     if (marker := item.get_closest_marker("explore")) is not None:
@@ -103,7 +103,7 @@ def _decorator(item: pytest.Function) -> Callable[[Any], Callable[..., object]] 
 
 
 def _has_a_loop(item: pytest.Function) -> bool:
-    """Whether another plugin brings the test's loop, chosen by the user, which may be a virtual one."""
+    """Whether the user chose another plugin for the test's loop, which may be a virtual one."""
     factories = getattr(item.config.hook, "pytest_asyncio_loop_factories", None)
     chosen = factories is not None and bool(factories.get_hookimpls())
     return "anyio_backend" in item.fixturenames or (chosen and item.get_closest_marker("asyncio") is not None)

@@ -1,4 +1,4 @@
-"""Trace: a line for everything that happens in a run, by which two runs can be compared byte by byte.
+"""Trace: a line for each event of a run, so that two runs can be compared byte by byte.
 
     0.100000000 timer /sensor_publisher publish_sensors
     0.100000000 parameter /sensor_publisher noise.imu 0.5
@@ -41,7 +41,7 @@ from busflow.runner.graph import Graph
 from busflow.runner.supervisor import Unit
 
 _REMEMBERED = 1024
-"""Messages whose hash is kept, since each is asked for once more by every delivery."""
+"""Most messages whose hash is kept, since each delivery asks for it again."""
 
 
 class Trace(Extension):
@@ -60,7 +60,7 @@ class Trace(Extension):
         graph.attach(self)
 
     def node_rebuilt(self, unit: Unit) -> None:
-        """Write that a node is about to be started anew."""
+        """Write that a node is about to be restarted."""
         self._add("restart", unit.name, f"#{unit.restarts}")
 
     def _on_attach(self, attached: object) -> None:
@@ -85,7 +85,7 @@ class Trace(Extension):
         self._add(kind, call.service, call.caller, f"#{call.number}", shown)
 
     def _on_end(self, end: Publisher[Any] | Subscription[Any]) -> None:
-        """Listen to an end of a topic, and to the topic from its first end on."""
+        """Listen to an endpoint of a topic, and to the topic from its first endpoint on."""
         topic = end.topic
         if topic not in self._published:
             self._published[topic] = 0
@@ -121,7 +121,7 @@ class Trace(Extension):
 
 
 def content_hash(message: Message) -> str:
-    """A hash of a message's type and content, the same in every process and Python."""
+    """Return a hash of a message's type and content, the same in every process and Python."""
     digest = blake2b(digest_size=8)
     for part in _parts(message):
         digest.update(part)
@@ -129,7 +129,7 @@ def content_hash(message: Message) -> str:
 
 
 def _parts(value: Any) -> Iterable[bytes]:
-    """A value as bytes: of its kind, its length where it has one, and its content."""
+    """Return a value as bytes: its kind, its length if it has one, and its content."""
     match value:
         case Message():
             yield _text(type_name(type(value)))
@@ -168,7 +168,7 @@ def _text(text: str) -> bytes:
 
 
 def _plain(value: Any) -> object:
-    """What a log line shows of a value that JSON does not know; never an address, which no two runs share."""
+    """Return a log line's text for a value that JSON does not know; never an address, which differs between runs."""
     if isinstance(value, np.generic | np.ndarray):
         return cast("np.ndarray[Any, np.dtype[Any]]", value).tolist()
     if isinstance(value, BaseException):
