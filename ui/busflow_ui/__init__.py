@@ -1,1 +1,1 @@
-"""What shows a graph of busflow in a browser or a viewer: commands that busflow finds by their entry points."""
+"""Viewers of a busflow graph, in a browser or elsewhere: commands that busflow finds by their entry points."""

@@ -1,4 +1,4 @@
-"""Admission: which connections are let in, by what their handshake says of the page and the address behind them.
+"""Admission: accepts or refuses connections by the page and the address that their handshake names.
 
 A page of any site that a person opens in a browser may connect to a port of this machine; the browser tells in `Origin`
 whose page it is, and only a browser's word is needed, since who is no browser can do as much by other ways. `Host` is
@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 APPS = ("https://app.foxglove.dev", "file://")
-"""Foxglove in the browser; and what a viewer sends that is installed, such as Lichtblick's desktop application."""
+"""Origins of Foxglove in the browser, and of installed viewers such as Lichtblick's desktop application."""
 
 
 class Admission:
-    """Decides about handshakes.
+    """Accepts or refuses handshakes.
 
     >>> gate = Admission("127.0.0.1", ["http://robot.lab:8080"])
     >>> gate.refusal("localhost:8765", "https://app.foxglove.dev"), gate.refusal("127.0.0.1:8765", None)
@@ -26,7 +26,7 @@ class Admission:
     """
 
     def __init__(self, host: str, origins: Sequence[str] = ()) -> None:
-        """The viewers that may connect.
+        """Set which viewers may connect.
 
         Args:
             host: the address at which we are; where it is this machine's own, we have to be found by one of its names.
@@ -36,7 +36,7 @@ class Admission:
         self._is_local = is_local(host)
 
     def refusal(self, host: str | None, origin: str | None) -> str | None:
-        """Why a handshake with these headers is refused; None where it is not."""
+        """Return why a handshake with these headers is refused; None if it is accepted."""
         if self._is_local and not self._is_here(_name_of(f"//{host}") if host else None):
             return f"there is no {host} here; connect to localhost"
         if origin is None or origin in self._origins:
@@ -65,7 +65,7 @@ def is_local(host: str) -> bool:
 
 
 def _name_of(address: str) -> str | None:
-    """The name in an address, without its port; None where there is none."""
+    """Return the host name in an address, without the port; None if there is none."""
     try:
         return urlsplit(address).hostname
     except ValueError:

@@ -40,21 +40,21 @@ if TYPE_CHECKING:
 _LOOK_S = 1.0
 """The interval at which the graph is read, while a viewer is connected."""
 _LIFE_S = 0.2
-"""How often it is looked whether the run still lives."""
+"""Interval at which the bridge checks that the run still lives."""
 _FAREWELL_S = 0.3
-"""How long a viewer may take to say goodbye."""
+"""Time that a viewer may take to close its connection."""
 _MOST_VIEWERS = 32
 _MOST_CALLS = 16
 _MOST_FRAME = 16 * 1024 * 1024
-"""The largest message that a viewer may send."""
+"""Largest message that a viewer may send."""
 _MOST_REFUSED = 20
-"""The number of kinds of refusals that are printed; a page could try with ever new ones."""
+"""Most different refusals that are printed; a page could try with ever new ones."""
 _PARAMETERS_S = 0.2
 _STATE = "run"
-"""The name of the status that says how the run fares."""
+"""Id of the status message about the run's state."""
 
 _LOG = logging.getLogger(__name__)
-"""What websockets has to say of handshakes that went wrong; shown only where a program has asked for such lines."""
+"""Log of websockets about failed handshakes; shown only where a program has asked for such lines."""
 _LOG.addHandler(logging.NullHandler())
 _LOG.propagate = False
 
@@ -65,7 +65,7 @@ class Bridge:
     def __init__(
         self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, print_message: Callable[[str], None]
     ) -> None:
-        """A bridge to a run.
+        """Build a bridge to a run.
 
         Args:
             peer: a member of the run.
@@ -98,7 +98,7 @@ class Bridge:
         self._refused: set[str] = set()
 
     async def open(self, host: str, port: int, admission: Admission) -> int:
-        """Let viewers in; the port, which is a free one where 0 was asked for.
+        """Accept viewers; return the port, a free one where 0 was asked for.
 
         Raises:
             InvalidInput: It cannot be had.
@@ -126,7 +126,7 @@ class Bridge:
         return self._server.sockets[0].getsockname()[1]
 
     async def ended(self) -> None:
-        """Keep the offer up to date until the run has ended, and notify all viewers of the end."""
+        """Update the offered topics and services until the run has ended; then notify all viewers."""
         keeping = [asyncio.create_task(each()) for each in (self._keep_catalogue, self._keep_parameters)]
         try:
             while self.peer.alive:

@@ -1,4 +1,4 @@
-"""Catalogue: what of a run a viewer is offered, its topics and services, each under a number; and what has changed.
+"""Catalogue: the topics and services of a run that viewers are offered, each under a number, and their changes.
 
 Looking asks the run and waits; it is a step of its own, so that it can be taken in another thread.
 """
@@ -20,36 +20,36 @@ if TYPE_CHECKING:
 CLOCK = "/clock"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 Kind: TypeAlias = tuple[str, str | None]
-"""A type by its name and its hash, if that is known."""
+"""Type by its name and its hash, if that is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class OfferedTopic:
-    """A topic that is offered."""
+    """Topic that is offered to viewers."""
 
     id: int
     topic: TopicView
     type: ForeignType
 
     def announcement(self) -> dict[str, Any]:
-        """How it is announced."""
+        """Return the announcement of this entry, in the protocol's words."""
         return {"id": self.id, "topic": self.topic.name, "schemaName": self.type.name, **_encoding(self.type)}
 
 
 @dataclass(frozen=True, slots=True)
 class OfferedService:
-    """A service that is offered."""
+    """Service that is offered to viewers."""
 
     id: int
     kind: ServiceKind
 
     @property
     def encoding(self) -> str:
-        """How its requests and answers are encoded."""
+        """Encoding of the service's requests and answers."""
         return self.kind.request.encoding
 
     def announcement(self) -> dict[str, Any]:
-        """How it is announced."""
+        """Return the announcement of this entry, in the protocol's words."""
         parts = {"request": self.kind.request, "response": self.kind.response}
         schemas = {word: {"schemaName": part.name, **_encoding(part)} for word, part in parts.items()}
         return {"id": self.id, "name": self.kind.name, "type": self.kind.type, **schemas}
@@ -57,7 +57,7 @@ class OfferedService:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A run as it was at one moment, and what is needed to read its messages."""
+    """State of a run at one moment, with the types that are needed to read its messages."""
 
     graph: GraphView
     types: Mapping[Kind, ForeignType]
@@ -66,7 +66,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What is new in a catalogue, and what is gone."""
+    """Entries that are new in a catalogue, and numbers of those that are gone."""
 
     channels: tuple[OfferedTopic, ...] = ()
     gone_channels: tuple[int, ...] = ()
@@ -75,7 +75,7 @@ class Change:
 
 
 class Catalogue:
-    """The channels and services that are offered now."""
+    """Channels and services that are offered now."""
 
     def __init__(self, peer: Peer, wanted: Selection, print_message: Callable[[str], None]) -> None:
         self.channels: dict[int, OfferedTopic] = {}
@@ -99,7 +99,7 @@ class Catalogue:
             raise NoSuchTarget(f"no topic matches {printable(pattern)!r}; {advice}")
 
     def look(self) -> Seen:
-        """Ask the run what there is. It takes as long as the run's answer, and is for one thread at a time."""
+        """Ask the run for its topics, services and types. Blocks until the run answers; for one thread at a time."""
         graph = self._peer.graph()
         for topic in self._topics(graph):
             for kind in topic.kinds:
@@ -121,7 +121,7 @@ class Catalogue:
         return Seen(graph, dict(self._types), services)
 
     def update(self, seen: Seen) -> Change:
-        """Offer what was seen, and say what that changes."""
+        """Offer the topics and services of a seen state; return the changes."""
         topics = {
             (topic.name, seen.types[kind]): topic
             for topic in self._topics(seen.graph)
@@ -143,7 +143,7 @@ class Catalogue:
         return Change(tuple(new), tuple(gone), services, gone_services)
 
     def clock(self) -> OfferedTopic | None:
-        """The channel of `/clock`, if it is published."""
+        """Return the channel of `/clock`, if it is published."""
         clocks = (each for each in self.channels.values() if (each.topic.name, each.type.name) == (CLOCK, CLOCK_TYPE))
         return next((each for each in clocks if each.topic.publishers), None)
 
@@ -157,12 +157,12 @@ class Catalogue:
         return new, gone
 
     def _topics(self, graph: GraphView) -> Iterator[TopicView]:
-        """Those that are wanted; what ROS would not call a topic has no key that could be listened to."""
+        """Return the wanted topics; a name that breaks ROS's grammar has no key to listen to, and is left out."""
         wanted = (topic for topic in graph.topics.values() if self._wanted.includes(topic.name))
         return (topic for topic in wanted if full_topic_name_fault(topic.name) is None)
 
     def _learn(self, topic: str, kind: Kind) -> None:
-        """Find out what a type is; a topic of an unknown type cannot be shown, which is reported once."""
+        """Look a type up; a topic of an unknown type cannot be shown, which is reported once."""
         try:
             self._types[kind] = known_type(self._peer, *kind)
         except InspectionUnavailable:
@@ -185,12 +185,12 @@ def _key(channel: OfferedTopic) -> tuple[str, ForeignType]:
 
 
 def _answered(graph: GraphView) -> list[TopicView]:
-    """The services that have a server."""
+    """Return the services that have a server and are not hidden."""
     return [each for each in graph.services.values() if each.publishers and not each.hidden]
 
 
 def _encoding(type_: ForeignType) -> dict[str, str]:
-    """How messages of a type are encoded, and its definition."""
+    """Return the encoding of a type's messages, and its definition."""
     # Viewers get the JSON Schema without the line breaks that make it legible.
     schema = type_.definition if type_.is_ros else json.dumps(type_.description)
     return {"encoding": type_.encoding, "schemaEncoding": type_.definition_encoding, "schema": schema}

@@ -1,4 +1,4 @@
-"""Connections: which nodes publish, receive and answer what, as a viewer draws them, and what has changed. Pure."""
+"""Connections: the nodes that publish, receive and answer each name, as a viewer draws them, and changes. Pure."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from busflow.cli.commands import EndView, GraphView
 
 Ends: TypeAlias = Mapping[str, tuple[str, ...]]
-"""The nodes by the name of the topic or service."""
+"""Nodes by the name of the topic or service."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connections:
-    """The nodes on the ends of each topic and service, hidden ones left out."""
+    """Nodes at the endpoints of each topic and service, hidden ones left out."""
 
     published: Ends = field(default_factory=dict[str, tuple[str, ...]])
     subscribed: Ends = field(default_factory=dict[str, tuple[str, ...]])
@@ -23,7 +23,7 @@ class Connections:
 
     @classmethod
     def of(cls, graph: GraphView) -> Connections:
-        """Those of a run."""
+        """Return the connections of a run."""
         hidden = {node.name for node in graph.nodes.values() if node.hidden}
 
         def nodes(ends: Iterable[EndView]) -> tuple[str, ...]:
@@ -37,7 +37,7 @@ class Connections:
         )
 
     def since(self, former: Connections) -> Mapping[str, Any]:
-        """The update for a viewer that knows the former entries, in the protocol's words."""
+        """Return the update for a viewer that knows the former entries, in the protocol's words."""
         topics, were = (
             self.published.keys() | self.subscribed.keys(),
             former.published.keys() | former.subscribed.keys(),
@@ -52,7 +52,7 @@ class Connections:
 
 
 def _changed(now: Ends, former: Ends, word: str, names: Iterable[str]) -> list[dict[str, Any]]:
-    """Each changed entry; an endpoint whose nodes have all gone is sent with an empty list."""
+    """Return each changed entry; a topic or service whose nodes have all gone has an empty list."""
     return [
         {"name": name, word: list(now.get(name, ()))}
         for name in sorted(names)

@@ -1,4 +1,4 @@
-"""RunParameters: a run's parameters as a viewer has them, by one name each, `/sensor_publisher.noise.imu`.
+"""RunParameters: a run's parameters as viewers name them, such as `/sensor_publisher.noise.imu`.
 
 Everything here asks the run and waits, and is for one thread at a time. The run validates what is set.
 """
@@ -20,19 +20,19 @@ _DOUBLE, _DOUBLES = 3, 8
 
 
 class RunParameters:
-    """The parameters of every node of a run that is busflow's."""
+    """Parameters of every busflow node of a run."""
 
     def __init__(self, peer: Peer) -> None:
         self._peer = peer
         self._last_seen: dict[str, int] | None = None
 
     def get(self, names: Iterable[str] = ()) -> list[dict[str, Any]]:
-        """The parameters of these names, of all where none is given; what does not exist is left out."""
+        """Return the parameters of these names, or all if none is given; unknown names are left out."""
         wanted = set(names)
         return [_row(name, row["value"], row["ros_type"]) for name, row in self._rows().items() if _in(name, wanted)]
 
     def set(self, values: Mapping[str, Any]) -> list[str]:
-        """Set parameters, those of one node all or none; the reasons why some were not set."""
+        """Set parameters, those of one node all or none; return the reasons why some were not set."""
         rows = self._rows()
         by_node: dict[str, dict[str, Any]] = {}
         reasons: list[str] = []
@@ -49,7 +49,7 @@ class RunParameters:
         return reasons
 
     def changes(self) -> list[dict[str, Any]]:
-        """What was set since the last call, each parameter as it is now; from the first call on nothing is missed."""
+        """Return the parameters set since the last call, with their values now; after the first call none is missed."""
         if self._last_seen is None:
             self._last_seen = {each["process"]: each["last"] for each in self._peer.ask("parameter_changes")}
             return []
@@ -90,7 +90,7 @@ def _in(name: str, wanted: set[str]) -> bool:
 
 
 def _row(name: str, value: Any, ros_type: int) -> dict[str, Any]:
-    """A parameter in the protocol's words; one without a value has none there either."""
+    """Return a parameter in the protocol's words; one without a value has none there either."""
     if value is None:
         return {"name": name}
     row: dict[str, Any] = {"name": name, "value": finite(value)}

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias, cast
 from busflow.errors import MalformedMessage
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""What a client may ask for, the newer name first; viewers of before 2025 know the older one alone."""
+"""Subprotocols that a client may ask for, the newer first; viewers from before 2025 know the older one alone."""
 
 _DATA, _TIME, _CALL_ANSWERED = 1, 2, 3
 _CLIENT_DATA, _CLIENT_CALL = 1, 2
@@ -29,7 +29,7 @@ _MOST_ID = (1 << 32) - 1
 
 
 class Level(IntEnum):
-    """How much a status matters."""
+    """Severity of a status message."""
 
     INFO = 0
     WARNING = 1
@@ -40,28 +40,28 @@ class Level(IntEnum):
 
 
 def text(op: str, **fields: Any) -> str:
-    """A message in text; what is None is left out."""
+    """Return a text frame; fields that are None are left out."""
     frame = {"op": op, **{word: value for word, value in fields.items() if value is not None}}
     return json.dumps(frame, separators=(",", ":"), allow_nan=False)
 
 
 def status(level: Level, message: str, *, id_: str | None = None) -> str:
-    """A sentence for the person in front of the viewer; a later one with the same id replaces it."""
+    """Return a sentence for the viewer's user; a later one with the same id replaces it."""
     return text("status", level=int(level), message=message, id=id_)
 
 
 def message_data(subscription: int, stamp_ns: int, payload: bytes) -> bytes:
-    """One message of a topic."""
+    """Return a frame with one message of a topic."""
     return _DATA_HEAD.pack(_DATA, subscription, stamp_ns) + payload
 
 
 def time(now_ns: int) -> bytes:
-    """What time it is for the nodes."""
+    """Return a frame with the nodes' time."""
     return _TIME_HEAD.pack(_TIME, now_ns)
 
 
 def call_answered(service: int, call: int, encoding: str, payload: bytes) -> bytes:
-    """The answer of a service."""
+    """Return a frame with the answer of a service."""
     word = encoding.encode()
     return _CALL_HEAD.pack(_CALL_ANSWERED, service, call, len(word)) + word + payload
 
@@ -71,46 +71,46 @@ def call_answered(service: int, call: int, encoding: str, payload: bytes) -> byt
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """It wants to receive channels: pairs of its own number for the subscription, and the channel's."""
+    """Request to receive channels: pairs of the client's number for the subscription, and the channel's."""
 
     subscriptions: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Unsubscribe:
-    """It no longer wants to, by its own numbers."""
+    """Request to end subscriptions, by the client's numbers."""
 
     subscriptions: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ClientChannel:
-    """A topic that it is about to publish, under a number of its own."""
+    """Topic that a client is about to publish, under the client's number."""
 
     id: int
     topic: str
     encoding: str
     schema: str
-    """The type's name."""
+    """Name of the type."""
 
 
 @dataclass(frozen=True, slots=True)
 class Advertise:
-    """It is about to publish."""
+    """Announcement that a client is about to publish."""
 
     channels: tuple[ClientChannel, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Unadvertise:
-    """It publishes no longer."""
+    """Notice that a client no longer publishes, by the client's numbers."""
 
     channels: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Publish:
-    """One message of its own."""
+    """Message that a client publishes."""
 
     channel: int
     payload: bytes
@@ -118,7 +118,7 @@ class Publish:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """It asks for parameters; for all of them where it names none."""
+    """Request for parameters; for all if it names none."""
 
     names: tuple[str, ...]
     request: str | None
@@ -126,7 +126,7 @@ class GetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SetParameters:
-    """It sets parameters; a value None is one to be removed."""
+    """Request to set parameters; None removes a value."""
 
     values: Mapping[str, Any]
     request: str | None
@@ -134,7 +134,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class FollowParameters:
-    """A request to follow parameters, or to stop; it means all parameters if it names none."""
+    """Request to follow parameters, or to stop; it means all parameters if it names none."""
 
     names: tuple[str, ...]
     on: bool
@@ -142,14 +142,14 @@ class FollowParameters:
 
 @dataclass(frozen=True, slots=True)
 class FollowGraph:
-    """A request to follow the graph of publishers and subscriptions, or to stop."""
+    """Request to follow the graph of publishers and subscriptions, or to stop."""
 
     on: bool
 
 
 @dataclass(frozen=True, slots=True)
 class CallService:
-    """It asks a service."""
+    """Request to a service."""
 
     service: int
     call: int
@@ -172,7 +172,7 @@ Request: TypeAlias = (
 
 
 def read(message: str | bytes) -> Request:
-    """What a client wants.
+    """Read a client's message.
 
     Raises:
         MalformedMessage: It is no message of the protocol, or one that this server does not offer.
@@ -269,7 +269,7 @@ def _set_parameters(fields: Mapping[str, Any]) -> SetParameters:
 
 
 def _typed(row: Mapping[str, Any]) -> Any:
-    """A value with whole numbers made floats where it says so: JSON does not distinguish 1.0 from 1."""
+    """Return a value, whole numbers made floats where its type says so: JSON does not distinguish 1.0 from 1."""
     value, type_ = row.get("value"), row.get("type")
     try:
         if type_ == "float64" and type(value) is int:

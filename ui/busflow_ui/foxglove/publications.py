@@ -1,4 +1,4 @@
-"""Publications: what one viewer publishes into the run; each topic is checked when it begins, and each message."""
+"""Publications: topics that one viewer publishes into the run; each is checked when it begins, and each message."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from busflow_ui.foxglove.protocol import ClientChannel
 
 ENCODINGS = ("cdr", "json")
-"""What viewers may publish in, the one that is meant first where they have a choice."""
+"""Encodings that viewers may publish in, the preferred one first."""
 _MOST = 100
-"""How many topics one viewer may publish."""
+"""Most topics that one viewer may publish."""
 _LATCHED = "transient_local"
 _QOS, _LATCHED_QOS = "::,10:,:,:,,", ":1:,10:,:,:,,"
 
@@ -32,7 +32,7 @@ class _Publication:
 
 
 class Publications:
-    """The topics that one viewer publishes, by its own numbers for them."""
+    """Topics that one viewer publishes, by the viewer's numbers."""
 
     def __init__(self, peer: Peer) -> None:
         self._peer = peer
@@ -40,7 +40,7 @@ class Publications:
         self._closed = False
 
     def begin(self, channel: ClientChannel, graph: GraphView) -> None:
-        """Get ready to publish a topic; its messages arrive once the peer has settled. It asks the run and waits.
+        """Begin to publish a topic; messages arrive once the peer has settled. Blocks until the run answers.
 
         Raises:
             InvalidName: The topic's name is none.
@@ -86,18 +86,18 @@ class Publications:
             found.speaker.publish_bytes(payload)
 
     def end(self, id_: int) -> None:
-        """Publish a topic no longer."""
+        """Stop publishing a topic."""
         found = self._open.pop(id_, None)
         if found is not None:
             found.ending.close()
 
     def close(self) -> None:
-        """Publish nothing any more, nor what is being begun in another thread."""
+        """Stop publishing all topics, also those that another thread is about to begin."""
         self._closed = True
         for id_ in list(self._open):
             self.end(id_)
 
 
 def _full(name: str) -> str:
-    """A type's full name, of which viewers may leave out the middle."""
+    """Return a type's full name, of which viewers may leave out the middle."""
     return name.replace("/", "/msg/") if name.count("/") == 1 else name

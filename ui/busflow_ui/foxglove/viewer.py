@@ -1,4 +1,4 @@
-"""Viewer: one connected client: what it asks for, and what waits to be sent to it.
+"""Viewer: one connected client, with its requests and the messages that wait to be sent.
 
 Each topic that it receives has a bounded queue of its own, so that a camera never pushes a small topic aside. Its
 connection is written to as fast as it reads, and what is too old by then is dropped, counted and told to it. Whatever
@@ -35,20 +35,20 @@ if TYPE_CHECKING:
 
 _DEPTH = 1000
 _MOST_BYTES = 16 * 1024 * 1024
-"""What may wait of one topic: some frames of a camera, or a second of what is small and fast."""
+"""Most waiting bytes of one topic: some frames of a camera, or a second of small, fast messages."""
 _MOST_ANSWERS = 4096
 _MOST_ANSWER_BYTES = 64 * 1024 * 1024
-"""The limit of other waiting bytes: a viewer that requests more without reading is disconnected."""
+"""Most other waiting bytes: a viewer that requests more without reading is disconnected."""
 _MOST_CALLS = 16
 _CALL_S = 30.0
 _GATHER_S = 0.005
-"""After something was sent, what comes within this time goes together: waking up costs more than sending."""
+"""Pause after sending: messages that come within it are sent together, since waking up costs more than sending."""
 _REPORT_EVERY_NS = 1_000_000_000
-"""How often a viewer is informed that it reads too slowly."""
+"""Interval at which a viewer is informed that it reads too slowly."""
 
 
 class ViewedRun(Protocol):
-    """What a viewer needs of what serves it."""
+    """Interface that a viewer needs of its bridge."""
 
     peer: Peer
     catalogue: Catalogue
@@ -58,10 +58,10 @@ class ViewedRun(Protocol):
     read_only: bool
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
-        """Have a question asked of the run, one after another."""
+        """Ask the run a question, one after another."""
 
     async def call(self, question: Callable[..., Any]) -> Any:
-        """Have a service called, beside whatever else is asked."""
+        """Call a service, in parallel with other questions."""
 
     async def send_parameters(self) -> None:
         """Send all viewers the changed parameters now rather than at the next look."""
@@ -76,7 +76,7 @@ class _Subscription:
 
 
 class Viewer:
-    """One client, from its handshake to its end."""
+    """Connection of one client, from its handshake to its end."""
 
     def __init__(self, connection: ServerConnection, run: ViewedRun) -> None:
         self.follows_graph = False
@@ -115,14 +115,14 @@ class Viewer:
 
     @property
     def dropped(self) -> int:
-        """Messages that it did not get, because it reads too slowly or they came too fast."""
+        """Number of messages that the client did not get, because it reads too slowly or they came too fast."""
         listeners = [each.listener for each in self._subscriptions.values()]
         return self._dropped_before + sum(each.dropped + each.lost for each in listeners)
 
     # What is sent.
 
     def send(self, message: str | bytes) -> None:
-        """Send something that must not be lost."""
+        """Queue a message that must not be lost."""
         self._answers.append(message)
         self._answer_bytes += len(message)
         if len(self._answers) > _MOST_ANSWERS or self._answer_bytes > _MOST_ANSWER_BYTES:
@@ -130,7 +130,7 @@ class Viewer:
         self._wake.set()
 
     def send_status(self, level: Level, sentence: str, *, id_: str | None = None) -> None:
-        """Show a sentence to the person at the viewer."""
+        """Show a sentence to the viewer's user."""
         self.send(protocol.status(level, printable(sentence), id_=id_))
 
     def send_time(self, now_ns: int) -> None:
@@ -140,11 +140,11 @@ class Viewer:
 
     @property
     def follows_parameters(self) -> bool:
-        """Whether it has asked for parameter changes."""
+        """Whether the client follows parameters."""
         return self._all_parameters or bool(self._parameters)
 
     def send_parameters(self, rows: Sequence[dict[str, Any]]) -> None:
-        """Send those of these parameters that it follows."""
+        """Send those of these parameters that the client follows."""
         followed = [row for row in rows if self._all_parameters or row["name"] in self._parameters]
         if followed:
             self.send(protocol.text("parameterValues", parameters=followed))
@@ -184,7 +184,7 @@ class Viewer:
             await self._connection.send(protocol.time(now_ns))
 
     async def _send_messages(self) -> bool:
-        """Send the oldest message of each topic; whether there was any."""
+        """Send the oldest message of each topic; return whether there was any."""
         found = False
         for each in list(self._subscriptions.values()):
             received = each.listener.get(0)
@@ -336,6 +336,6 @@ class Viewer:
         subscription.ending.close()
 
     def _call_to_send(self) -> None:
-        """Called in Zenoh's thread: something has arrived."""
+        """Wake the viewer when a message arrives; called in Zenoh's thread."""
         with suppress(RuntimeError):  # the loop has ended, and with it everybody to whom it could be sent
             self._loop.call_soon_threadsafe(self._wake.set)
