@@ -51,7 +51,7 @@ class Graph:
 
     exit_code: ExitCode = ExitCode.OK
     given_up: BusflowError | None = None
-    """Why it was ended, where that is no node's fault."""
+    """Reason for the end, where that is no node's fault."""
     descriptions: list[LaunchDescription]
     seed: int
     grace_s: float
@@ -87,9 +87,9 @@ class Graph:
         self.rosout: Rosout = Rosout(self.bus, self.log)
         self.units: list[Unit] = []
         self.extensions: list[Extension] = []
-        """What takes part in the run beside its nodes."""
+        """Extensions of the run."""
         self._begun = ExitStack()
-        """Ends the extensions that have begun, the last one first."""
+        """Stack that ends the extensions that have begun, the last one first."""
         self.failures: list[Failure] = []
         self.strict = strict
         self.embedded = embedded
@@ -112,7 +112,7 @@ class Graph:
     # Life.
 
     def attach(self, extension: Extension) -> None:
-        """Let an extension take part in the run; it begins after those that were attached before it, and ends first.
+        """Add an extension to the run; it begins after those that were attached before it, and ends first.
 
         Raises:
             NotRunning: the graph was started already.
@@ -123,7 +123,7 @@ class Graph:
 
     @property
     def end_s(self) -> float:
-        """How much wall time the extensions may take to end, beyond the grace of the nodes."""
+        """Wall time that the extensions may take to end, beyond the grace of the nodes."""
         return sum(each.end_s for each in self.extensions)
 
     def plan(self) -> Plan:
@@ -226,7 +226,7 @@ class Graph:
             await outlast(self._main)
 
     def ask_to_stop(self, code: ExitCode = ExitCode.OK) -> None:
-        """Let the graph end, without waiting; `code` says why unless a node has failed."""
+        """Ask the graph to end, without waiting; `code` says why unless a node has failed."""
         if not self.ending.is_set():
             self.conclude(code)
             self.ending.set()
@@ -235,11 +235,11 @@ class Graph:
                     unit.ask_to_stop()
 
     def conclude(self, code: ExitCode) -> None:
-        """Let this be the exit code, unless there is one already that says why."""
+        """Set the exit code, unless one is already set."""
         self.exit_code = self.exit_code or code
 
     def end_if_finished(self) -> None:
-        """Let the graph end if all its nodes have, and no extension waits for anything else."""
+        """End the graph if all its nodes have ended, and no extension waits for anything else."""
         if self.has_finished and all(each.is_finished() for each in self.extensions):
             self.ask_to_stop()
 
@@ -252,7 +252,7 @@ class Graph:
             self._call_host()
 
     def _call_host(self) -> None:
-        """Let the block that runs the graph end, once."""
+        """End the block that runs the graph, once."""
         if self._host is not None and not self._host_called:
             self._host_called = True
             self._host.cancel()
@@ -371,11 +371,11 @@ class Graph:
         self._around().publish(topic, message)
 
     def advertise(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Publisher[M]:
-        """A publisher outside, for what `publish` cannot do: `send`, or a QoS of one's own."""
+        """Create a publisher outside of nodes, for what `publish` cannot do: `send`, or a QoS of one's own."""
         return self._around().advertise(message_type, topic, qos=qos)
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
-        """Receive a topic outside: `async for message in graph.subscribe(Float64, "balance_state")`.
+        """Subscribe from outside of nodes: `async for message in graph.subscribe(Float64, "balance_state")`.
 
         Raises:
             NoSuchTarget: as `publish`.
@@ -390,7 +390,7 @@ class Graph:
         *,
         timeout: float | None = TIMEOUT_S,  # noqa: ASYNC109  # as Client.call
     ) -> Res:
-        """Ask a service from outside: `await graph.call(Trigger, "sensor_publisher/reset")`.
+        """Call a service from outside: `await graph.call(Trigger, "sensor_publisher/reset")`.
 
         Raises:
             ServiceError: there is no answer, as `Client.call` says.
@@ -418,11 +418,11 @@ class Graph:
     @overload
     def node(self, which: str) -> Node: ...
     def node(self, which: type[N] | str) -> N | Node:
-        """The node of a class, or of a name; relative names are below `/`."""
+        """Return the node of a class, or of a name; relative names are below `/`."""
         return node_among(self.units, which)
 
     def report(self) -> Report:
-        """What the run has come to so far, or in the end."""
+        """Return the report of the run: so far, or final once it has ended."""
         report = Report(
             name=self.name,
             seed=self.seed,
@@ -450,7 +450,7 @@ class Graph:
         return self._outside
 
     def ask_to_stop_from_thread(self, code: ExitCode) -> None:
-        """As `ask_to_stop`, from another thread, and also before the graph is started."""
+        """Ask the graph to end, like `ask_to_stop`, from another thread, and also before the graph is started."""
         self._asked_early = code
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self.ask_to_stop, code)

@@ -1,4 +1,4 @@
-"""Outside: the program around a graph as a node that publishes, subscribes and calls services on its bus."""
+"""Host: the program around a graph, as a node that publishes, subscribes and calls services on its bus."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Outside:
         return client
 
     def close(self) -> None:
-        """Leave every topic and service."""
+        """Detach the program from every topic and service."""
         if self._runtime is not None:
             self._runtime.disconnect()
 

@@ -1,4 +1,4 @@
-"""Watch: reads a launch file again when it is edited, and has the running graph follow it."""
+"""Watch: reads a launch file again when it is edited, and changes the running graph accordingly."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from busflow.runner.graph import Graph
 
 POLL_S = 0.25
-"""How often to look at the files, by the run's clock. What an editor does in several steps is over by the next look."""
+"""Interval of looks at the files, by the run's clock. What an editor does in several steps is over by the next look."""
 MAX_BYTES = 1 << 21
-"""More of a file need not be compared: one byte more than a launch file may have is refused."""
+"""Bytes of a file that are compared: a launch file with more is refused."""
 
 Reader: TypeAlias = Callable[[], tuple[LaunchDescription | None, tuple[Problem, ...]]]
 """Reads the launch file: what is right in it, and everything that is wrong."""
@@ -45,13 +45,13 @@ class FileWatch(Extension):
         self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
-        """Begin to look at the files."""
+        """Begin to watch the files."""
         self._stated = _stated(self._graph.plan())
         self._task = asyncio.get_running_loop().create_task(self._live(), name="busflow.watch")
         self._task.add_done_callback(self._ended)
 
     def end(self) -> None:
-        """Look at them no more."""
+        """Stop watching the files."""
         if self._task is not None:
             self._task.cancel()
 
@@ -78,7 +78,7 @@ class FileWatch(Extension):
             self._contents = {file: contents.get(file) or look for file, look in _contents(files).items()}
 
     async def _follow(self, files: tuple[Path, ...]) -> tuple[Path, ...]:
-        """Read the file again, have the graph follow it if it is right, and return the files to watch from now on."""
+        """Read the file again, change the graph accordingly if it is right; return the files to watch from now on."""
         new, problems = await asyncio.to_thread(self._read)
         if new is None or problems:
             self._refuse(problems)
@@ -97,7 +97,7 @@ class FileWatch(Extension):
         return new.files
 
     def _plan(self, description: LaunchDescription) -> Plan:
-        """The nodes of a description as this graph would have them, of which none is started."""
+        """Plan the nodes of a description as this graph would build them; none is started."""
         graph = self._graph
         return Preflight(graph.clock, graph.log, seed=graph.seed, strict=graph.strict).plan([description])
 
@@ -110,7 +110,7 @@ class FileWatch(Extension):
 
 
 def _times(files: Iterable[Path]) -> _Look:
-    """When each file was written last, and as which file."""
+    """Return each file's time of change and its identity."""
     found: _Look = {}
     for file in files:
         try:
@@ -123,7 +123,7 @@ def _times(files: Iterable[Path]) -> _Look:
 
 
 def _contents(files: Iterable[Path]) -> _Look:
-    """What stands in each file: to write it anew, as it was, is no edit."""
+    """Return each file's content: a file written again without a change is no edit."""
     found: _Look = {}
     for file in files:
         try:
@@ -135,26 +135,26 @@ def _contents(files: Iterable[Path]) -> _Look:
 
 
 _LATER = {"name": "name", "seed": "seed", "clock": "clock", "environment": "env", "shutdown_grace_s": "shutdown"}
-"""What a run keeps as it began, and the key of the launch file that states it."""
+"""Settings that a run keeps as it began, with the keys of the launch file that state them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """What is different between two descriptions of one graph."""
+    """Differences between two descriptions of one graph."""
 
     parameters: Mapping[str, Mapping[str, object]]
-    """By node, the parameters that the file changes and that can be set while the node runs."""
+    """Changed parameters by node that can be set while the node runs."""
     leaving: tuple[str, ...]
-    """The nodes that are no longer there."""
+    """Nodes that the file no longer has."""
     coming: tuple[PlannedNode, ...]
-    """The nodes that were not there before."""
+    """Nodes that the file did not have before."""
     restarting: tuple[PlannedNode, ...]
-    """The nodes of which something else is different."""
+    """Nodes of which something else is different."""
     later: tuple[str, ...]
-    """The keys whose change only another run will see."""
+    """Keys whose change takes effect only in another run."""
 
     def summary(self) -> dict[str, str]:
-        """What is different, for the log."""
+        """Describe the differences, for the log."""
         parts = {
             "set": [f"{node} {name}" for node, changes in self.parameters.items() for name in changes],
             "stopped": self.leaving,
@@ -166,21 +166,21 @@ class Revision:
 
 @dataclass(frozen=True, slots=True)
 class _Stated:
-    """A node as its launch file states it, by an instance of which nothing has been started yet."""
+    """Node as its launch file states it, read from an instance that has not been started."""
 
     shape: str
-    """Everything of it that cannot be changed while it runs."""
+    """Everything of the node that cannot be changed while it runs."""
     parameters: Parameters
     """What it begins with; to set one while it runs is to have others."""
 
 
 def _stated(plan: Plan) -> dict[str, _Stated]:
-    """By name, the nodes of a plan that is yet to be started."""
+    """Return the nodes of a plan by name; the plan has not been started."""
     return {member.runtime.full_name: _Stated(_shape(member), member.node.parameters) for member in plan.members}
 
 
 def revision(old: LaunchDescription, before: Mapping[str, _Stated], new: LaunchDescription, after: Plan) -> Revision:
-    """What is different between a description whose nodes were stated so, and one whose plan is yet to be started."""
+    """Compare the former nodes with those of a new description, whose plan has not been started."""
     present = dict(before)
     changed: dict[str, Mapping[str, object]] = {}
     coming: list[PlannedNode] = []
@@ -214,14 +214,14 @@ async def apply(revision: Revision, graph: Graph) -> None:
 
 
 def _changes(before: Parameters, after: Parameters) -> Iterator[tuple[str, object]]:
-    """The parameters whose values are different."""
+    """Return the parameters whose values are different."""
     for info in describe(type(after)) if type(before) is type(after) else ():
         if not same(value_of(before, info.name), value_of(after, info.name)):
             yield info.name, value_of(after, info.name)
 
 
 def _shape(member: PlannedNode) -> str:
-    """Everything of a node that cannot be changed while it runs."""
+    """Return everything of a node that cannot be changed while it runs."""
     topics = [(end.topic, end.type, end.qos) for end in (*member.publishers, *member.subscriptions)]
     services = [(end.service, end.type) for end in (*member.servers, *member.clients)]
     spec = member.spec

@@ -41,7 +41,7 @@ PATIENCE_S = 0.1
 _BUSFLOW = str(Path(__file__).parents[1]) + os.sep
 _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
 _LIFE: ContextVar[NodeLifetime | None] = ContextVar("busflow_life", default=None)
-"""Whose task runs, where a node made it itself."""
+"""Node whose own task runs now, if a node made it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class _Failed:
 
     @property
     def origin(self) -> str:
-        """What failed, for people."""
+        """Describe what failed, for people."""
         return f"task {self.name} that nobody awaited: use self.spawn(…)"
 
 
@@ -72,7 +72,7 @@ class OrphanTasks:
         self.on_orphan: list[Callable[[Stray], None]] = []
         """Called with each failure that is no node's: the graphs on this loop give up."""
         self.left: list[Stray] = []
-        """The failures that came when there was no graph any more."""
+        """Failures that came when there was no graph any more."""
         self._loop = loop
         self._guest = guest
         self._before = loop.get_task_factory(), loop.get_exception_handler()
@@ -83,11 +83,11 @@ class OrphanTasks:
 
     @classmethod
     def of(cls, loop: asyncio.AbstractEventLoop) -> OrphanTasks | None:
-        """That of a loop, if the loop has one."""
+        """Return the one of a loop, if the loop has one."""
         return found if isinstance(found := loop.get_task_factory(), cls) else None
 
     def leave(self, on_orphan: Callable[[Stray], None]) -> None:
-        """Take leave of a graph that has ended; a guest then leaves the loop as it found it."""
+        """Forget a graph that has ended; a guest then leaves the loop as it found it."""
         self.on_orphan.remove(on_orphan)
         if self._guest and not self.on_orphan and OrphanTasks.of(self._loop) is self:
             self._loop.set_task_factory(self._before[0])
@@ -140,7 +140,7 @@ class OrphanTasks:
             failed.life.log.warning(text, task=failed.name, error=reason(failed.error), **at)
 
     def _on_exception(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """What asyncio reports: a task that is gone with its exception, a callback that raised."""
+        """Handle asyncio's report of a task that is gone with its exception, or of a callback that raised."""
         error = context.get("exception")
         if not isinstance(error, BaseException) or loop.is_closed() or not self.on_orphan:
             self._report(context)
@@ -179,7 +179,7 @@ def _plain_task(loop: asyncio.AbstractEventLoop, coroutine: Any, **options: Any)
 
 
 def orphans_left(loop: asyncio.AbstractEventLoop) -> list[Stray]:
-    """The failures on a loop that is closed which no graph was there to have."""
+    """Return the failures on a closed loop that came without a graph."""
     if (tasks := OrphanTasks.of(loop)) is None:
         return []
     tasks.close()
@@ -216,7 +216,7 @@ def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 def life_in(frames: Iterable[FrameType]) -> NodeLifetime | None:
-    """That of the first node whose method is among the frames."""
+    """Return the lifetime of the first node whose method is among the frames."""
     for frame in frames:
         code = frame.f_code
         node = frame.f_locals.get(code.co_varnames[0]) if code.co_argcount else None

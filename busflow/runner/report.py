@@ -1,4 +1,4 @@
-"""Report: what a run came to, as data; the same numbers while it runs and after it."""
+"""Report: the account of a run as data; the same numbers while it runs and after it."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """One node and what became of it."""
+    """One node, its state, restarts and failures."""
 
     name: str
     plugin: str
     state: str
     parameters_set: int = 0
-    """How often parameters of it were changed while it ran."""
+    """Number of changes of its parameters while it ran."""
     restarts: int = 0
     failures: int = 0
-    """How often it failed, also where a restart mended that."""
+    """Number of failures, also of those after which it was restarted."""
     last_failure: str | None = None
     """The last failure, in one line."""
 
 
 @dataclass(frozen=True, slots=True)
 class TopicReport:
-    """One topic: how much was published, and the ledger of each subscription."""
+    """One topic: the number of published messages, and the ledger of each subscription."""
 
     name: str
     type: str
     published: int
     subscriptions: tuple[SubscriptionStatistics, ...]
     arrived: int = 0
-    """How many of them came from another process; none in the report of a whole run."""
+    """Number of them that came from another process; 0 in the report of a whole run."""
     since_s: float = 0.0
-    """When its first publisher came, in seconds of the run."""
+    """Time of its first publisher, in seconds of the run."""
     losses: dict[str, int] = field(default_factory=dict[str, int])
-    """What was published in another process and did not become a message here: `lost`, `malformed`, `refused`."""
+    """Messages of other processes that did not become a message here: `lost`, `malformed`, `refused`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class ServiceReport:
 
 @dataclass(frozen=True, slots=True)
 class ProcessReport:
-    """One process of a run that has several, and what became of it."""
+    """One process of a run that has several, its state and the ends of its lives."""
 
     name: str
     pid: int | None
@@ -67,12 +67,12 @@ class ProcessReport:
     restarts: int = 0
     state: str = "running"
     fates: tuple[str, ...] = ()
-    """How those of its lives ended that did not end well; what is known of them is no older than half a second."""
+    """Ends of those of its lives that did not end well; what is known of them is no older than half a second."""
 
 
 @dataclass(slots=True)
 class Blocks:
-    """How often one handler blocked the loop."""
+    """Blocks of the event loop by one handler."""
 
     node: str
     handler: str
@@ -88,9 +88,9 @@ class RecordingReport:
     recorded: int
     missed: int
     complete: bool
-    """Whether it has come to its end and nothing is missing."""
+    """Whether the recording is finished and nothing is missing."""
     why: str = ""
-    """What kept it from that."""
+    """Reason why it is not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ class Report:
     name: str
     seed: int
     clock: str
-    """Which clock: `system` or `sim`."""
+    """Name of the clock: `system` or `sim`."""
     duration_s: float
     exit_code: ExitCode
     nodes: tuple[NodeReport, ...]
@@ -116,7 +116,7 @@ class Report:
     log_lines_lost: int = 0
     """Lines of the log that could not be written."""
     processes: tuple[ProcessReport, ...] = ()
-    """Of a run that has several."""
+    """Processes of a run that has several."""
     recording: RecordingReport | None = None
 
     @property

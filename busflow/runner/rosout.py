@@ -27,7 +27,7 @@ _NS_PER_S = 1_000_000_000
 
 
 class Rosout:
-    """The sending end of `/rosout`.
+    """Publisher of `/rosout`.
 
     Two things keep a line from causing the next one without end: what is logged while a line is being published is not
     published, and neither is what a node logs that receives the topic itself. The log has all of them.
@@ -42,7 +42,7 @@ class Rosout:
         bus.on_attach.append(self._on_attach)
 
     def announce(self, durability: Durability = Durability.VOLATILE) -> None:
-        """Have a publisher of the topic from now on, which offers this durability."""
+        """Create a publisher of the topic, which offers this durability."""
         if self._publisher is not None:
             return
         from busflow.msgs.rcl_interfaces import Log as LogMessage
@@ -79,7 +79,7 @@ class Rosout:
 
 
 def log_message(record: LogRecord) -> LogMessage:
-    """A line of the log as ROS 2 sends it.
+    """Return a line of the log as ROS 2 sends it.
 
     >>> message = log_message(LogRecord(1_500_000_000, "warning", "/arm", "slow", {"load": 0.9, "at": "arm.py:7:5"}))
     >>> message.level, message.msg, message.file, message.line, message.stamp.nanosec
@@ -101,11 +101,11 @@ def log_message(record: LogRecord) -> LogMessage:
 
 
 def line_text(record: LogRecord) -> str:
-    """What a line says: its text and its values, safe for a terminal."""
+    """Return a line's text and values, safe for a terminal."""
     return "\n".join(printable(each) for each in record.event.split("\n")) + values_text(record.values)
 
 
 def _place(record: LogRecord) -> tuple[str, int]:
-    """File and line that the record names: an exception's `at`."""
+    """Return the file and line that the record names: an exception's `at`."""
     file, _, line = str(record.values.get("at", "")).rpartition(":")[0].rpartition(":")
     return (printable(file), int(line)) if line.isdecimal() and len(line) < 8 else ("", 0)

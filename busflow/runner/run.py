@@ -63,7 +63,7 @@ def run_graph(
 
 
 class _Program(Extension):
-    """What begins once the nodes have started: the limit of the run's time, and the collection of its garbage."""
+    """Extension that begins the limit of the run's time and the collection of garbage once the nodes have started."""
 
     def __init__(self, graph: Graph, guard: SignalGuard, collection: StepwiseCollection, limit_s: float | None) -> None:
         self._graph, self._guard, self._collection, self._limit_s = graph, guard, collection, limit_s
@@ -92,5 +92,5 @@ class _Program(Extension):
 
 
 def _goes_on(graph: Graph, loop: asyncio.AbstractEventLoop) -> bool:
-    """Whether a run gets to its end: its nodes are over, also while the disk holds up the loop, or the loop is free."""
+    """Whether a run reaches its end: its nodes are over, also while the disk holds up the loop, or the loop is free."""
     return graph.has_finished or answers(loop) or graph.has_finished

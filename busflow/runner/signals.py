@@ -26,9 +26,9 @@ from busflow.runner.forks import call_in_children
 from busflow.text import printable
 
 _ENDED = 0
-"""No signal has this number: the run itself says that it has ended."""
+"""Number that is no signal's: the run itself says that it has ended."""
 _LIMITED = 255
-"""Nor this one: from now on the run has so long, and then its grace."""
+"""Number that is no signal's: the run's time limit begins, and after it the grace."""
 CODES = {signal.SIGINT: ExitCode.INTERRUPTED, signal.SIGTERM: ExitCode.TERMINATED}
 """Exit codes of a run that a signal ends."""
 if sys.platform != "win32":
@@ -48,7 +48,7 @@ class SignalGuard:
     """While entered, the first signal calls `ask_to_stop` (on the guard's thread) and starts the countdown."""
 
     def __init__(self, ask_to_stop: Callable[[ExitCode], None], *, grace_s: float, around_s: float = 0.0) -> None:
-        """A guard of one run.
+        """Prepare the guard of one run.
 
         Args:
             ask_to_stop: what the first signal does.
@@ -115,13 +115,13 @@ class SignalGuard:
             self._writer.send(bytes([_LIMITED]))
 
     def count_down(self, code: ExitCode) -> None:
-        """The run has ended: give the rest of the program the grace to do so too."""
+        """Give the rest of the program the grace to end too, after the run has ended."""
         if self._before:
             self._code = code
             self._writer.send(bytes([_ENDED]))
 
     def _pass_on(self, number: int, _frame: FrameType | None) -> None:
-        """Python's own handler: raises no KeyboardInterrupt, and sees that the guard's thread has the signal.
+        """Handle a signal in Python: raises no KeyboardInterrupt, and ensures that the guard's thread has the signal.
 
         An event loop that was given a signal handler of its own has the wake-up descriptor now, and not the guard.
         """
@@ -182,7 +182,7 @@ def _heed_nothing(_number: int, _frame: FrameType | None) -> None:
 
 
 def _end_process(code: ExitCode, why: str) -> None:
-    """End the process now, and say what the main thread was doing."""
+    """End the process now, and print what the main thread was doing."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)  # noqa: SLF001  # there is no other way to see it
     where = ""
     stack: list[traceback.FrameSummary] = list(traceback.extract_stack(frame)) if frame else []

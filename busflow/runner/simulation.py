@@ -29,7 +29,7 @@ _THREAD_S = 60.0
 def simulated_graph(
     what: Sequence[What], *, show: Callable[[Graph], object] | None = None, **options: Any
 ) -> Generator[tuple[Graph, LoopFactory]]:
-    """A graph on simulated time, and what makes the loop for `run_graph` to run it on.
+    """Build a graph on simulated time, and the factory of the loop that `run_graph` runs it on.
 
     Args:
         what: As `Graph` takes it; a launch file's `clock` says how fast time goes.
@@ -53,7 +53,7 @@ def simulated_graph(
 TOPIC = "/clock"
 _NODE = "/_clock"
 _QOS = QoS(depth=1, reliability=Reliability.BEST_EFFORT)
-"""What every simulator offers."""
+"""QoS that every simulator offers."""
 
 
 class Following(Extension):

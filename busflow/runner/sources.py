@@ -1,4 +1,4 @@
-"""What a graph is made of: launch files, their descriptions, node classes, instances."""
+"""Sources of a graph: launch files, their descriptions, node classes, instances."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervise
 
 
 def described(what: str | Path | LaunchDescription, args: Mapping[str, object] | None) -> LaunchDescription:
-    """The description that a launch file holds, or that is given.
+    """Return the description of a launch file, or the one that is given.
 
     Raises:
         LaunchError: the file cannot be read, with every problem.
@@ -43,7 +43,7 @@ def made_by_hand(what: Any) -> tuple[Node, Supervision]:
 
 
 def set_clock(clock: Clock, descriptions: Sequence[LaunchDescription]) -> None:
-    """Let a simulated clock start where a launch file says."""
+    """Set the start of a simulated clock as a launch file says."""
     start_s = next((each.clock.start_s for each in descriptions if each.clock.start_s is not None), None)
     if start_s is not None and isinstance(clock, SimClock):
         clock.start_at(Time(seconds=start_s))

@@ -1,4 +1,4 @@
-"""Units side by side: made of the members of a plan, each with those that it waits for, found, and stopped in order."""
+"""Units of a graph: made of a plan's members, each with those that it waits for, found, and stopped in order."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
 
 GRACE_S = 0.75
-"""How long the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
+"""Time that the nodes together may take to stop, in wall time; a launch file's `shutdown: {grace: …}` changes it."""
 RESORT_S = 0.1
-"""How long a node that was given up has to heed its cancellation, and then the end of its tasks, in wall time."""
+"""Time that a node that was given up has to end once cancelled, and again once its tasks are, in wall time."""
 
 
 def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequence[Unit] = ()) -> list[Unit]:
-    """A unit for each member; `beside` are others that they may wait for."""
+    """Make a unit for each member; `beside` are others that they may wait for."""
     units = [Unit(each.node, plugin=each.plugin, overseer=overseer, supervision=each.supervision) for each in members]
     by_name = {unit.name: unit for unit in (*beside, *units)}
     for unit in units:
@@ -33,7 +33,7 @@ def units_of(members: Sequence[PlannedNode], overseer: Overseer, beside: Sequenc
 
 
 def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
-    """The node of a class, or of a name; relative names are below `/`.
+    """Return the node of a class, or of a name; relative names are below `/`.
 
     Raises:
         NotRunning: there is none, or more than one of the class.

@@ -57,12 +57,12 @@ class Watchdog:
         self._ended = threading.Event()
 
     def statistics(self) -> tuple[Blocks, ...]:
-        """The handlers that blocked the loop, in the order in which they first did."""
+        """Handlers that blocked the loop, in the order in which they first did."""
         return tuple(self._found.values())
 
     @property
     def blocking(self) -> set[str]:
-        """The nodes that block the loop now, or have done so just now."""
+        """Nodes that block the loop now, or did just now."""
         since_s = perf_counter() - _JUST_NOW_S
         return {node for node, last_s in tuple(self._last_s.items()) if last_s > since_s}
 
@@ -72,7 +72,7 @@ class Watchdog:
         threading.Thread(target=self._watch, args=(loop, thread), name="busflow.watchdog", daemon=True).start()
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         self._ended.set()
 
     def _watch(self, loop: asyncio.AbstractEventLoop, thread: int) -> None:

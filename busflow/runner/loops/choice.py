@@ -12,11 +12,11 @@ from busflow.runner.loops.system import LoopFactory, new_event_loop
 from busflow.text import did_you_mean, printable
 
 LoopName: TypeAlias = Literal["busflow", "uvloop"]
-"""What a run may be asked for."""
+"""Names of event loops that a run may ask for."""
 
 
 def chosen_loop(name: str, *, simulated: bool = False) -> LoopFactory:
-    """What makes the event loop of this name, for a run on real time or on simulated.
+    """Return the factory of the event loop of this name, for a run on real time or on simulated.
 
     Raises:
         LaunchError: there is none, it is not installed, or simulated time cannot have it.
@@ -53,7 +53,7 @@ def _uvloop() -> Callable[[], Any]:
             self._pool.shutdown(wait=False, cancel_futures=True)
 
         def time(self) -> float:
-            """The monotonic clock's time, as it is now.
+            """Return the monotonic clock's time.
 
             uvloop's own is that of the beginning of this turn, in whole milliseconds: a timer that is set later in a
             long turn would be late by as much. On macOS it is another clock besides, which goes on while the machine

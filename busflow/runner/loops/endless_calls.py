@@ -31,7 +31,7 @@ class EndlessCalls:
     """Looks at the calls that worker threads were given by one loop."""
 
     def __init__(self, limit_s: float) -> None:
-        """A call may take this much real time."""
+        """Most real time that a call may take."""
         self.found = False
         """True once there was one that takes longer: the loop ends, and waits for no thread any more."""
         self._limit_s = limit_s

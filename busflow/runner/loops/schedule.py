@@ -25,7 +25,7 @@ _REST_EVERY = 4  # turns, on average, after which the dispatcher lets others go 
 
 
 class Lever(StrEnum):
-    """What there is to choose."""
+    """Kinds of choices."""
 
     PICK = "pick"
     SHARE = "share"
@@ -52,9 +52,9 @@ class Schedule:
         self, seed: int | None = None, *, given: Mapping[Place, int] | None = None, record: bool = False
     ) -> None:
         self.choices: dict[Place, int] = {}
-        """What was chosen other than first in, first out, where that is recorded."""
+        """Choices other than first in, first out, where they are recorded."""
         self.explanations: list[str] = []
-        """What each of these choices changed, in words."""
+        """Effect of each of these choices, in words."""
         self._draw = None if seed is None else random.Random(seed).random  # noqa: S311  # a schedule, not a secret
         self._given = given or {}
         self._record = record
@@ -78,11 +78,11 @@ class Schedule:
         return self._choose(Lever.PICK, len(ready), lambda chosen: _overtaking(_names_in_line(ready), chosen))
 
     def share(self, most: int) -> int:
-        """How many messages it may handle."""
+        """Choose how many messages the endpoint may handle."""
         return most - self._choose(Lever.SHARE, most, lambda chosen: f"a turn of at most {most - chosen} messages")
 
     def rests(self) -> bool:
-        """Whether others go first although more wait in line."""
+        """Choose whether other callbacks go first although more endpoints wait in line."""
         rest = _REST_EVERY - 1
         chosen = self._choose(
             Lever.REST, _REST_EVERY, lambda _: "tasks and timers before the messages that wait", only=rest.__eq__
@@ -92,7 +92,7 @@ class Schedule:
     # What the loop asks.
 
     def step(self, ready: Sequence[asyncio.Handle]) -> int:
-        """Which callback comes next: a task's step or a timer may overtake, everything else stays in line."""
+        """Choose the next callback: a task's step or a timer may overtake, everything else stays in line."""
         return self._choose(
             Lever.STEP,
             len(ready),
@@ -110,7 +110,7 @@ class Schedule:
         *,
         only: Callable[[int], bool] = lambda _: True,
     ) -> int:
-        """A number below `options`, and 0 instead of one that is not possible."""
+        """Choose a number below `options`; 0 replaces a given one that is not possible."""
         place: Place | None = None
         if self._record or self._given:
             place = self._place(lever)
@@ -158,7 +158,7 @@ class Schedule:
 
 
 class AnyOrder(deque[asyncio.Handle]):
-    """A loop's ready callbacks in the order of a schedule."""
+    """Ready callbacks of a loop, in the order of a schedule."""
 
     def __init__(self, handles: deque[asyncio.Handle], schedule: Schedule) -> None:
         super().__init__(handles)

@@ -17,13 +17,13 @@ _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) for module in (asyncio
 
 
 def waiting(loop: asyncio.AbstractEventLoop) -> list[str]:
-    """A line for each unfinished task, in the order of their names."""
+    """Return a line for each unfinished task, in the order of their names."""
     tasks = [task for task in asyncio.all_tasks(loop) if not task.done()]
     return sorted(describe(task) for task in tasks)
 
 
 def describe(task: asyncio.Task[Any]) -> str:
-    """The task's name, what it waits for, and the line of its code where it does."""
+    """Describe a task: its name, what it waits for, and the line of its code where it waits."""
     steps = list(_steps(task.get_coro()))
     what = _awaited_tasks(task) or (printable(steps[-1][0]) if steps else "its first step")
     line = f"{_named(task)} waits for {what}"
@@ -36,7 +36,7 @@ def describe(task: asyncio.Task[Any]) -> str:
 
 
 def _steps(awaited: Any) -> Iterator[tuple[str, FrameType]]:
-    """Each coroutine or generator from the task's own to the innermost, as far as Python shows them."""
+    """Yield each coroutine or generator from the task's own to the innermost, as far as Python shows them."""
     while awaited is not None:
         for kind, inner in (("cr", "cr_await"), ("gi", "gi_yieldfrom"), ("ag", "ag_await")):
             frame: FrameType | None = getattr(awaited, f"{kind}_frame", None)
@@ -49,7 +49,7 @@ def _steps(awaited: Any) -> Iterator[tuple[str, FrameType]]:
 
 
 def _awaited_tasks(task: asyncio.Task[Any]) -> str:
-    """The names of the tasks that this one awaits, itself or through `gather`."""
+    """Return the names of the tasks that this one awaits, itself or through `gather`."""
     future: Any = getattr(task, "_fut_waiter", None)
     awaited: list[Any] = getattr(future, "_children", [future])
     return " and ".join(sorted(_named(each) for each in awaited if isinstance(each, asyncio.Task)))

@@ -22,7 +22,7 @@ LoopFactory: TypeAlias = Callable[[], asyncio.AbstractEventLoop]
 _SELECT_LIMIT = 1024
 """The highest file descriptor that `select()` takes on Linux is one less."""
 _ANSWER_S = 0.4
-"""How soon a loop that goes on does what it is given, also where the machine is busy."""
+"""Time within which a loop that turns calls what it is given, also on a busy machine."""
 _ONE = (1).to_bytes(8, sys.byteorder)
 
 
@@ -37,7 +37,7 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
 
 
 def answers(loop: asyncio.AbstractEventLoop) -> bool:
-    """Whether an event loop does what another thread gives it, and soon."""
+    """Whether an event loop soon calls what another thread gives it."""
     answered = threading.Event()
     with suppress(RuntimeError):  # it is closed
         loop.call_soon_threadsafe(answered.set)
@@ -66,7 +66,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             self._eventfd = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
             self._woken = False
             self.watched: tuple[int, int] = self.fileno(), self._eventfd.fileno()
-            """The numbers of the files that it waits for: of epoll, and the bell."""
+            """File descriptors that are waited for: that of epoll, and the bell."""
 
         def wake(self) -> None:
             """End a wait, or keep the next one from beginning; from any thread."""
@@ -76,7 +76,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
                     self._eventfd.write(_ONE)
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-            """What is ready by then."""
+            """Return what is ready by then."""
             if timeout is not None and timeout <= 0:  # a busy loop asks so each turn, of which this saves a sixth
                 waits: list[tuple[int, int]] = self._selector.poll(0, 1)  # type: ignore[attr-defined]  # its epoll object
                 return super().select(0) if waits else []
@@ -90,7 +90,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             return super().select(0) if epoll in ready else []
 
         def close(self) -> None:
-            """Wait no more."""
+            """Close the selector."""
             self._eventfd.close()
             super().close()
 
@@ -102,5 +102,5 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             self._wake = selector.wake
 
         def _write_to_self(self) -> None:
-            """How asyncio wakes the loop from another thread, once what is to be done stands in its line."""
+            """Wake the loop from another thread; asyncio calls it once the callback is in the loop's line."""
             self._wake()

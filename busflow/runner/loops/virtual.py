@@ -93,7 +93,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self._now_ns
 
     async def settle(self) -> None:
-        """Let everything run that is due now; time does not move."""
+        """Run everything that is due now; time does not move."""
         future = self.create_future()
         self._settling.append(future)
         await future
@@ -106,7 +106,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         await self.settle()
 
     def move_to(self, now_ns: int) -> None:
-        """Let it be later: all that was due by then is due now."""
+        """Move time forward: all that was due by then is due now."""
         self._now_ns = max(self._now_ns, now_ns)
         self._now_s = max(self._now_s, self._now_ns / NS_PER_S)
         self._turns = 0
@@ -201,7 +201,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return True
 
     def _next_events(self, timeout: float | None) -> Events:
-        """What the next turn of the loop begins with."""
+        """Return what the next turn of the loop begins with."""
         self._turns += 1
         if self._turns > _TURNS:
             raise self._deadlock(
@@ -258,17 +258,17 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return events
 
     def _early_s(self, rate: float) -> float:
-        """Real seconds until the next deadline is due at this rate; without one there is nothing to wait for."""
+        """Return the real seconds until the next deadline at this rate; without one there is nothing to wait for."""
         return self._timers[0][0] / NS_PER_S / rate - (perf_counter() - self._began_s) if self._timers else 0.0
 
     def _limit_s(self) -> float:
-        """Real seconds until the next limit, infinite where there is none."""
+        """Return the real seconds until the next limit, infinite where there is none."""
         while self._limits and self._limits[0][2].cancelled():
             heapq.heappop(self._limits)
         return self._limits[0][0] - perf_counter() if self._limits else math.inf
 
     def _pass_limit(self) -> bool:
-        """Call back whom the next limit is for, if there is one."""
+        """Call the callback of the next limit, if there is one."""
         if math.isinf(self._limit_s()):
             return False
         self._ready.append(heapq.heappop(self._limits)[2])
@@ -313,7 +313,7 @@ class _Selector(selectors.DefaultSelector):
         super().__init__()
         self._choose = choose
         self.registered = 0
-        """How many files are watched; the loop asks every turn."""
+        """Number of watched files; the loop asks every turn."""
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
         """Watch a file."""
@@ -322,7 +322,7 @@ class _Selector(selectors.DefaultSelector):
         return key
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
-        """Watch a file no more."""
+        """Stop watching a file."""
         key = super().unregister(fileobj)
         self.registered -= 1
         return key
@@ -332,7 +332,7 @@ class _Selector(selectors.DefaultSelector):
         return self._choose(timeout)
 
     def poll(self, timeout_s: float) -> Events:
-        """What has arrived, or arrives within real seconds."""
+        """Return the input that has arrived, or arrives within real seconds."""
         return super().select(None if math.isinf(timeout_s) else timeout_s)
 
 
@@ -346,7 +346,7 @@ def _waits_for_the_loop(thread: threading.Thread) -> bool:
 
 
 def _to_ns(seconds: float) -> int | None:
-    """The nearest nanosecond; None for never."""
+    """Return the nearest nanosecond; None for never."""
     if math.isnan(seconds):
         raise ValueError("cannot wait for NaN seconds; check what the number was computed from")
     if math.isinf(seconds):
