@@ -21,7 +21,7 @@ from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
-from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable
 from busflow.recording.player.player import CLOCK
 from busflow.recording.player.playing import Playing
 from busflow.text import printable
@@ -62,7 +62,9 @@ class _Into:
     def __init__(self, bag: Bag, peer: Peer, asked: Mapping[str, Any], ends: ExitStack) -> None:
         """Check everything, and advertise every topic, before anything is published."""
         self._peer, self._asked = peer, asked
-        channels = chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"])
+        channels, faults = playable(chosen(bag.channels, asked["topics"], asked["exclude"], asked["rename"]))
+        for fault in faults.values():
+            print_message(f"warning: left out: {fault}")
         self._clock_hz: float = asked["clock_hz"]
         if self._clock_hz:
             channels = tuple(each for each in channels if each.topic != CLOCK)

@@ -58,6 +58,15 @@ class Channel:
         full_name = description["type_description"]["type_name"]  # a bag may leave its middle part out
         return ForeignType(full_name, rihs01(description), description)
 
+    @cached_property
+    def fault(self) -> BagError | None:
+        """The reason why messages of this channel cannot be read; None if they can."""
+        try:
+            _ = self.type
+        except BagError as error:
+            return error.with_traceback(None)  # its place is where it is raised
+        return None
+
     def plain(self, payload: bytes | memoryview) -> Any:
         """A message as plain data: dictionaries, tuples, memoryviews, text and numbers.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from busflow.bus.patterns import Selection
 from busflow.clock import NS_PER_S
-from busflow.errors import NoSuchTarget
+from busflow.errors import BagError, NoSuchTarget
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -169,6 +169,24 @@ def chosen(
             advice = did_you_mean(topic, played)
             raise NoSuchTarget(f"the remap of {printable(topic)} matches no topic that is played; {advice}")
     return found
+
+
+def playable(channels: Collection[Channel]) -> tuple[tuple[Channel, ...], dict[Channel, BagError]]:
+    """The channels whose messages can be published, and the reason for each of the others.
+
+    Raises:
+        BagError: There are some, and none can be published.
+    """
+    faults = {each: fault for each in channels if (fault := _fault(each)) is not None}
+    if faults and len(faults) == len(channels):
+        raise next(iter(faults.values()))
+    return tuple(each for each in channels if each not in faults), faults
+
+
+def _fault(channel: Channel) -> BagError | None:
+    if channel.fault is None and not channel.type_name:
+        return BagError(f"{channel.topic} has no type, and a publisher needs one")
+    return channel.fault
 
 
 def _ns(seconds: float) -> int:

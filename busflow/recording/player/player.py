@@ -22,7 +22,7 @@ from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.offered_qos import offered
 from busflow.recording.bag.series import Damage
 from busflow.recording.player.message_classes import MessageClasses
-from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen
+from busflow.recording.player.ordered_messages import OrderedMessages, Span, chosen, playable
 from busflow.recording.player.playing import Playing
 
 CLOCK = "/clock"
@@ -61,7 +61,10 @@ class Player(Node):
         self._bag = Bag(asked.file)
         self._classes = MessageClasses()
         self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
-        self.channels: tuple[Channel, ...] = chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename)
+        named = chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename)
+        self.channels, faults = playable(named)
+        for channel, fault in faults.items():
+            self.log.warning("a topic cannot be published and is left out", topic=channel.topic, reason=str(fault))
         if asked.clock_hz:
             self.channels = tuple(each for each in self.channels if each.topic != CLOCK)
             self._clock = self.create_publisher(Clock, CLOCK)

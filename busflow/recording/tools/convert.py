@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from busflow.errors import MalformedMessage
+from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag.series import renumbered
 from busflow.recording.tools.flat import listed
 from busflow.recording.tools.sink import Sink, TopicFiles
@@ -34,6 +34,15 @@ class TargetFormat(StrEnum):
         """True if the format is a directory of several files."""
         return self in (TargetFormat.ROS2BAG, TargetFormat.CSV, TargetFormat.PARQUET)
 
+    def fault(self, channel: Channel) -> BagError | None:
+        """The reason why messages of a channel cannot be written in this format; None if they can."""
+        if self in (TargetFormat.ROS2BAG, TargetFormat.MCAP):
+            return None  # their bytes are copied
+        if self is TargetFormat.PARQUET and channel.encoding == "json":
+            reason = f"{channel.topic} is encoded as JSON, whose messages have no columns"
+            return BagError(reason, fix="pick other topics with --topics, or --to jsonl")
+        return channel.fault
+
 
 @dataclass(slots=True)
 class Converted:
@@ -41,7 +50,7 @@ class Converted:
 
     messages: int = 0
     left_out: int = 0
-    """Messages that could not be read by their type."""
+    """Messages that could not be read by their type, or whose type could not be read."""
     faults: dict[Channel, str] = field(default_factory=dict["Channel", str])
     """The reason for the first fault of each channel."""
 
@@ -68,28 +77,35 @@ def convert(
         on_message: Is called after each message.
 
     Raises:
-        BagError: The target exists or cannot be written, or messages cannot be written in this form.
+        BagError: The target exists or cannot be written, messages cannot be written in this form, or there is no
+            channel that can be read.
     """
+    chosen = bag.channels if channels is None else channels
+    faults = {each: fault for each in chosen if (fault := form.fault(each)) is not None}
+    if faults and len(faults) == len(chosen):
+        raise next(iter(faults.values()))
+    done = Converted(faults={channel: str(fault) for channel, fault in faults.items()})
     entries = _entries(bag, None if channels is None else channels.__contains__, *times)
     if not isinstance(target, Path):
-        return _written(JsonlFile(target, line_of), entries, on_message)
+        return _write(JsonlFile(target, line_of), entries, done, on_message)
     partly = channels is not None or times != (None, None)
     place = new_directory(target) if form.is_directory else new_file(target)
-    with place as path:
-        chosen = bag.channels if channels is None else channels
-        with closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
-            return _written(sink, entries, on_message)
+    with place as path, closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
+        return _write(sink, entries, done, on_message)
 
 
-def _written(sink: Sink, entries: Iterator[Entry], on_message: Callable[[], None]) -> Converted:
-    done = Converted()
+def _write(sink: Sink, entries: Iterator[Entry], done: Converted, on_message: Callable[[], None]) -> Converted:
+    unreadable = set(done.faults)
     for entry in entries:
-        try:
-            sink.write(entry)
-            done.messages += 1
-        except MalformedMessage as error:
+        if entry.channel in unreadable:
             done.left_out += 1
-            done.faults.setdefault(entry.channel, f"message {entry.sequence} of {entry.channel.topic}: {error}")
+        else:
+            try:
+                sink.write(entry)
+                done.messages += 1
+            except MalformedMessage as error:
+                done.left_out += 1
+                done.faults.setdefault(entry.channel, f"message {entry.sequence} of {entry.channel.topic}: {error}")
         on_message()
     return done
 

@@ -101,7 +101,7 @@ def _of_all(bag: Bag) -> dict[str, str]:
 
 def _definition(channel: Channel) -> bytes:
     """A bag that only names its types gets the definitions of those that busflow knows."""
-    if channel.definition or channel.encoding not in ("cdr", "json"):
+    if channel.definition or channel.fault is not None:
         return channel.definition.encode()
     return channel.type.definition.encode()
 

@@ -47,14 +47,10 @@ class ParquetFile:
         """
         arrow, parquet = _arrow()
         self._arrow, self._channel = arrow, channel
-        those = columns(channel)
-        if those is None:
-            reason = f"{channel.topic} is encoded as JSON, whose messages have no columns"
-            raise BagError(reason, fix="pick other topics with --topics, or --to jsonl")
-        self._columns = those
+        self._columns = columns(channel) or ()
         fields = [("log_time_ns", arrow.uint64()), ("sequence", arrow.uint32())]
         types = types_in(channel.type.description)
-        fields += [(each.name, _arrow_type(arrow, each.field, types)) for each in those]
+        fields += [(each.name, _arrow_type(arrow, each.field, types)) for each in self._columns]
         self._schema = arrow.schema(fields, metadata={"topic": channel.topic, "type": channel.type_name})
         self._writer = parquet.ParquetWriter(path, self._schema, compression="zstd")
         self._rows: list[list[Any]] = [[] for _ in fields]

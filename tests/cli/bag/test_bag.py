@@ -223,6 +223,27 @@ def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
     assert sum("heard" in line for line in run.lines) == 100
 
 
+def test_foreign_topics_are_left_out_of_playing(capsys, tmp_path, listen, start_run):
+    path = tmp_path / "foreign.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("", "a test")
+        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data\n")
+        writer.add_message(writer.register_channel("/numbers", "cdr", schema), 1, bytes([0, 1, *[0] * 10]), 1)
+        writer.add_message(writer.register_channel("/foreign", "protobuf", 0), 2, b"abc", 2)
+        writer.add_message(writer.register_channel("/no_type", "json", 0), 3, b"{}", 3)
+        writer.finish()
+    start_run(listen, "listen.yaml").wait_for("ready")
+    for run in ([], ["--run", "listen"]):
+        assert main(["bag", "play", str(path), *run]) == 0
+        out, err = capsys.readouterr()
+        assert out == f"{path}: 1 message played\n"
+        assert "/foreign, without a type, is encoded as 'protobuf'; cdr and json are read" in err
+        assert "/no_type has no type, and a publisher needs one" in err
+        assert main(["bag", "play", str(path), *run, "--topics", "/foreign"]) == 2
+        assert "/foreign, without a type, is encoded as 'protobuf'" in capsys.readouterr().err
+
+
 def test_a_topic_of_another_type_there_is_refused(capsys, bag, tmp_path, listen, start_run):
     start_run(listen, "listen.yaml").wait_for("ready")
     assert main(["bag", "play", bag, "--run", "listen", "--remap", "nmbers:=others"]) == 4

@@ -125,7 +125,7 @@ def test_json_lines_are_the_messages_in_order(tmp_path):
     assert next(each["message"]["data"] for each in lines if each["topic"] == "/topic") == "Hello, world! 0"
 
 
-def odd_bag(path):
+def odd_bag(path, *, foreign=False):
     """Topics whose names are none, one of JSON, and one with a message that cannot be read."""
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -135,6 +135,8 @@ def odd_bag(path):
         for topic, data in (("/../../etc/x", b"\0\1\0\0\1"), ("/a/b", b"\0\1\0\0\1"), ("/A_b", b"\0\1\0\0\7")):
             writer.add_message(writer.register_channel(topic, "cdr", schema), 1, data, 1, 1)
         writer.add_message(writer.register_channel("/note", "json", loose), 2, b'{"text": "a,b"}', 2, 2)
+        if foreign:
+            writer.add_message(writer.register_channel("/foreign", "protobuf", 0), 3, b"abc", 3, 3)
         writer.finish()
     return path
 
@@ -170,6 +172,24 @@ def test_what_ros_2_cannot_read_is_left_out_of_its_bag(tmp_path):
     done = converted(odd_bag(tmp_path / "odd.mcap"), tmp_path / "out", "ros2bag")
     assert (done.messages, done.left_out) == (3, 1)
     assert "encoded as json, which ROS 2 does not read" in next(iter(done.faults.values()))
+
+
+@pytest.mark.parametrize(("form", "messages"), [("csv", 3), ("jsonl", 3), ("parquet", 2), ("mcap", 5), ("ros2bag", 3)])
+def test_foreign_topics_are_left_out_of_conversion(tmp_path, form, messages):
+    path = odd_bag(tmp_path / "odd.mcap", foreign=True)
+    done = converted(path, tmp_path / "out", form)
+    assert (done.messages, done.left_out) == (messages, 5 - messages)
+    reasons = {each.topic: reason for each, reason in done.faults.items()}
+    assert (form == "mcap") == ("/foreign" not in reasons)
+    assert form in ("mcap", "ros2bag") or "encoded as 'protobuf'; cdr and json are read" in reasons["/foreign"]
+
+
+def test_no_readable_topic_is_an_error(tmp_path):
+    with Bag(odd_bag(tmp_path / "odd.mcap", foreign=True)) as bag:
+        foreign = [each for each in bag.channels if each.topic == "/foreign"]
+        with pytest.raises(BagError, match="/foreign, without a type, is encoded as 'protobuf'"):
+            convert(bag, tmp_path / "out", TargetFormat.CSV, json.dumps, channels=foreign)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_part_says_that_it_is_one(tmp_path):
