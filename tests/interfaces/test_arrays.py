@@ -61,7 +61,7 @@ def assert_nobody_can_write(value):
     ids=shown,
 )
 @pytest.mark.parametrize("dtype", [*INTEGERS, *FLOATS])
-def test_integers_of_any_kind_become_an_array_of_the_field_s_type(dtype, value):
+def test_any_integers_become_the_field_s_array_type(dtype, value):
     made = check(dtype, value)
     assert type(made) is np.ndarray
     assert made.dtype == np.dtype(dtype)
@@ -80,7 +80,7 @@ def test_integers_of_any_kind_become_an_array_of_the_field_s_type(dtype, value):
     ],
     ids=shown,
 )
-def test_numbers_of_any_kind_become_an_array_of_floats(dtype, value):
+def test_any_numbers_become_an_array_of_floats(dtype, value):
     assert check(dtype, value).tolist() == [0.5, 1, 2]
 
 
@@ -128,12 +128,12 @@ def test_nan_and_infinity_are_values(dtype):
     ],
     ids=shown,
 )
-def test_what_is_not_a_number_of_the_field_s_kind_is_refused(dtype, value):
+def test_a_number_of_another_kind_is_refused(dtype, value):
     assert refuse(dtype, value).startswith("The array ")
 
 
 @pytest.mark.parametrize("dtype", INTEGERS)
-def test_an_integer_out_of_range_is_refused_never_wrapped(dtype):
+def test_an_integer_out_of_range_is_never_wrapped(dtype):
     low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
     assert check(dtype, [low, high]).tolist() == [low, high]
     for wrong in (low - 1, high + 1):
@@ -142,11 +142,11 @@ def test_an_integer_out_of_range_is_refused_never_wrapped(dtype):
             assert f"from {low} to {high}" in refuse(dtype, np.array([wrong]))
 
 
-def test_an_error_names_the_item_that_does_not_fit():
+def test_an_error_names_the_unfitting_item():
     assert refuse("int32", [1, 2, 2.5]) == "The array takes integers; item 2 is 2.5"
 
 
-def test_bytes_are_taken_for_uint8_and_for_nothing_else():
+def test_bytes_are_accepted_for_uint8_alone():
     for value in (b"\x00\xff", bytearray(b"\x00\xff"), memoryview(b"\x00\xff")):
         made = check("uint8", value)
         assert made.tolist() == [0, 255]
@@ -154,7 +154,7 @@ def test_bytes_are_taken_for_uint8_and_for_nothing_else():
     assert check("uint8", b"").tolist() == []
 
 
-def test_a_byte_array_that_changes_later_does_not_change_the_message():
+def test_a_byte_array_changed_later_leaves_the_message():
     given = bytearray(b"ab")
     made = check("uint8", given)
     given[0] = 0
@@ -162,13 +162,13 @@ def test_a_byte_array_that_changes_later_does_not_change_the_message():
 
 
 @pytest.mark.parametrize("empty", [[], (), np.array([]), np.zeros((0, 3)), b""], ids=shown)
-def test_an_empty_array_has_no_type_that_could_be_wrong(empty):
+def test_an_empty_array_of_any_type_fits(empty):
     assert check("uint8", empty).dtype == np.uint8
     assert check("uint8", empty).shape == (0,)
     assert is_frozen(check("uint8", empty))
 
 
-def test_an_array_of_more_dimensions_is_flattened_row_by_row():
+def test_arrays_of_more_dimensions_are_flattened_by_row():
     assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]])).tolist() == [1, 2, 3, 4]
     assert check("float64", np.array([[1.0, 2.0], [3.0, 4.0]]).T).tolist() == [1, 3, 2, 4]
 
@@ -182,7 +182,7 @@ def test_lengths_are_exact_or_bounded():
     assert refuse("float64", [0.0] * 3, at_most=2) == "The array takes at most 2 values, not 3"
 
 
-def test_a_writeable_array_is_copied_once_and_stays_the_caller_s():
+def test_a_writeable_array_is_copied_once():
     mine = np.zeros(3)
     made = check("float64", mine)
     mine[0] = 1
@@ -191,7 +191,7 @@ def test_a_writeable_array_is_copied_once_and_stays_the_caller_s():
     assert_nobody_can_write(made)
 
 
-def test_a_read_only_view_of_writeable_memory_is_copied():
+def test_a_read_only_view_of_writeable_memory_copies():
     mine = np.zeros(3)
     view = mine.view()
     view.flags.writeable = False
@@ -215,7 +215,7 @@ def test_a_read_only_array_that_could_be_opened_again_is_handed_on_as_one_that_c
     assert_nobody_can_write(made)
 
 
-def test_take_shares_memory_and_freezes_whatever_it_is_a_view_of():
+def test_take_shares_memory_and_freezes_its_base():
     frame = np.zeros((4, 5, 3), np.uint8)
     given = take(frame.reshape(20, 3))
     assert np.shares_memory(frame, given)
@@ -268,7 +268,7 @@ def test_freezing_keeps_the_values_and_the_type(value):
 
 @settings(deadline=None)  # a busy machine is no fault
 @given(st.sampled_from(INTEGERS), st.lists(st.integers(-(2**64), 2**64), max_size=4))
-def test_a_list_of_integers_is_taken_exactly_when_numpy_s_range_allows(dtype, values):
+def test_integers_are_accepted_exactly_within_numpy_s_range(dtype, values):
     bounds = np.iinfo(dtype)
     if all(bounds.min <= each <= bounds.max for each in values):
         assert check(dtype, values).tolist() == values
@@ -278,7 +278,7 @@ def test_a_list_of_integers_is_taken_exactly_when_numpy_s_range_allows(dtype, va
 
 @settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(st.floats(), max_size=4))
-def test_a_list_and_an_array_of_floats_are_rounded_alike_or_both_refused(values):
+def test_lists_and_arrays_of_floats_round_alike(values):
     narrow = [value for value in values if not math.isfinite(value) or abs(value) < 3.4028235677973366e38]
     if len(narrow) == len(values):
         assert str(check("float32", values).tolist()) == str(check("float32", np.array(values)).tolist())

@@ -6,7 +6,7 @@ from busflow.errors import InvalidDeclaration
 from busflow.interfaces.codegen import FunctionSource, word
 
 
-def test_lines_become_a_function_of_what_they_were_given():
+def test_lines_become_a_function_of_given_values():
     source = FunctionSource()
     three = source.give([3])
     source.add("if number > 0:")
@@ -18,7 +18,7 @@ def test_lines_become_a_function_of_what_they_were_given():
     assert (function(1), function(-1)) == (4, None)
 
 
-def test_one_value_has_one_name_and_equal_ones_have_their_own():
+def test_each_object_has_one_name_of_its_own():
     source = FunctionSource()
     value = [1]
     assert source.give(value) == source.give(value) != source.give([1])
@@ -33,7 +33,7 @@ def test_nothing_else_can_be_named(text):
 
 
 @pytest.mark.parametrize("name", ["x; import os", "X", "", "x\n", "class", "é", "__class__", "a.b"])
-def test_a_field_that_is_no_plain_word_is_not_written_into_a_line(name):
+def test_an_unsafe_field_name_enters_no_generated_line(name):
     with pytest.raises(InvalidDeclaration, match="names no field"):
         word(name)
     assert word("frame_id2") == "frame_id2"

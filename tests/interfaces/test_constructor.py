@@ -101,7 +101,7 @@ def test_a_field_may_have_any_name(name):
         cls(**{name: 256})
 
 
-def test_values_without_names_are_refused_with_their_names_by_the_first_message_and_the_next():
+def test_positional_values_are_refused_with_their_field_names():
     class Pair(Message, package="tests"):
         left: float64 = 0.0
         right: float64 = 0.0
@@ -123,7 +123,7 @@ def test_a_field_without_a_default_is_required():
         Required(value=1, place=Vector3())
 
 
-def test_texts_that_were_right_before_are_looked_at_by_each_field_for_itself():
+def test_each_field_checks_a_known_text_itself():
     class Texts(Message, package="tests"):
         any_number: Sequence[str] = ()
         two: Annotated[Sequence[str], Length(2)] = ("a", "b")
@@ -135,7 +135,7 @@ def test_texts_that_were_right_before_are_looked_at_by_each_field_for_itself():
             Texts(any_number=one, two=one)
 
 
-def test_a_subclass_has_a_constructor_of_its_own_whichever_is_made_first():
+def test_a_subclass_has_a_constructor_of_its_own():
     class Parent(Message, package="tests"):
         value: float64 = 1.0
 
@@ -167,7 +167,7 @@ class Box(Message, package="tests"):
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in GIVEN.items() for value in values])
-def test_a_message_within_another_may_be_a_dict_and_is_taken_as_the_message(name, value):
+def test_a_nested_message_may_be_a_dict(name, value):
     boxed = outcome(lambda: Box(everything={name: value}).everything)
     assert boxed == outcome(lambda: Everything(**{name: value}))
     assert boxed == "refused" or type(boxed) is Everything
@@ -190,7 +190,7 @@ def test_dicts_are_messages_at_any_depth():
         Box(header={"frame_id": 5})
 
 
-def test_a_dict_makes_a_message_of_the_field_s_own_class():
+def test_a_dict_becomes_the_field_s_own_class():
     class Parent(Message, package="tests"):
         value: float64 = 1.0
 
@@ -248,7 +248,7 @@ def test_broken_constraint_is_reported_with_its_limit():
         Share(value=1.5)
 
 
-def test_a_value_of_any_length_makes_a_short_error():
+def test_any_value_makes_a_short_error():
     with pytest.raises(InvalidMessage) as caught:
         Vector3(x="long" * 10_000)
     assert len(str(caught.value)) < 200

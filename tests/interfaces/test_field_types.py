@@ -4,7 +4,7 @@ from busflow.interfaces import field_types as aliases
 from busflow.interfaces.fields import PRIMITIVES
 
 
-def test_there_is_a_word_for_every_type_of_ros():
+def test_each_ros_type_has_a_word():
     scalars = {name for name in aliases.__all__ if name.islower()}
     arrays = {name.removesuffix("Array").lower() for name in aliases.__all__ if name.endswith("Array")}
     assert scalars == set(PRIMITIVES) - {"bool"}

@@ -132,7 +132,7 @@ def test_an_annotation_is_a_ros_type(annotation, written):
     assert [str(each) for each in fields_of(field(annotation))] == [f"{written} value"]
 
 
-def test_a_field_type_says_all_that_a_codec_needs():
+def test_a_field_type_describes_what_codecs_need():
     (found,) = fields_of(field(Annotated[Sequence[Annotated[str, Length(max=5)]], Length(max=3)], ["a"]))
     assert (found.name, found.base, found.array, found.size) == ("value", "string", ArrayKind.BOUNDED, 3)
     assert (found.string_bound, found.default) == (5, ("a",))
@@ -225,7 +225,7 @@ def test_a_sequence_has_the_length_that_is_declared():
     refuse(Annotated[Sequence[str], Length(max=2)], ["a"] * 3)
 
 
-def test_an_array_field_holds_an_array_of_its_type():
+def test_an_array_field_has_its_array_type():
     held = hold(Annotated[Float32Array, Length(2)], [1, 2.5])
     assert held.dtype == np.float32
     assert held.tolist() == [1, 2.5]
@@ -246,7 +246,7 @@ def test_defaults_are_checked_and_shared():
     assert type(field(float64, 1)().value) is float
 
 
-def test_a_default_that_is_made_anew_each_time_is_checked_each_time():
+def test_a_default_factory_is_checked_each_time():
     made = iter([1, 2, "three"])
     cls = create_model("Sample", __base__=Message, value=(float64, Field(default_factory=lambda: next(made))))
     assert (cls().value, cls().value) == (1.0, 2.0)
@@ -270,7 +270,7 @@ def test_a_default_that_is_made_anew_each_time_is_checked_each_time():
     ],
     ids=str,
 )
-def test_a_default_that_does_not_fit_is_refused_with_the_class(annotation, default):
+def test_an_unfit_default_is_refused_with_the_class(annotation, default):
     with pytest.raises(InvalidDeclaration, match=r"Sample\.value: its default does not fit"):
         field(annotation, default)
 
@@ -301,7 +301,7 @@ def test_a_default_that_does_not_fit_is_refused_with_the_class(annotation, defau
     ],
     ids=str,
 )
-def test_an_annotation_that_means_nothing_is_refused_with_advice(annotation, advice):
+def test_a_meaningless_annotation_is_refused_with_advice(annotation, advice):
     with pytest.raises(InvalidDeclaration, match=advice) as caught:
         field(annotation)
     assert str(caught.value).startswith("Sample")
@@ -315,7 +315,7 @@ def test_a_length_is_a_positive_number(arguments):
         Length(max=arguments[0] if arguments else None)
 
 
-def test_a_length_is_exact_or_a_bound_not_both():
+def test_a_length_is_either_exact_or_bound():
     with pytest.raises(InvalidDeclaration):
         Length(3, max=4)
 
@@ -345,7 +345,7 @@ class Plan(BaseModel):
     ],
     ids=str,
 )
-def test_what_ros_cannot_describe_is_possible_all_the_same(annotation, value):
+def test_fields_unknown_to_ros_are_possible(annotation, value):
     cls = field(annotation)
     assert cls(value=value).value == value
     assert cls.model_validate_json(cls(value=value).model_dump_json()) == cls(value=value)
@@ -353,7 +353,7 @@ def test_what_ros_cannot_describe_is_possible_all_the_same(annotation, value):
         fields_of(cls)
 
 
-def test_ros_types_keep_their_rules_inside_what_ros_cannot_describe():
+def test_ros_types_keep_rules_inside_other_types():
     cls = field(dict[str, Annotated[Float64Array, Length(2)]])
     held = cls(value={"a": [1, 2]})
     assert held.value["a"].tolist() == [1, 2]

@@ -127,7 +127,7 @@ def test_nan_equals_nan_and_zero_its_negative():
     assert Sample(number=math.nan) != Sample(number=1.0)
 
 
-def test_two_types_with_the_same_fields_are_not_equal():
+def test_types_with_the_same_fields_are_unequal():
     class Other(Message, package="tests"):
         x: float64 = 0.0
         y: float64 = 0.0
@@ -136,7 +136,7 @@ def test_two_types_with_the_same_fields_are_not_equal():
     assert Other() != Vector3()
 
 
-def test_a_message_has_no_hash_and_the_error_says_what_to_do():
+def test_an_unhashable_message_says_what_to_do():
     for use in (hash, lambda message: {message}, lambda message: {message: 1}):
         with pytest.raises(TypeError, match=r"Vector3.*use a tuple of the fields"):
             use(Vector3())
@@ -181,7 +181,7 @@ def test_what_comes_out_of_a_pickle_is_checked():
         restore(cls, values | {"x": "one"})
 
 
-def test_a_message_is_printed_with_the_name_of_its_class():
+def test_a_message_prints_with_its_class_name():
     assert str(Vector3(x=1.0)) == repr(Vector3(x=1.0)) == "Vector3(x=1.0, y=0.0, z=0.0)"
     assert f"{Time(sec=1)}" == "Time(sec=1, nanosec=0)"
 
@@ -220,7 +220,7 @@ def test_pydantic_reads_the_schema_of_a_message(message):
     assert message.model_dump(exclude_unset=True) == dict(message) == {"x": 1.0, "y": 0.0, "z": 0.0}
 
 
-def test_a_field_that_there_is_not_is_an_attribute_error():
+def test_a_missing_field_is_an_attribute_error():
     with pytest.raises(AttributeError, match="'Vector3' object has no attribute 'w'"):
         _ = Vector3().w
 
@@ -243,7 +243,7 @@ def test_the_constructor_and_validation_accept_the_same(values):
 # Time stamps
 
 
-def test_a_clock_s_time_is_taken_for_a_time_stamp():
+def test_a_clock_s_time_becomes_a_stamp():
     header = Header(stamp=ClockTime(1_500_000_001), frame_id="imu_link")
     assert header.stamp == Time(sec=1, nanosec=500_000_001)
     assert type(header.stamp) is Time
@@ -272,7 +272,7 @@ def test_a_field_name_that_breaks_ros_s_grammar_is_refused(name):
 
 
 @pytest.mark.parametrize("name", ["copy", "json", "dict", "replace", "model_fields", "model_dump"])
-def test_a_field_that_hides_a_method_of_messages_is_refused(name):
+def test_a_field_that_hides_a_method_is_refused(name):
     with pytest.raises(InvalidDeclaration, match="name the field otherwise"):
         type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
 
@@ -283,7 +283,7 @@ def test_a_type_name_that_breaks_ros_s_grammar_is_refused(name):
         type(name, (Message,), {"__module__": __name__})
 
 
-def test_a_name_that_is_not_known_yet_is_refused():
+def test_a_name_not_yet_known_is_refused():
     with pytest.raises(InvalidDeclaration, match="'Missing' in an annotation is not known"):
 
         class Sample(Message, package="tests"):
@@ -322,7 +322,7 @@ def test_validators_of_pydantic_work():
         Positive(value="1")
 
 
-def test_a_subclass_has_the_fields_of_its_parent_and_a_name_of_its_own():
+def test_a_subclass_inherits_fields_and_has_its_name():
     class Labelled(Imu, package="tests"):
         label: str = ""
 
@@ -350,7 +350,7 @@ def test_a_type_is_named_for_its_package():
 
 
 @pytest.mark.parametrize("package", ["My_robot", "my-robot", "my__robot", "robot_", "1robot", "", "röbot"])
-def test_a_package_that_breaks_ros_s_grammar_is_refused(package):
+def test_a_package_outside_ros_s_grammar_is_refused(package):
     with pytest.raises(InvalidDeclaration, match='package="my_robot"'):
 
         class Sample(Message, package=package):
@@ -432,7 +432,7 @@ def test_a_service_needs_both_messages():
             Request = int
 
 
-def test_a_service_names_its_messages_even_where_the_module_s_package_is_no_package(tmp_path):
+def test_a_service_outside_packages_names_its_messages(tmp_path):
     text = (
         "from busflow.interfaces.message import Message, ServiceType, type_name\n"
         "class Reset(ServiceType, package='my_robot'):\n"
@@ -482,7 +482,7 @@ def test_a_constant_is_named_in_upper_case():
             ok: ClassVar[uint8] = 0
 
 
-def test_a_constant_of_a_type_that_is_not_known_is_refused():
+def test_a_constant_of_unknown_type_is_refused():
     with pytest.raises(InvalidDeclaration, match=r"Level\.OK.*uint9"):
 
         class Level(Message, package="tests"):
@@ -522,7 +522,7 @@ def test_ros_describes_a_type_when_it_describes_all_inside():
         ("../msg/Imu", "no package"),
     ],
 )
-def test_an_unknown_type_is_an_error_with_the_nearest_one(name, advice):
+def test_an_unknown_type_suggests_the_nearest_one(name, advice):
     with pytest.raises(UnknownType) as caught:
         find_type(name)
     assert advice in str(caught.value)

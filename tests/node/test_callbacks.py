@@ -45,7 +45,7 @@ async def test_a_method_that_overrides_it_is_called_instead():
 
 
 @virtual_time
-async def test_what_it_raises_is_the_nodes_failure_and_the_change_stays():
+async def test_a_raising_callback_fails_the_node_after_change():
     class Failing(Node):
         parameters: Gains
 
@@ -61,7 +61,7 @@ async def test_what_it_raises_is_the_nodes_failure_and_the_change_stays():
 
 
 @virtual_time
-async def test_what_an_async_one_raises_is_the_nodes_failure():
+async def test_what_an_async_callback_raises_fails_the_node():
     class Failing(Node):
         parameters: Gains
 
@@ -103,7 +103,7 @@ async def test_changes_while_it_awaits_make_one_more_call():
 
 
 @virtual_time
-async def test_an_async_handler_sees_the_swap_only_where_it_awaits():
+async def test_an_async_handler_sees_changes_where_it_awaits():
     class Reader(Node):
         parameters: Gains
 
@@ -232,7 +232,7 @@ class Tuner(Node):
 
 
 @explore(schedules=100)
-async def test_in_whatever_order_no_message_sees_half_a_change():
+async def test_no_message_sees_half_a_change():
     tuner = Tuner()
     lab = harness(Scaler, Numbers, tuner)
     tuner.graph = lab.graph

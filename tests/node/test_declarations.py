@@ -55,7 +55,7 @@ def kinds(node_class):
     return {name: type(each) for name, each in declarations_of(node_class).items()}
 
 
-def test_a_class_shows_what_it_declares_without_an_instance():
+def test_a_class_shows_declarations_without_an_instance():
     found = declarations_of(Base)
     assert list(found) == ["numbers", "words", "on_number", "tick"]
     assert kinds(Base) == {
@@ -122,7 +122,7 @@ def test_an_override_without_a_decorator_keeps_the_declaration():
     assert (derived.last, derived.ticked) == (1, True)
 
 
-def test_an_override_may_leave_the_annotation_to_the_method_above():
+def test_an_override_may_omit_the_annotation():
     class Derived(Base):
         def on_number(self, number): ...
 
@@ -132,7 +132,7 @@ def test_an_override_may_leave_the_annotation_to_the_method_above():
     assert Grandchild.on_number.message_type() is Int64
 
 
-def test_an_override_may_state_another_type_even_a_local_one():
+def test_an_override_may_state_another_local_type():
     class Special(Message, package="test"):
         data: int
 
@@ -178,7 +178,7 @@ def test_none_removes_a_declaration_and_it_stays_removed():
     assert list(declarations_of(Derived)) == list(declarations_of(Grandchild)) == ["words", "tick"]
 
 
-def test_a_mixin_declares_and_overrides_as_any_base_does():
+def test_a_mixin_declares_and_overrides_like_a_base():
     class Declaring:
         flags = publisher(Bool, "flags")
 
@@ -257,7 +257,7 @@ def test_an_annotation_that_is_no_message_is_refused(annotation):
         handler.message_type()
 
 
-def test_an_annotation_that_is_no_event_is_refused_with_the_kinds():
+def test_an_annotation_without_event_names_the_kinds():
     class Confused(Node):
         @on_event("numbers")
         def on_silence(self, event: Int64) -> None: ...
@@ -282,7 +282,7 @@ def test_an_annotation_that_is_no_event_is_refused_with_the_kinds():
     ],
     ids=["0.1 s", "3 Hz", "0 s", "0 Hz", "period_s", "rate_hz", "camera.hz"],
 )
-def test_a_timer_s_period_is_exact_and_may_be_a_parameter_s(declared, period):
+def test_a_timer_period_is_exact_or_a_parameter(declared, period):
     assert declared(nothing).period(Rates()) == period
 
 
@@ -301,7 +301,7 @@ def test_a_timer_that_names_no_number_says_so(name):
 
 
 @pytest.mark.parametrize("rate", [float("nan"), float("inf")])
-def test_a_timer_cannot_run_at_a_parameter_that_is_no_rate(rate):
+def test_a_timer_refuses_a_parameter_without_rate(rate):
     with pytest.raises(InvalidDeclaration, match=str(rate)):
         timer(hz="rate_hz")(nothing).period(Rates(rate_hz=rate))
 
@@ -310,7 +310,7 @@ def test_a_timer_cannot_run_at_a_parameter_that_is_no_rate(rate):
 
 
 @pytest.mark.parametrize("given", [-1, float("nan"), float("inf"), True, [1], print])
-def test_a_period_that_cannot_be_is_refused_where_it_is_written(given):
+def test_an_impossible_period_is_refused_where_written(given):
     with pytest.raises(InvalidDeclaration, match="@timer"):
         timer(given)
     with pytest.raises(InvalidDeclaration, match="@timer"):
@@ -323,12 +323,12 @@ def test_a_timer_has_a_period_or_a_rate():
             timer(**arguments)
 
 
-def test_a_policy_that_does_not_exist_is_refused_with_those_that_do():
+def test_an_unknown_policy_is_refused_with_the_known():
     with pytest.raises(InvalidDeclaration, match="missed= is one of skip, burst, got 'catch up'"):
         timer(1, missed="catch up")
 
 
-def test_what_is_no_message_type_is_refused_where_it_is_written():
+def test_a_wrong_message_type_is_refused_where_written():
     for declare in (publisher, subscription):
         for wrong in (int, 3, None, Node):
             with pytest.raises(InvalidDeclaration, match="needs"):
@@ -342,7 +342,7 @@ def test_a_decorator_takes_its_qos_by_name():
         subscription("numbers", QoS(depth=1))
 
 
-def test_a_method_is_a_timer_or_a_handler_but_not_both():
+def test_a_method_is_either_timer_or_handler():
     def method(self, number: Int64) -> None: ...
     def tick(self) -> None: ...
 
@@ -357,7 +357,7 @@ def test_a_method_is_a_timer_or_a_handler_but_not_both():
 
 
 @virtual_time
-async def test_an_overridden_timer_can_call_the_method_of_its_base():
+async def test_an_overridden_timer_can_call_its_base():
     class Base(Node):
         ticks = 0
 

@@ -16,14 +16,14 @@ class LeftArm(Node):
     parameters: ArmParameters
 
 
-def test_a_node_has_the_factory_s_name_or_that_of_its_class():
+def test_a_node_is_named_by_factory_or_class():
     named, unnamed = NodeFactory(LeftArm, "arm"), NodeFactory(LeftArm)
     built = [each.build(each.parameters({"speed": 2})) for each in (named, unnamed)]
     assert [runtime_of(each).full_name for each in built] == ["/arm", "/left_arm"]
     assert [each.parameters.speed for each in built] == [2.0, 2.0]
 
 
-def test_values_that_cannot_be_are_refused_before_a_node_is_built():
+def test_impossible_values_are_refused_before_building_a_node():
     with pytest.raises(InvalidParameter, match="speed"):
         NodeFactory(LeftArm).parameters({"speed": "fast"})
 

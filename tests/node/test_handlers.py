@@ -22,7 +22,7 @@ class Base(Node):
         return Trigger.Response(message=type(self).__name__)
 
 
-def test_a_class_shows_what_it_asks_and_answers_without_an_instance():
+def test_a_class_shows_its_services_without_an_instance():
     assert (Base.reset.type, Base.reset.service) == (Trigger, "reset")
     assert isinstance(Base.on_reset, Handler)
     assert Base.on_reset.roles == (ServiceRole(Trigger, "~/one", 3), ServiceRole(Trigger, "~/two", 10))
@@ -76,7 +76,7 @@ WRITE = (
 )
 
 
-def test_annotations_of_another_type_are_refused_with_what_to_write():
+def test_annotations_of_another_type_are_refused_with_advice():
     assert wrong({"request": SetBool.Request}).startswith(f"{WRITE}takes <class ")
     assert wrong({"request": "Trigger.Response"}).startswith(f"{WRITE}takes <class ")
     assert wrong({"return": "SetBool.Response"}).startswith(f"{WRITE}returns <class ")
@@ -85,7 +85,7 @@ def test_annotations_of_another_type_are_refused_with_what_to_write():
 
 
 @pytest.mark.parametrize("arguments", ["self", "self, request, response", "request"])
-def test_a_handler_that_cannot_be_called_with_a_request_is_refused(arguments):
+def test_a_handler_that_accepts_no_request_is_refused(arguments):
     """As a handler of rclpy, which is given the response to fill in."""
     assert wrong({}, arguments) == f"{WRITE}is called with the request, and returns the response it makes"
 
@@ -99,7 +99,7 @@ def test_a_handler_need_not_be_annotated(arguments):
 
 
 @pytest.mark.parametrize("given", ["~/reset", Trigger.Request, Int64, None, Trigger()])
-def test_what_is_no_service_type_is_refused_where_it_is_written(given):
+def test_a_wrong_service_type_is_refused_where_written(given):
     with pytest.raises(InvalidDeclaration, match="@service needs a service type"):
         service(given, "reset")
     with pytest.raises(InvalidDeclaration, match="client needs a service type"):

@@ -51,7 +51,7 @@ async def settle():
 # Made by hand.
 
 
-def test_a_node_takes_its_parameters_by_value_or_as_one():
+def test_a_node_accepts_parameters_by_value_or_whole():
     assert Rated().parameters == Rates()
     assert Rated(rate_hz=50).parameters.rate_hz == 50
     assert Rated(Rates(label="slow"), name="left").parameters.label == "slow"
@@ -96,7 +96,7 @@ def test_parameters_are_inherited_or_annotated_anew_with_a_local_class_too():
     assert Anew(gain=2).parameters == More(gain=2)
 
 
-def test_an_annotation_of_parameters_that_cannot_be_is_named():
+def test_an_impossible_annotation_of_parameters_is_named():
     class Untrue(Node):
         parameters: Unseen
 
@@ -119,7 +119,7 @@ def test_an_annotation_of_parameters_that_cannot_be_is_named():
         ("a_b", "a_b"),
     ],
 )
-def test_a_node_is_named_after_its_class_in_snake_case(written, name):
+def test_a_node_is_named_like_its_class(written, name):
     assert type(written, (Node,), {})().name == name
 
 
@@ -130,7 +130,7 @@ def test_a_name_that_ros_does_not_allow_is_refused_and_cannot_steer_the_terminal
     assert "\x1b" not in str(caught.value)
 
 
-def test_what_needs_a_graph_says_so_before_there_is_one():
+def test_a_call_that_needs_a_graph_says_so():
     node = Rated()
     for use in (
         lambda: node.clock,
@@ -248,7 +248,7 @@ async def numbers_of(seed, *names):
 
 
 @virtual_time
-async def test_random_numbers_depend_on_the_seed_and_the_node_s_name_alone():
+async def test_random_numbers_depend_on_seed_and_name_alone():
     left, right = await numbers_of(1, "left", "right")
     assert left != right
     assert await numbers_of(1, "right", "left", "third") == [right, left, (await numbers_of(1, "third"))[0]]
@@ -265,7 +265,7 @@ async def test_the_log_is_bound_to_the_node():
 
 
 @virtual_time
-async def test_a_spawned_task_has_the_node_s_name_and_its_own():
+async def test_a_spawned_task_has_the_node_s_name():
     class Spawning(Node):
         async def start(self):
             self.spawn(self.work())
@@ -301,7 +301,7 @@ def test_a_blocking_call_runs_in_a_thread_and_comes_back_with_its_value_or_its_e
     assert thread is not threading.main_thread()
 
 
-def test_a_blocking_call_is_not_waited_for_when_the_node_stops():
+def test_a_stopping_node_abandons_its_blocking_call():
     released, ended = threading.Event(), threading.Event()
 
     class Driver(Node):

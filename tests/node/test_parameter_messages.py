@@ -23,7 +23,7 @@ SKIPPED = {
 
 
 @pytest.mark.parametrize("case", [each for each in CASES if each["kind"] == "infer_type"], ids=lambda case: case["id"])
-def test_the_type_of_a_value_is_that_of_rclpy(case):
+def test_a_value_has_the_type_of_rclpy(case):
     if case["id"] in SKIPPED:
         pytest.skip(SKIPPED[case["id"]])
     assert type_of(case["input"]) == getattr(ParameterType, f"PARAMETER_{case['expect']}")
@@ -47,7 +47,7 @@ def test_a_value_that_ros_2_knows_comes_back_as_it_went(value):
 
 
 @pytest.mark.parametrize("value", [{"kp": 1.0}, [{"name": "knee"}], [1, "a"], [[1]], 2**70, [2**70], [True, 1]])
-def test_what_ros_2_has_no_type_for_is_a_string_of_json(value):
+def test_a_type_unknown_to_ros_becomes_json(value):
     message = value_message(value)
     assert message.type == ParameterType.PARAMETER_STRING
     assert json.loads(message.string_value) == value

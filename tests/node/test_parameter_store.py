@@ -56,18 +56,18 @@ def test_every_parameter_is_described_with_its_value():
     assert rows[3].info.read_only
 
 
-def test_a_value_comes_from_code_or_is_the_default():
+def test_a_value_comes_from_code_or_default():
     rows = store_of(Sensor(SensorParameters(noise=Noise(imu=0.5)))).describe()
     assert [str(row.source) for row in rows] == ["default", "code", *["default"] * 4]
 
 
-def test_an_unknown_parameter_is_refused_with_the_nearest_name():
+def test_an_unknown_parameter_suggests_the_nearest_name():
     with pytest.raises(InvalidParameter, match=r"unknown parameter noise\.imo \(did you mean 'noise\.imu'\?\)"):
         store_of(Sensor()).get("noise.imo")
 
 
 @virtual_time
-async def test_a_value_from_a_launch_file_says_where_it_is_stated(tmp_path):
+async def test_a_launch_file_value_has_its_place(tmp_path):
     (tmp_path / "sensor.py").write_text(
         "from busflow import Node, Parameters\n"
         "class Noise(Parameters):\n    imu: float = 0.1\n    joints: float = 0.0\n"

@@ -157,7 +157,7 @@ def test_not_a_number_is_a_value_where_no_range_is_declared():
         ({"rate_hzz": 1}, "unknown parameter rate_hzz", "did you mean 'rate_hz'?"),
     ],
 )
-def test_a_fault_says_what_why_and_what_to_do(data: dict[str, object], message: str, fix: str | None):
+def test_a_fault_says_what_why_and_remedy(data: dict[str, object], message: str, fix: str | None):
     found = fault(data)
     assert (found.message, found.fix) == (message, fix)
 
@@ -180,7 +180,7 @@ def test_the_error_of_a_hostile_name_or_value_is_one_printable_line():
     assert str(caught.value).isprintable()
 
 
-def test_a_default_outside_its_own_range_is_a_fault():
+def test_a_default_outside_its_range_is_a_fault():
     class Wrong(Parameters):
         rate_hz: float = Field(default=-1.0, gt=0)
 
@@ -194,7 +194,7 @@ def test_parameters_cannot_be_changed_in_place():
         parameters.rate_hz = 5.0  # type: ignore[misc]  # that is the point
 
 
-def test_constructing_in_python_is_as_strict_as_reading_a_file():
+def test_python_values_are_checked_like_a_file_s():
     assert RobotParameters(rate_hz=50).rate_hz == 50.0
     with pytest.raises(ValidationError):
         RobotParameters(count="3")  # type: ignore[arg-type]  # that is the point
@@ -228,7 +228,7 @@ def test_describe_takes_the_default_of_a_nested_parameter_from_where_it_is_used(
     assert describe(Quiet)[0].default == 0.0
 
 
-def test_the_json_schema_knows_ranges_choices_and_read_only_fields():
+def test_the_schema_has_ranges_choices_and_read_only():
     schema = RobotParameters.model_json_schema()
     assert schema["properties"]["rate_hz"]["exclusiveMinimum"] == 0
     assert schema["properties"]["frame"]["readOnly"] is True

@@ -42,7 +42,7 @@ CAMERA = "from busflow import Node\nclass Camera(Node):\n    '''Sees.\n\n    Mor
         ("", {}),
     ],
 )
-def test_a_node_is_a_class_with_a_base_that_is_one(tmp_path: Path, text: str, found: object):
+def test_a_node_is_a_subclass_of_one(tmp_path: Path, text: str, found: object):
     folder = written(tmp_path, {"camera.py": CAMERA, "parts/lens.py": CAMERA.replace("Camera", "Lens"), "x.py": text})
     assert outline(folder, "x.py") == (dict.fromkeys(found, "The file.") if isinstance(found, list) else found)
 
@@ -79,5 +79,5 @@ def test_what_is_not_python_is_refused(tmp_path: Path, text: bytes):
     assert [path.stem for path in files_with_nodes(tmp_path / "eye")] == ["bad", "iris"]
 
 
-def test_a_warning_in_the_users_file_is_not_printed(tmp_path: Path):
+def test_a_warning_in_the_file_is_not_printed(tmp_path: Path):
     assert outline(written(tmp_path, {"x.py": CAMERA + "pattern = '\\d'\n"}), "x.py") == {"Camera": "Sees."}

@@ -50,7 +50,7 @@ def modules_of(folder: Path) -> list[str]:
 
 
 class TestLoading:
-    def test_a_name_is_the_only_node_of_the_file(self, write: Write, folder: Path):
+    def test_a_name_means_the_file_s_only_node(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera") + "class Helper: ...\nclass _Base(Node): ...\n")
         assert plugins.load("camera", [folder]).__name__ == "Camera"
 
@@ -65,30 +65,30 @@ class TestLoading:
         assert night.__name__ == "Night"
         assert night.__base__ is plugins.load("camera", [folder])
 
-    def test_a_class_is_chosen_by_name_even_when_imported_or_private(self, write: Write, folder: Path):
+    def test_a_class_is_chosen_by_name_even_private(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera") + "class _Left(Camera): ...\nclass Right(Camera): ...\n")
         write("eyes.py", "from .camera import Right\n")
         assert plugins.load("camera:_Left", [folder]).__name__ == "_Left"
         assert plugins.load("eyes:Right", [folder]) is plugins.load("camera:Right", [folder])
 
-    def test_a_package_offers_what_its_init_imports_from_within(self, write: Write, folder: Path):
+    def test_a_package_offers_its_init_s_inner_imports(self, write: Write, folder: Path):
         write("arm/__init__.py", "from .driver import Arm\n")
         write("arm/driver.py", NODE.format(name="Arm"))
         write("arm/broken.py", "this is not Python")
         assert plugins.load("arm", [folder]).__name__ == "Arm"
 
-    def test_a_folder_without_init_offers_the_node_of_its_files(self, write: Write, folder: Path):
+    def test_a_folder_without_init_offers_its_files_nodes(self, write: Write, folder: Path):
         write("arm/driver.py", NODE.format(name="Arm"))
         write("arm/script.py", "raise RuntimeError('imported without need')\n")
         assert plugins.load("arm", [folder]).__name__ == "Arm"
         assert plugins.load("arm:Arm", [folder]).__name__ == "Arm"
 
-    def test_a_folder_of_data_beside_a_file_is_no_plugin(self, write: Write, folder: Path):
+    def test_a_data_folder_beside_a_file_is_ignored(self, write: Write, folder: Path):
         write("arm.py", NODE.format(name="Arm"))
         write("arm/model.urdf", "<robot/>")
         assert plugins.load("arm", [folder]).__name__ == "Arm"
 
-    def test_a_file_written_after_another_was_loaded_is_seen(self, write: Write, folder: Path):
+    def test_a_file_written_after_a_load_is_seen(self, write: Write, folder: Path):
         for index in range(2):
             write(f"n{index}.py", NODE.format(name=f"N{index}"))
             os.utime(folder, (0, 0))  # what a clock too coarse to tell the two moments apart would leave
@@ -98,7 +98,7 @@ class TestLoading:
 class TestOnePackage:
     @pytest.mark.parametrize("name", ["plugins", "my plugins", "0-weird.name", "größe", "a.b"])
     @pytest.mark.parametrize("init", [True, False])
-    def test_files_import_each_other_relatively_in_a_folder_of_any_name(self, tmp_path: Path, name: str, init: bool):
+    def test_files_import_each_other_in_any_folder(self, tmp_path: Path, name: str, init: bool):
         folder = tmp_path / name
         (folder / "parts").mkdir(parents=True)
         if init:
@@ -125,7 +125,7 @@ class TestOnePackage:
         assert vars(plugins.load("left_arm", both))["side"] == "left"
         assert vars(plugins.load("right_arm", both))["side"] == "right"
 
-    def test_a_folder_reached_through_a_link_is_the_same_package(self, write: Write, folder: Path):
+    def test_a_linked_folder_is_the_same_package(self, write: Write, folder: Path):
         write("arm.py", NODE.format(name="Arm"))
         (folder.parent / "link").symlink_to(folder)
         assert plugins.load("arm", [folder]) is plugins.load("arm", [folder.parent / "link"])
@@ -139,14 +139,14 @@ class TestOnePackage:
         loaded = {name: plugins.load(name, [where]) for name, where in (order if inner_first else reversed(order))}
         assert loaded["outer"].__base__ is loaded["arm"]
 
-    def test_a_hard_link_is_a_file_of_its_own(self, write: Write, folder: Path, tmp_path: Path):
+    def test_a_hard_link_is_its_own_file(self, write: Write, folder: Path, tmp_path: Path):
         original = write("arm.py", NODE.format(name="Arm"))
         (tmp_path / "copy").mkdir()
         os.link(original, tmp_path / "copy/arm.py")
         assert plugins.load("arm", [folder]) is not plugins.load("arm", [tmp_path / "copy"])
 
     @pytest.mark.parametrize("init", [True, False])
-    def test_a_file_that_was_imported_as_usual_is_reused(
+    def test_a_normally_imported_file_is_reused(
         self, write: Write, folder: Path, init: bool, monkeypatch: pytest.MonkeyPatch
     ):
         name = f"robot_{'with' if init else 'without'}_init"
@@ -172,7 +172,7 @@ class TestOnePackage:
         arm = __import__("linked_arm").Arm
         assert plugins.load("linked_arm", [folder]) is arm
 
-    def test_a_script_that_runs_its_own_folder_is_not_imported_again(self, write: Write, folder: Path):
+    def test_a_script_in_its_folder_is_imported_once(self, write: Write, folder: Path):
         script = write(
             "arm.py",
             "from busflow.node.node import Node\nfrom busflow.node.plugins import load\n"
@@ -206,7 +206,7 @@ class TestFinding:
         assert [plugins.load(name, [folder]).__name__ for name in names] == ["Left", "Right", "Knee"]
 
     @pytest.mark.parametrize("text", [b"class (", b"x = '\x00'", b"\xff\xfe", b"(" * 100_000])
-    def test_a_file_that_is_not_python_is_listed_with_its_fault(self, write: Write, folder: Path, text: bytes):
+    def test_a_broken_file_is_listed_with_its_fault(self, write: Write, folder: Path, text: bytes):
         write("bad.py", "").write_bytes(text)
         write("good.py", NODE.format(name="Good"))
         bad, good = plugins.find([folder])
@@ -230,7 +230,7 @@ class TestNotFound:
         assert error.exit_code == 2
 
     @pytest.mark.parametrize("reference", ["", ":", "os:system", "../camera", "/", "a\x1b[31m", "ａ" * 5000, ".."])
-    def test_what_is_no_name_is_not_looked_up_as_a_path(self, write: Write, folder: Path, reference: str):
+    def test_an_invalid_name_is_not_read_as_path(self, write: Write, folder: Path, reference: str):
         write("camera.py", NODE.format(name="Camera"))
         (folder / "inside").mkdir()
         assert failure(reference, folder / "inside").problem.code == "unknown-plugin"
@@ -239,10 +239,10 @@ class TestNotFound:
         write("camera.py", "from busflow.node.node import Node as Camera\n")
         assert "'Camera' in" in str(failure("camera:Camera", folder))
 
-    def test_a_path_is_answered_with_the_way_to_write_it(self, folder: Path):
+    def test_a_path_as_name_gets_the_right_form(self, folder: Path):
         assert "write 'camera'" in str(failure("../plugins/camera.py", folder))
 
-    def test_two_of_one_name_are_an_error_that_names_both(self, write: Write, folder: Path):
+    def test_two_of_one_name_are_both_named(self, write: Write, folder: Path):
         write("a/camera.py", NODE.format(name="Camera"))
         write("b/camera.py", NODE.format(name="Camera"))
         error = failure("camera", folder / "a", folder / "b")
@@ -354,7 +354,7 @@ class TestFailingImport:
         text = str(failure("camera", folder))
         assert r"\x1b[31mred second line" in text
 
-    def test_an_error_that_cannot_be_shown_is_shown_all_the_same(self, write: Write, folder: Path):
+    def test_an_error_with_a_broken_str_is_shown(self, write: Write, folder: Path):
         write("camera.py", "class E(Exception):\n    def __str__(self):\n        raise RuntimeError\nraise E\n")
         assert "its text raised RuntimeError" in str(failure("camera", folder))
 
@@ -375,7 +375,7 @@ class TestFailingImport:
         write("camera.py", f"from . import helper\n{NODE.format(name='Camera')}    step = helper.STEP\n")
         assert vars(plugins.load("camera", [folder]))["step"] == "a second one"
 
-    def test_a_message_type_of_the_folder_survives_a_second_attempt(self, write: Write, folder: Path):
+    def test_the_folder_s_message_type_survives_another_attempt(self, write: Write, folder: Path):
         write(
             "messages.py",
             "from busflow import Message\nclass Grip(Message, package='my_robot'):\n    force: float = 0.0\n",
@@ -385,7 +385,7 @@ class TestFailingImport:
         write("hand.py", f"from .messages import Grip\n{NODE.format(name='Hand')}")
         assert plugins.load("hand", [folder]).__name__ == "Hand"
 
-    def test_a_neighbour_that_failed_to_be_of_use_is_read_again(self, write: Write, folder: Path):
+    def test_a_neighbour_of_a_failed_import_is_reread(self, write: Write, folder: Path):
         write("other.py", NODE.format(name="Other"))
         plugins.load("other", [folder])
         write("helper.py", "STEP = 1\n")
@@ -433,7 +433,7 @@ class TestInstalled:
         return site
 
     @pytest.mark.parametrize("reference", ["lidar", "whole", "whole:Lidar"])
-    def test_an_entry_point_names_a_class_or_its_module(self, reference: str):
+    def test_an_entry_point_names_class_or_module(self, reference: str):
         assert plugins.load(reference, []).__name__ == "Lidar"
 
     def test_installed_plugins_are_listed_without_importing_them(self):
@@ -451,7 +451,7 @@ class TestInstalled:
         assert str(failure("broken")).startswith(f"{site}/lab_nodes/broken.py:1:1: error: plugin 'broken'")
         assert "No module named 'lab_nodes.gone'" in str(failure("gone"))
 
-    def test_distributions_are_scanned_only_when_no_folder_has_the_name(
+    def test_distributions_are_scanned_only_without_a_folder(
         self, write: Write, folder: Path, monkeypatch: pytest.MonkeyPatch
     ):
         class Scan:

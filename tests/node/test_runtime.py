@@ -62,7 +62,7 @@ async def test_names_are_expanded_within_the_namespace():
 
 
 @virtual_time
-async def test_a_remap_gives_the_final_name_and_is_remembered_as_used():
+async def test_a_remap_gives_the_name_and_counts_used():
     runtime = declared(Relay(), remaps={"in": "/sensors/in", "~/out": "result", "unused": "nothing"})
     assert [each.topic for each in runtime.ends.subscriptions] == ["/sensors/in", "/absolute"]
     assert [(each.topic, each.endpoint.remap_rule) for each in runtime.ends.publishers] == [("/result", "~/out")]
@@ -125,7 +125,7 @@ async def test_declaring_connects_nothing_and_connecting_hands_over_nothing():
     assert [line.delivered for line in bus.ledger()] == [1]
 
 
-def test_a_generator_can_go_back_to_where_it_began():
+def test_a_random_generator_can_be_reset():
     one, two = Rng(7, "/left/arm"), Rng(7, "/left/arm")
     assert isinstance(one, np.random.Generator)
     first = one.normal(size=5).tolist()

@@ -55,16 +55,16 @@ ELSEWHERE = ("intensity/", "kubernetes/")  # test_supervision_backoff.py
 HERE = {
     "otp/init-fails": "test_a_class_that_fails_when_it_is_built_anew_counts_as_a_life_until_the_limit",
     "otp/one_for_one": "test_only_the_node_that_failed_is_built_anew",
-    "otp/one_for_one-exceeded": "test_a_node_that_fails_too_often_ends_the_run",
-    "otp/one_for_one-restart-fails": "test_a_node_that_fails_too_often_ends_the_run",
+    "otp/one_for_one-exceeded": "test_a_node_failing_too_often_ends_the_run",
+    "otp/one_for_one-restart-fails": "test_a_node_failing_too_often_ends_the_run",
     "otp/stop-order": "test_nodes_stop_before_those_they_depend_on",
     "otp/stop-order-timeout": "test_supervisor.py: a stop that takes longer than the grace",
     "otp/stop-in-parallel-bound": "test_supervisor.py: a stop that takes longer than the grace",
-    "otp/hanging-restart-loop": "test_a_run_stops_at_once_whatever_a_node_is_waiting_for",
+    "otp/hanging-restart-loop": "test_a_run_stops_though_a_node_waits",
     "systemd/start-limit": "test_supervision_backoff.py: the standard policy outlasts",
     "launch/respawn-delay": "test_a_pause_is_of_the_run_s_clock",
-    "launch/respawn-max-retries": "test_a_node_that_fails_too_often_ends_the_run",
-    "launch/shutdown-preempts-timers": "test_a_run_stops_at_once_whatever_a_node_is_waiting_for",
+    "launch/respawn-max-retries": "test_a_node_failing_too_often_ends_the_run",
+    "launch/shutdown-preempts-timers": "test_a_run_stops_though_a_node_waits",
 }
 POLICY = {"permanent": "always", "transient": "on-failure", "temporary": "never", "no": "never"}
 
@@ -103,7 +103,7 @@ def ended(case):
     return policy, end
 
 
-def test_every_case_is_run_or_skipped_with_a_reason():
+def test_each_case_runs_or_gives_a_reason():
     left = [
         case["id"]
         for case in CASES
@@ -335,7 +335,7 @@ async def test_every_life_has_random_numbers_of_its_own_and_they_are_the_same_in
 
 @pytest.mark.parametrize("where", ["start", "run", "handler", "timer"])
 @virtual_time
-async def test_a_node_that_fails_too_often_ends_the_run(where):
+async def test_a_node_failing_too_often_ends_the_run(where):
     lives, log = [], []
 
     class Hopeless(Node):
@@ -454,7 +454,7 @@ async def test_a_pause_is_of_the_run_s_clock():
 
 @pytest.mark.parametrize("waits", ["a pause", "a start", "another node"])
 @virtual_time
-async def test_a_run_stops_at_once_whatever_a_node_is_waiting_for(waits):
+async def test_a_run_stops_though_a_node_waits(waits):
     class Waiting(Node):
         async def start(self) -> None:
             if waits == "a start":
@@ -506,7 +506,7 @@ class Second(Node):
 
 @pytest.mark.parametrize(("condition", "after"), [("started", 1), ("ready", 2), ("first_message", 3)])
 @virtual_time
-async def test_a_node_starts_when_what_it_depends_on_has_come_about(condition, after):
+async def test_a_node_starts_when_its_conditions_are_met(condition, after):
     async with graph_of(supervised(Second, depends_on={"first": condition}), First):
         await asyncio.sleep(1.5)
     assert First.told[:4].index("second") == after
@@ -629,7 +629,7 @@ async def test_a_node_that_still_reacts_or_serves_newcomers_has_not_ended():
 
 
 @virtual_time
-async def test_the_end_of_one_node_can_be_that_of_the_run():
+async def test_one_node_s_end_can_end_the_run():
     class Mission(Node):
         numbers = publisher(Number, "numbers")
 

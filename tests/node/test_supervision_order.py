@@ -25,7 +25,7 @@ def in_a_circle(needs):
 
 
 @given(NEEDS)
-def test_a_circle_is_found_if_there_is_one_and_is_one(needs):
+def test_each_circle_is_found_and_is_one(needs):
     found = cycle(needs)
     assert bool(found) == bool(in_a_circle(needs))
     if found:

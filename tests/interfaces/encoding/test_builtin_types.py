@@ -14,7 +14,7 @@ TYPES = builtin_types()
 
 
 @pytest.mark.parametrize("name", TYPES.messages)
-def test_a_message_read_from_its_source_is_that_of_its_class(name: str):
+def test_a_message_read_from_source_equals_its_class(name: str):
     assert TYPES.description(name) == describe(find_type(name))
 
 

@@ -70,7 +70,7 @@ def types_of_a_file(service):
 
 
 @pytest.mark.parametrize("case", HASHES["cases"], ids=lambda case: case["id"])
-def test_a_type_has_the_hash_that_ros_gives_it(case):
+def test_a_type_has_the_hash_of_ros(case):
     assert rihs01(of_ros(case["type"])) == case["rihs01"]
 
 
@@ -84,7 +84,7 @@ def test_what_is_no_hash_is_not(text):
     assert not is_rihs01(text)
 
 
-def test_a_hash_ignores_defaults_constants_and_the_order_of_keys():
+def test_a_hash_ignores_defaults_constants_and_key_order():
     described = describe(PoseStamped)
     other = json.loads(json.dumps(described, sort_keys=True))
     other["type_description"]["constants"] = [{"name": "A", "type": "int8", "value": "1"}]
@@ -93,7 +93,7 @@ def test_a_hash_ignores_defaults_constants_and_the_order_of_keys():
     assert rihs01(check(other)) == rihs01(described)
 
 
-def test_a_type_without_fields_has_the_dummy_that_ros_gives_it():
+def test_a_type_without_fields_has_the_dummy_field():
     assert [field.name for field in fields_of(describe(Empty)["type_description"])] == [
         "structure_needs_at_least_one_member"
     ]
@@ -114,7 +114,7 @@ def test_the_types_inside_are_sorted_and_complete():
     )
 
 
-def test_a_service_is_described_with_its_parts_and_its_event():
+def test_a_service_is_described_with_parts_and_event():
     name = "rcl_interfaces/srv/GetParameters"
     assert set(types_in(describe(GetParameters))) == {
         name,
@@ -142,7 +142,7 @@ def nested(depth):
     return {each["type_name"]: each for each in types}
 
 
-def test_types_may_lie_within_each_other_up_to_a_limit():
+def test_types_nest_up_to_a_limit():
     assemble(f"a/msg/T{DEPTH - 1}", nested(DEPTH))
     with pytest.raises(MalformedMessage, match="16 deep"):
         assemble(f"a/msg/T{DEPTH}", nested(DEPTH + 1))
@@ -216,7 +216,7 @@ FIELD = ("type_description", "fields", 0)
         (("referenced_type_descriptions", 0), describe(PoseStamped)["type_description"], "twice"),
     ],
 )
-def test_a_description_that_cannot_be_relied_on_is_refused(path, value, reason):
+def test_an_unreliable_description_is_refused(path, value, reason):
     with pytest.raises(MalformedMessage, match=reason):
         check(changed(path, value))
 
@@ -230,7 +230,7 @@ json_values = st.recursive(
 
 @settings(deadline=None)
 @given(data=st.data())
-def test_whatever_stands_in_a_description_it_is_checked_without_a_crash(data):
+def test_any_description_is_checked_without_a_crash(data):
     described = json.loads(json.dumps(describe(PoseStamped)))
     target, key = described, "type_description"
     while True:

@@ -145,7 +145,7 @@ def fields_in(case):
 
 
 @pytest.mark.parametrize("case", cases("g_cdr_vectors"), ids=lambda case: case["id"])
-def test_a_message_is_written_as_two_other_encoders_write_it(case):
+def test_a_message_is_encoded_as_by_two_others(case):
     coded = codec(class_of(case["type"]))
     little, big = bytes.fromhex(case["cdr_le"]), bytes.fromhex(case["cdr_be"])
     assert plain(coded.decode(little)) == plain(coded.decode(big)) == fields_in(case)
@@ -173,7 +173,7 @@ STATED = {
 
 
 @pytest.mark.parametrize("case", cases("g_cdr_malformed"), ids=lambda case: case["id"])
-def test_hostile_bytes_are_read_as_stated_or_refused_without_memory(case):
+def test_hostile_bytes_are_read_or_refused_without_memory(case):
     coded, data = codec(find_type(case["type"])), bytes.fromhex(case["cdr"])
     read = decoder_from_description(describe(find_type(case["type"])))
     if case["id"] in STATED:
@@ -217,14 +217,14 @@ def test_hostile_bytes_are_read_as_stated_or_refused_without_memory(case):
         ),
     ],
 )
-def test_an_error_names_the_type_the_field_and_the_byte(cls, data, said):
+def test_an_error_names_type_field_and_byte(cls, data, said):
     with pytest.raises(MalformedMessage) as caught:
         codec(cls).decode(bytes.fromhex(data))
     assert str(caught.value) == f"{type_name(cls)}: {said}"
 
 
 @pytest.mark.parametrize("spare", [0, 1, 2, 3])
-def test_what_fills_up_to_a_multiple_of_4_is_ignored(spare):
+def test_padding_to_a_multiple_of_4_is_ignored(spare):
     assert codec(Int32).decode(bytes.fromhex("0001000007000000") + b"\xff" * spare) == Int32(data=7)
 
 
@@ -304,7 +304,7 @@ each_type = pytest.mark.parametrize("cls", ALL.values(), ids=ALL.keys())
 
 
 @each_type
-def test_any_message_survives_and_is_written_as_rosbags_writes_it(cls):
+def test_any_message_survives_and_is_encoded_as_rosbags(cls):
     coded, name = codec(cls), type_name(cls)
     read = decoder_from_description(describe(cls))
     store = get_typestore(Stores.EMPTY)
@@ -334,7 +334,7 @@ def test_any_message_survives_and_is_written_as_rosbags_writes_it(cls):
 
 
 @each_type
-def test_mutated_messages_are_read_or_refused_and_never_crash(cls):
+def test_mutated_messages_are_read_or_refused_never_crash(cls):
     """A codec and the description agree about what is a message, whatever happens to the bytes."""
     coded, read = codec(cls), decoder_from_description(describe(cls))
 
@@ -374,7 +374,7 @@ def peak_of(decode, data):
 @pytest.mark.parametrize(
     "name", ["std_msgs/Float64MultiArray", "sensor_msgs/Image", "sensor_msgs/JointState", "std_msgs/String"]
 )
-def test_no_length_makes_more_memory_than_ten_times_the_bytes_there(name):
+def test_no_length_takes_more_than_tenfold_memory(name):
     cls = find_type(name)
     decoders = codec(cls).decode, decoder_from_description(describe(cls))
     lengths = st.sampled_from([1, 2000, 19_000, 1 << 20, (1 << 32) - 1])
@@ -399,12 +399,12 @@ class Wide(Message, package="test"):
 
 @pytest.mark.parametrize("count", [100_000, 1 << 30, (1 << 32) - 1])
 @pytest.mark.parametrize("before", [0, 1, 2])
-def test_announced_items_that_are_not_there_take_no_memory(before, count):
+def test_announced_items_that_are_missing_take_no_memory(before, count):
     data = b"\0\1\0\0" + bytes(4 * before) + struct.pack("<I", count) + bytes(50_000)
     assert peak_of(codec(Wide).decode, data) < 100_000 + 60_000
 
 
-def test_a_large_image_is_neither_copied_nor_kept_open_for_writing():
+def test_a_large_image_is_not_copied_nor_writeable():
     image = Image(data=np.arange(1 << 20, dtype=np.uint8))
     data = codec(Image).encode(image)
     decoded = codec(Image).decode(data)
@@ -415,14 +415,14 @@ def test_a_large_image_is_neither_copied_nor_kept_open_for_writing():
     assert decoded == image
 
 
-def test_numbers_of_8_bytes_are_copied_to_where_they_are_aligned():
+def test_numbers_of_8_bytes_are_copied_aligned():
     data = codec(Float64MultiArray).encode(Float64MultiArray(data=np.arange(1000.0)))
     decoded = codec(Float64MultiArray).decode(data)
     assert decoded.data.flags.aligned
     assert is_frozen(decoded.data)
 
 
-def test_a_large_array_is_copied_once_when_it_is_written():
+def test_a_large_array_is_copied_once_when_encoded():
     image, encode = Image(data=take(np.zeros(1 << 20, np.uint8))), codec(Image).encode
     assert peak_of(encode, image) < 1.1 * (1 << 20)
 
@@ -484,7 +484,7 @@ def test_each_kind_of_field_survives_anywhere(message):
 
 
 @given(st.data())
-def test_each_kind_of_field_is_refused_alike_wherever_it_is_broken(data):
+def test_each_kind_of_broken_field_is_refused_alike(data):
     payload = bytearray(data.draw(st.sampled_from([EVERYTHING.encode(Everything()), big_endian(Everything())])))
     for _ in range(data.draw(st.integers(1, 3))):
         where = data.draw(st.integers(0, len(payload) - 1))
@@ -535,7 +535,7 @@ class Said(Message, package="test"):
     short: Annotated[wstring, Length(max=2)] = ""
 
 
-def test_wide_text_is_units_of_utf_16_in_32_bits_each():
+def test_wide_text_has_utf16_units_in_32_bits():
     """As rosidl_typesupport_fastrtps writes it: the number of units, no NUL, a pair of surrogates for an emoji."""
     data = codec(Said).encode(Said(wide="é😀"))
     assert data.hex(" ", 4) == "00010000 03000000 e9000000 3dd80000 00de0000 00000000"
@@ -559,7 +559,7 @@ def test_wide_text_that_is_none_is_refused(units, reason):
         (Everything(shorts=["a", "äöü"]), "test/msg/Everything: shorts[1]: 6 bytes of UTF-8 where ROS allows 4"),
     ],
 )
-def test_text_that_is_too_long_for_ros_is_named(message, said):
+def test_text_too_long_for_ros_is_named(message, said):
     with pytest.raises(MalformedMessage) as caught:
         codec(type(message)).encode(message)
     assert str(caught.value) == said
@@ -611,7 +611,7 @@ def test_an_instance_of_a_subclass_travels_as_what_the_field_says():
     assert codec(Wide).decode(data) == Wide(items=[Point(x=1.0)])
 
 
-def test_messages_lie_within_each_other_up_to_the_limit():
+def test_messages_nest_up_to_the_limit():
     cls, message = Int32, Int32(data=7)
     for number in range(1, DEPTH):
         body = {"__module__": __name__, "__annotations__": {"inner": Sequence[cls]}, "inner": ()}
@@ -628,7 +628,7 @@ def test_strided_arrays_are_written_in_order():
     assert codec(UInt8MultiArray).decode(data).data.tolist() == frame[::2].tolist()
 
 
-def test_the_middle_of_the_message_is_aligned_after_text_of_any_length():
+def test_fields_are_aligned_after_text_of_any_length():
     for length in range(17):
         message = Header(stamp=Time(sec=1), frame_id="x" * length)
         imu = Imu(header=message, orientation_covariance=[*range(9)])

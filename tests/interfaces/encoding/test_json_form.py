@@ -70,7 +70,7 @@ def test_hostile_bytes_are_refused_without_the_class_too(data):
         json_form.decode(data, "test/msg/Detection")
 
 
-def test_the_hash_is_of_what_a_message_may_be_and_of_nothing_else():
+def test_the_hash_covers_allowed_values_and_nothing_else():
     class Detection2(Message, package="test"):
         """Another text."""
 
@@ -89,7 +89,7 @@ def test_the_hash_is_of_what_a_message_may_be_and_of_nothing_else():
     assert len(same.type_hash) == len("JSON01_") + 64
 
 
-def test_the_hash_does_not_depend_on_the_names_of_definitions():
+def test_the_hash_ignores_the_names_of_definitions():
     """Two plugins' classes of one name get longer names in the schema, with the name of their module in them."""
     schema = json_form.schema_of(Detection)
     renamed = json.loads(json.dumps(schema).replace("Point", "plugin_7__Point"))
@@ -108,7 +108,7 @@ def test_a_field_may_have_the_name_of_a_word_of_the_schema():
     assert TypeSupport(Book).type_hash != TypeSupport(Paper).type_hash
 
 
-def test_a_type_that_holds_itself_has_a_hash_and_travels():
+def test_a_recursive_type_has_a_hash_and_travels():
     class Tree(Message, package="test"):
         label: str = ""
         left: "Tree | None" = None

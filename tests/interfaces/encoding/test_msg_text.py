@@ -29,13 +29,13 @@ each_type = pytest.mark.parametrize("name", MESSAGES)
 
 
 @each_type
-def test_a_definition_is_read_back_as_the_description_it_is_of(name):
+def test_a_definition_is_read_back_as_its_description(name):
     described = describe(MESSAGES[name])
     assert parse(name, ros2msg(described)) == described
 
 
 @each_type
-def test_rosbags_reads_the_definition_as_the_type_of_ros(name):
+def test_rosbags_reads_the_definition_as_ros_s_type(name):
     for inner, (_, fields) in get_types_from_msg(ros2msg(describe(MESSAGES[name])), name).items():
         known = [field for field in ROS.fielddefs[inner][1] if field[0] != "structure_needs_at_least_one_member"]
         # In a .msg file a char is a uint8, and that is how it is described; rosbags alone keeps the word.
@@ -140,6 +140,6 @@ def test_what_is_no_definition_is_refused(text, reason):
 
 
 @given(st.text(st.sampled_from("abint8[]<=>#'\"\\ /\n=AMSG:1"), max_size=60))
-def test_whatever_stands_in_a_definition_it_is_read_without_a_crash(text):
+def test_any_definition_is_read_without_a_crash(text):
     with contextlib.suppress(MalformedMessage):
         parse("a/msg/B", text)

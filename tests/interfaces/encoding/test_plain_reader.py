@@ -46,7 +46,7 @@ def test_an_image_is_not_copied():
     assert np.shares_memory(np.asarray(found["data"]), np.frombuffer(data, np.uint8))
 
 
-def test_numbers_of_the_other_byte_order_are_turned_around():
+def test_numbers_of_the_other_byte_order_are_swapped():
     found = decoder_from_description(describe(Float64MultiArray))(
         bytes.fromhex("00000000 00000000 00000000 00000001 00000000 3ff0000000000000")
     )
@@ -75,7 +75,7 @@ def deep(levels, count):
     return assemble(f"a/msg/T{levels - 1}", {each["type_name"]: each for each in types})
 
 
-def test_a_description_of_a_value_of_astronomical_size_costs_nothing():
+def test_describing_a_value_of_astronomical_size_costs_nothing():
     with pytest.raises(MalformedMessage, match=r"inner\[0\].inner\[0\].* bytes are needed and 4 are left"):
         decoder_from_description(deep(15, (1 << 32) - 1))(b"\0\1\0\0" + bytes(4))
 

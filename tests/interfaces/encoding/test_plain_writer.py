@@ -96,7 +96,7 @@ def test_bounds_are_kept():
             encode(values)
 
 
-def test_defaults_of_a_definition_are_understood_as_ros_writes_them():
+def test_defaults_are_read_as_ros_writes_them():
     lines = (
         "string a 'it'",
         "string b plain",
@@ -119,12 +119,12 @@ def test_defaults_of_a_definition_are_understood_as_ros_writes_them():
 
 
 @pytest.mark.parametrize("text", ["int8 a x", "bool a maybe", "float64 a 1,5", "int8[2] a 1 2"])
-def test_a_default_that_is_none_is_refused_at_once(text):
+def test_an_invalid_default_is_refused_at_once(text):
     with pytest.raises(MalformedMessage, match=r"a: .* is no default of"):
         encoder_from_description(parse("a/msg/B", text))
 
 
-def test_a_fixed_array_of_astronomical_length_is_refused_without_memory():
+def test_an_astronomical_fixed_array_is_refused_without_memory():
     encode = encoder_from_description(parse("a/msg/B", "float64[4294967295] a"))
     with pytest.raises(MalformedMessage, match="exactly 4294967295 items"):
         encode({"a": [1.0]})

@@ -14,7 +14,7 @@ from busflow.msgs.std_msgs import Header
 from busflow.msgs.std_srvs import SetBool
 
 
-def test_a_message_class_says_all_that_a_topic_and_a_recording_need():
+def test_a_message_class_describes_topic_and_recording():
     support = TypeSupport(Header)
     assert (support.name, support.encoding, support.definition_encoding) == ("std_msgs/msg/Header", "cdr", "ros2msg")
     assert support.type_hash == "RIHS01_f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01"
@@ -24,7 +24,7 @@ def test_a_message_class_says_all_that_a_topic_and_a_recording_need():
     assert support.decode(support.encode(Header(frame_id="map"))) == Header(frame_id="map")
 
 
-def test_a_service_has_a_hash_and_its_parts_have_codecs():
+def test_a_service_has_a_hash_and_codecs():
     assert issubclass(SetBool, ServiceType)
     assert TypeSupport(SetBool).name == "std_srvs/srv/SetBool"
     assert TypeSupport(SetBool).type_hash == rihs01(describe(SetBool))

@@ -6,7 +6,7 @@ from busflow.interfaces.encoding.msg_text import parse
 from busflow.interfaces.encoding.typesupport import TypeSupport, opaque
 
 
-def test_they_are_described_and_pass_as_the_bytes_that_they_came_as():
+def test_opaque_types_are_described_and_keep_their_bytes():
     description = parse("my_pkg/msg/Thing", "int32 a\nstring b\n")
     foreign = ForeignType("my_pkg/msg/Thing", rihs01(description), description)
     support = TypeSupport(opaque(foreign))

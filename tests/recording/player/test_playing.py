@@ -79,7 +79,7 @@ def ms(got):
     return [at_ns / MS for _, _, at_ns in got]
 
 
-def test_every_case_is_run_or_skipped_with_a_reason():
+def test_each_case_runs_or_gives_a_reason():
     ours = {name for name in CASES if name.startswith(("clock/", "play/"))}  # the others are of recorders
     told = re.split(r"[\s\"]+", Path(__file__).read_text(encoding="utf-8").partition("# The clock.")[2])
     assert ours - SKIPPED.keys() - set(told) == set()
