@@ -253,7 +253,7 @@ def _remedy(annotation: object, value: object) -> str | None:
         return f"write {_YAML_1_1[value.lower()]}"
     if wanted is str and isinstance(value, (bool, int, float)):
         return f'quote it: "{plain(value) if not isinstance(value, bool) else str(value).lower()}"'
-    if wanted is int and isinstance(value, float) and value.is_integer():
+    if wanted is int and isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
         return f"write {int(value)}"
     if wanted in {int, float} and isinstance(value, str):
         try:

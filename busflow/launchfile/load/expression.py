@@ -137,8 +137,9 @@ class Template:
             data, self._through = look_up(member, start)
             return lambda _: data
         fix = f"quote a text: '{name}'; a name is args.… or env.…"
-        if name in self._scope.args:
-            fix = f"write args.{name}"
+        if (argument := member or name) in self._scope.args:
+            fix = f"write args.{argument}"
+            self._scope.used.add(argument)
         elif name.isupper():
             fix = f"write env.{name}"
         raise self._error(f"unknown name {name}", fix, start, len(name))
@@ -149,8 +150,10 @@ class Template:
             raise LaunchError([])
         value = self._scope.args.get(member)
         if value is None:
-            fix = did_you_mean(member, self._scope.args)
-            self._scope.used.update(self._scope.args)  # one of them was meant: report none as unused
+            known = self._scope.args
+            declaration = f"args: {{{member}: {{type: float, default: …}}}}"
+            fix = did_you_mean(member, known) if known else f"declare it: {declaration}"
+            self._scope.used.update(known)  # one of them was meant: report none as unused
             raise self._error(f"unknown argument {member}", fix, start, len(member) + 5)
         return value.data, value.origin.through or value.origin
 
