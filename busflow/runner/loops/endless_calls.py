@@ -32,7 +32,7 @@ class EndlessCalls:
 
     def __init__(self, limit_s: float) -> None:
         """Most real time that a call may take."""
-        self.found = False
+        self.found: bool = False
         """True once there was one that takes longer: the loop ends, and waits for no thread any more."""
         self._limit_s = limit_s
         self._looked_s = perf_counter()
