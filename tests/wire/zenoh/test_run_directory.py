@@ -342,9 +342,17 @@ def test_what_a_newer_version_says_besides_is_passed_over(home):
     directory.close()
 
 
-def test_runs_alike_in_two_folders_are_distinguished(home, tmp_path, monkeypatch):
-    (tmp_path / "other").mkdir(mode=0o700)
-    folders = [Path(home["BUSFLOW_RUNTIME_DIR"]), tmp_path / "other"]
+@pytest.fixture
+def other(runtime_folder: Path) -> Path:
+    """A second folder for runs."""
+    folder = runtime_folder / "other"
+    folder.mkdir(mode=0o700)
+    yield folder
+    subprocess.run(["rm", "-rf", str(folder)], check=True)
+
+
+def test_runs_alike_in_two_folders_are_distinguished(home, other, monkeypatch):
+    folders = [Path(home["BUSFLOW_RUNTIME_DIR"]), other]
     monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: folders)
     first = claimed("lab1", {})
     alone = find_run("lab1", {})
