@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
@@ -125,6 +125,18 @@ class Entry(NamedTuple):
     log_time_ns: int
     publish_time_ns: int
     payload: bytes
+
+
+def unreadable(channels: Collection[Channel], fault: Callable[[Channel], BagError | None]) -> dict[Channel, BagError]:
+    """Return the reason for each channel that is of no use, by what `fault` returns.
+
+    Raises:
+        BagError: There are channels, and none is of use.
+    """
+    found = {each: reason for each in channels if (reason := fault(each)) is not None}
+    if found and len(found) == len(channels):
+        raise next(iter(found.values()))
+    return found
 
 
 def _json_type(channel: Channel) -> ForeignType:

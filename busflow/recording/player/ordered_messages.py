@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, TypeAlias
 from busflow.bus.patterns import Selection
 from busflow.clock import NS_PER_S
 from busflow.errors import BagError, NoSuchTarget
+from busflow.recording.bag.channel import Channel, Entry, unreadable
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
-    from busflow.recording.bag.channel import Channel, Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,9 +177,7 @@ def playable(channels: Collection[Channel]) -> tuple[tuple[Channel, ...], dict[C
     Raises:
         BagError: There are some, and none can be published.
     """
-    faults = {each: fault for each in channels if (fault := _fault(each)) is not None}
-    if faults and len(faults) == len(channels):
-        raise next(iter(faults.values()))
+    faults = unreadable(channels, _fault)
     return tuple(each for each in channels if each not in faults), faults
 
 

@@ -61,9 +61,8 @@ class Player(Node):
         self._bag = Bag(asked.file)
         self._classes = MessageClasses()
         self._ways: dict[Channel, tuple[Publisher[Any], Callable[[bytes], Any]]] = {}
-        named = chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename)
-        self.channels: tuple[Channel, ...]
-        self.channels, faults = playable(named)
+        channels, faults = playable(chosen(self._bag.channels, asked.topics, [*asked.exclude], asked.rename))
+        self.channels: tuple[Channel, ...] = channels
         for channel, fault in faults.items():
             self.log.warning("a topic cannot be published and is left out", topic=channel.topic, reason=str(fault))
         if asked.clock_hz:

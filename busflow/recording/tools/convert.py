@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from busflow.errors import BagError, MalformedMessage
+from busflow.recording.bag.channel import Channel, Entry, unreadable
 from busflow.recording.bag.series import renumbered
 from busflow.recording.tools.flat import listed
 from busflow.recording.tools.sink import Sink, TopicFiles
@@ -17,7 +18,6 @@ from busflow.recording.tools.target import new_directory, new_file
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
-    from busflow.recording.bag.channel import Channel, Entry
 
 
 class TargetFormat(StrEnum):
@@ -81,10 +81,7 @@ def convert(
             channel that can be read.
     """
     chosen = bag.channels if channels is None else channels
-    faults = {each: fault for each in chosen if (fault := form.fault(each)) is not None}
-    if faults and len(faults) == len(chosen):
-        raise next(iter(faults.values()))
-    done = Converted(faults={channel: str(fault) for channel, fault in faults.items()})
+    done = Converted(faults={channel: str(fault) for channel, fault in unreadable(chosen, form.fault).items()})
     entries = _entries(bag, None if channels is None else channels.__contains__, *times)
     if not isinstance(target, Path):
         return _write(JsonlFile(target, line_of), entries, done, on_message)
@@ -95,9 +92,9 @@ def convert(
 
 
 def _write(sink: Sink, entries: Iterator[Entry], done: Converted, on_message: Callable[[], None]) -> Converted:
-    unreadable = set(done.faults)
+    left_out = set(done.faults)
     for entry in entries:
-        if entry.channel in unreadable:
+        if entry.channel in left_out:
             done.left_out += 1
         else:
             try:

@@ -43,7 +43,7 @@ class ParquetFile:
         """Begin a file.
 
         Raises:
-            BagError: Messages of this channel cannot be read, or have no columns.
+            BagError: Messages of this channel cannot be read.
         """
         arrow, parquet = _arrow()
         self._arrow, self._channel = arrow, channel
