@@ -38,7 +38,8 @@ from busflow.validation.tracebacks import reason, shown, user_line
 PATIENCE_S = 0.1
 """How long a task that failed may wait to be awaited until the log warns."""
 
-_BUSFLOW = str(Path(__file__).parents[1]) + os.sep
+BUSFLOW = str(Path(__file__).parents[1]) + os.sep
+"""Beginning of the file names of busflow's own code."""
 _LIBRARIES = tuple(str(Path(str(module.__file__)).parent) + os.sep for module in (asyncio, anyio))
 _LIFE: ContextVar[NodeLifetime | None] = ContextVar("busflow_life", default=None)
 """Node whose own task runs now, if a node made it."""
@@ -209,7 +210,7 @@ def unawaited_logged(log: Log) -> Generator[None]:
 
 def _user_frames(frame: FrameType | None) -> Iterator[FrameType]:
     """A frame and those around it up to where busflow called, without those of libraries."""
-    while frame is not None and not frame.f_code.co_filename.startswith(_BUSFLOW):
+    while frame is not None and not frame.f_code.co_filename.startswith(BUSFLOW):
         if not frame.f_code.co_filename.startswith(_LIBRARIES):
             yield frame
         frame = frame.f_back

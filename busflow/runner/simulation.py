@@ -18,11 +18,8 @@ from busflow.msgs.rosgraph_msgs import Clock
 from busflow.runner.extension import Extension
 from busflow.runner.graph import Graph
 from busflow.runner.loops.system import LoopFactory
-from busflow.runner.loops.virtual import VirtualLoop
+from busflow.runner.loops.virtual import RUN_THREAD_S, VirtualLoop
 from busflow.runner.sources import What
-
-_THREAD_S = 60.0
-"""Real time that a call in a worker thread may take in a run, which may compute longer than a test."""
 
 
 @contextmanager
@@ -39,7 +36,7 @@ def simulated_graph(
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
     rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
     follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
-    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=_THREAD_S)) as loop:
+    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=RUN_THREAD_S)) as loop:
         clock = SimClock(loop=loop)
         graph = Graph(what, clock=clock, **options)
         if follows:

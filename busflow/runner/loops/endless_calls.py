@@ -11,12 +11,13 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import thread as pool
 from itertools import pairwise
 from pathlib import Path
+from traceback import walk_stack
 from types import FrameType
 
 import anyio
 
 from busflow.clock import perf_counter
-from busflow.runner.orphan_tasks import life_in
+from busflow.runner.orphan_tasks import BUSFLOW, life_in
 from busflow.text import printable
 from busflow.validation.tracebacks import shown
 
@@ -24,7 +25,6 @@ _LOOK_S = 0.5
 """Real time between two looks at the threads."""
 _STDLIB, *_INSTALLED = (sysconfig.get_path(name) + os.sep for name in ("stdlib", "purelib", "platlib"))
 _ANYIO = str(Path(anyio.__file__).parent) + os.sep
-_BUSFLOW = str(Path(__file__).parents[2]) + os.sep
 
 
 class EndlessCalls:
@@ -57,19 +57,13 @@ class EndlessCalls:
 def _calls(workers: set[int | None], *, pools: bool) -> Iterator[tuple[FrameType, list[FrameType]]]:
     """The outermost frame of each call that a worker was given, and those from the innermost to it."""
     for ident, innermost in sys._current_frames().items():  # noqa: SLF001  # documented in spite of its name
-        frames = list(_outwards(innermost))
+        frames = [frame for frame, _ in walk_stack(innermost)]
         for at, (frame, caller) in enumerate(pairwise(frames), start=1):
             file = caller.f_code.co_filename
             is_given = (file.startswith(_ANYIO) and ident in workers) or (pools and file == pool.__file__)
             if is_given and caller.f_code.co_name == "run":
                 yield frame, frames[:at]
                 break
-
-
-def _outwards(frame: FrameType | None) -> Iterator[FrameType]:
-    while frame is not None:
-        yield frame
-        frame = frame.f_back
 
 
 def _description(frames: list[FrameType], limit_s: float) -> str:
@@ -87,4 +81,4 @@ def _description(frames: list[FrameType], limit_s: float) -> str:
 
 
 def _is_library(file: str) -> bool:
-    return file.startswith((_ANYIO, _BUSFLOW)) or (file.startswith(_STDLIB) and not file.startswith(tuple(_INSTALLED)))
+    return file.startswith((_ANYIO, BUSFLOW)) or (file.startswith(_STDLIB) and not file.startswith(tuple(_INSTALLED)))

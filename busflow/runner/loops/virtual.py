@@ -37,6 +37,8 @@ _TURNS = 1_000_000  # of the loop within one instant, before it counts as going 
 _THREAD_POLL_S = 0.01
 THREAD_S = 10.0
 """The default of real time that one call in a worker thread may take while virtual time stands still."""
+RUN_THREAD_S = 60.0
+"""The same in a run or a replay, whose nodes may compute longer than those of a test."""
 _FOREIGN_S = 0.05  # real time for a thread that we know nothing of, when nothing else can go on
 _IO_S = 1.0  # the same for sockets and pipes
 
