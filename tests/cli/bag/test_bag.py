@@ -45,6 +45,20 @@ def write(path, messages, *, finish=True):
     return str(path)
 
 
+def write_bytes(path, channels):
+    """Write a recording of channels (topic, encoding, type, definition, messages as bytes by time in ns)."""
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("", "a test")
+        for topic, encoding, type_name, definition, messages in channels:
+            schema = writer.register_schema(type_name, "ros2msg", definition) if type_name else 0
+            channel = writer.register_channel(topic, encoding, schema)
+            for time_ns, payload in messages.items():
+                writer.add_message(channel, time_ns, payload, time_ns)
+        writer.finish()
+    return str(path)
+
+
 @pytest.fixture
 def bag(tmp_path):
     return write(tmp_path / "talk.mcap", [("/numbers", Float64(data=float(n)), n * 10 * MS) for n in range(100)])
@@ -117,16 +131,9 @@ def test_others_look_into_it(capsys, bag, place, played):
 
 @pytest.mark.long
 def test_unknown_type_can_be_read_by_others(capsys, place, played, tmp_path):
-    path = tmp_path / "things.mcap"
-    with path.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start("ros2", "a test")
-        schema = writer.register_schema("my_pkg/msg/Thing", "ros2msg", b"int32 a\nstring b\n")
-        channel = writer.register_channel("/thing", "cdr", schema)
-        for n in range(50):
-            writer.add_message(channel, n * 10 * MS, b"\0\1\0\0\3\0\0\0\2\0\0\0x\0", 0)
-        writer.finish()
-    played(str(path), "--loop")
+    things = dict.fromkeys(range(0, 500 * MS, 10 * MS), b"\0\1\0\0\3\0\0\0\2\0\0\0x\0")
+    thing = ("/thing", "cdr", "my_pkg/msg/Thing", b"int32 a\nstring b\n", things)
+    played(write_bytes(tmp_path / "things.mcap", [thing]), "--loop")
     wait_for_run(place, "things")
     assert main(["topic", "echo", "thing", "--once"]) == 0
     assert capsys.readouterr().out == "a: 3\nb: x\n---\n"
@@ -224,23 +231,22 @@ def test_into_a_run_that_is_there(capsys, bag, listen, start_run):
 
 
 def test_foreign_topics_are_left_out_of_playing(capsys, tmp_path, listen, start_run):
-    path = tmp_path / "foreign.mcap"
-    with path.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start("", "a test")
-        schema = writer.register_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data\n")
-        writer.add_message(writer.register_channel("/numbers", "cdr", schema), 1, bytes([0, 1, *[0] * 10]), 1)
-        writer.add_message(writer.register_channel("/foreign", "protobuf", 0), 2, b"abc", 2)
-        writer.add_message(writer.register_channel("/no_type", "json", 0), 3, b"{}", 3)
-        writer.finish()
+    path = write_bytes(
+        tmp_path / "foreign.mcap",
+        [
+            ("/numbers", "cdr", "std_msgs/msg/Float64", b"float64 data\n", {1: bytes([0, 1, *[0] * 10])}),
+            ("/foreign", "protobuf", "", b"", {2: b"abc"}),
+            ("/no_type", "json", "", b"", {3: b"{}"}),
+        ],
+    )
     start_run(listen, "listen.yaml").wait_for("ready")
     for run in ([], ["--run", "listen"]):
-        assert main(["bag", "play", str(path), *run]) == 0
+        assert main(["bag", "play", path, *run]) == 0
         out, err = capsys.readouterr()
         assert out == f"{path}: 1 message played\n"
         assert "/foreign, without a type, is encoded as 'protobuf'; cdr and json are read" in err
         assert "/no_type has no type, and a publisher needs one" in err
-        assert main(["bag", "play", str(path), *run, "--topics", "/foreign"]) == 2
+        assert main(["bag", "play", path, *run, "--topics", "/foreign"]) == 2
         assert "/foreign, without a type, is encoded as 'protobuf'" in capsys.readouterr().err
 
 

@@ -44,9 +44,9 @@ def _work(seconds):
 
 @pytest.mark.parametrize("start", WAYS.values(), ids=WAYS)
 def test_many_short_calls_are_no_endless_one(start):
-    @virtual_time(thread_s=0.05)
+    @virtual_time(thread_s=0.5)
     async def work():
         for _ in range(4):
-            await start(_work, 0.03)
+            await start(_work, 0.15)
 
     work()

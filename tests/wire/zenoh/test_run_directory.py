@@ -7,6 +7,7 @@ import signal
 import stat
 import subprocess
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,12 +28,18 @@ sys.stdin.read()
 """
 
 
+@contextmanager
+def folder_of_runs(path: Path) -> Iterator[Path]:
+    """A folder for runs, whose path is short enough for a socket."""
+    path.mkdir(mode=0o700)
+    yield path
+    subprocess.run(["rm", "-rf", str(path)], check=True)
+
+
 @pytest.fixture
-def home(runtime_folder: Path) -> dict[str, str]:
-    folder = runtime_folder / "home"
-    folder.mkdir(mode=0o700)
-    yield {"BUSFLOW_RUNTIME_DIR": str(folder)}
-    subprocess.run(["rm", "-rf", str(folder)], check=True)
+def home(runtime_folder: Path) -> Iterator[dict[str, str]]:
+    with folder_of_runs(runtime_folder / "home") as folder:
+        yield {"BUSFLOW_RUNTIME_DIR": str(folder)}
 
 
 def card(name="lab1", **words) -> RunCard:
@@ -343,20 +350,16 @@ def test_what_a_newer_version_says_besides_is_passed_over(home):
 
 
 @pytest.fixture
-def other(runtime_folder: Path) -> Path:
-    """A second folder for runs."""
-    folder = runtime_folder / "other"
-    folder.mkdir(mode=0o700)
-    yield folder
-    subprocess.run(["rm", "-rf", str(folder)], check=True)
+def two_folders(runtime_folder: Path, home: dict[str, str]) -> Iterator[list[Path]]:
+    with folder_of_runs(runtime_folder / "other") as other:
+        yield [Path(home["BUSFLOW_RUNTIME_DIR"]), other]
 
 
-def test_runs_alike_in_two_folders_are_distinguished(home, other, monkeypatch):
-    folders = [Path(home["BUSFLOW_RUNTIME_DIR"]), other]
-    monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: folders)
+def test_runs_alike_in_two_folders_are_distinguished(two_folders, monkeypatch):
+    monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: two_folders)
     first = claimed("lab1", {})
     alone = find_run("lab1", {})
-    folders.reverse()
+    two_folders.reverse()
     second = claimed("lab1", {}, pid=7, since_ns=2)
     assert names({}) == [str(first.path), str(second.path)]
     with pytest.raises(
