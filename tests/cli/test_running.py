@@ -126,6 +126,7 @@ def test_full_disk_is_reported_once_without_stopping(how: list[str]):
     assert 0 < len(found) < answer["topics"][0]["published"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", [["--sim", "--for", "5s"], ["--for", "20s"]])
 def test_full_disk_ends_run_with_on_drop_fail(how: list[str]):
     done = run_with_little_room(*how, "rate_hz:=1000", "--set", "record.on_drop=fail")

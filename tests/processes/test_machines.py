@@ -106,7 +106,8 @@ def ask(runtime: Path, *command: str, expect: int = 0, or_else: int | None = Non
     return done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("first", ["main", pytest.param("arm", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("first", ["main", "arm"])
 def test_two_machines_make_one_graph_each_records_itself(start: Callable, two: str, first: str):
     second = "arm" if first == "main" else "main"
     runs = {first: start(two, "--record", f"{first}-run", machine=first)}

@@ -157,6 +157,7 @@ def test_killed_main_process_leaves_no_orphan(start, have_ended):
     assert have_ended(pids, PATIENCE_S)
 
 
+@pytest.mark.long
 def test_node_failure_in_another_process_ends_run(start):
     run = start(STEADY.replace("POLICY", "never").replace("rate_hz: 100", "rate_hz: 100, fail_at: 30"))
     assert run.end(None) == 1

@@ -101,6 +101,7 @@ def test_tables_follow_size_and_keep_the_selection():
     driven(play)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("lab")
 def test_chosen_topic_is_echoed_and_plotted():
     async def play(app: Top, pilot: Pilot[None]) -> None:

@@ -246,6 +246,7 @@ def in_little_memory(path):
     return int(count), damage
 
 
+@pytest.mark.long
 def test_many_small_lies_take_little_memory(tmp_path):
     """A chunk of nothing but channels, packed small: what is declared is bounded, too."""
     builder = RecordBuilder()
