@@ -6,7 +6,6 @@ All public names of the core are here. They are imported at first use, so that t
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from busflow.bus.client import Client as Client
     from busflow.bus.events import DeadlineMissed as DeadlineMissed
     from busflow.bus.events import LivelinessChanged as LivelinessChanged
     from busflow.bus.events import LivelinessLost as LivelinessLost
@@ -20,7 +19,8 @@ if TYPE_CHECKING:
     from busflow.bus.qos import Overflow as Overflow
     from busflow.bus.qos import QoS as QoS
     from busflow.bus.qos import Reliability as Reliability
-    from busflow.bus.server import Server as Server
+    from busflow.bus.services.client import Client as Client
+    from busflow.bus.services.server import Server as Server
     from busflow.bus.subscription import Subscription as Subscription
     from busflow.bus.timer import Timer as Timer
     from busflow.clock import Clock as Clock
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "BusflowError": "errors",
-    "Client": "bus.client",
+    "Client": "bus.services.client",
     "Clock": "clock",
     "DEFAULT": "bus.qos",
     "DeadlineMissed": "bus.events",
@@ -85,7 +85,7 @@ _HOMES = {
     "SENSOR_DATA": "bus.qos",
     "RestartPolicy": "node.supervision",
     "SendTimeout": "errors",
-    "Server": "bus.server",
+    "Server": "bus.services.server",
     "ServiceError": "errors",
     "ServiceFailed": "errors",
     "ServiceGone": "errors",

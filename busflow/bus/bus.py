@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterator
 from threading import get_ident
 from typing import Any, TypeAlias, TypeVar
 
-from busflow.bus.call import Activity
-from busflow.bus.client import Client
 from busflow.bus.dispatcher import Chooser, Dispatcher
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.inbox import Inbox
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos_matching import Verdict, compatibility
-from busflow.bus.server import OnError, Server
-from busflow.bus.service import Service
+from busflow.bus.services.call import Activity
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import OnError, Server
+from busflow.bus.services.service import Service
 from busflow.bus.statistics import BusStatistics, SubscriptionStatistics
 from busflow.bus.subscription import OnFailure, Subscription
 from busflow.bus.timer import Spawn, Timer

@@ -12,10 +12,10 @@ from fractions import Fraction
 from types import FrameType
 from typing import Any, Generic, NoReturn, Self, TypeVar, cast, overload
 
-from busflow.bus.call import Pair, Req, Res
-from busflow.bus.client import Client
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, checked_qos
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.client import Client
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Missed, Timer
 from busflow.errors import InvalidDeclaration, Place

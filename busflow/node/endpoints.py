@@ -11,12 +11,12 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from busflow.bus.client import Client
 from busflow.bus.events import Event, MessageLost
 from busflow.bus.failure import Failure
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
-from busflow.bus.server import Server
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.interfaces.message import Message

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from types import FrameType, FunctionType
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, cast, overload
 
-from busflow.bus.call import Pair, Req, Res
 from busflow.bus.events import Event
 from busflow.bus.qos import QoS, checked_qos
-from busflow.bus.server import DEPTH
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.server import DEPTH
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message, ServiceType, type_name
 from busflow.node.declarations import (

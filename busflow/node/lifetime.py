@@ -10,9 +10,9 @@ from typing import Any
 import anyio.abc
 from structlog.typing import FilteringBoundLogger
 
-from busflow.bus.call import Activity, detach_activity
 from busflow.bus.dispatcher import Dispatcher
 from busflow.bus.failure import Failure, is_failure
+from busflow.bus.services.call import Activity, detach_activity
 from busflow.errors import NotRunning
 from busflow.interfaces.message import Message
 

@@ -10,11 +10,11 @@ from typing import Any, Never, TypeVar, TypeVarTuple, Unpack, overload
 import anyio.to_thread
 from structlog.typing import FilteringBoundLogger
 
-from busflow.bus.call import Pair, Req, Res
-from busflow.bus.client import Client
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
-from busflow.bus.server import DEPTH, RequestHandler, Server
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import DEPTH, RequestHandler, Server
 from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler, exact_period
 from busflow.clock import Clock

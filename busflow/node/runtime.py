@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from structlog.typing import FilteringBoundLogger
 
 from busflow.bus import names
-from busflow.bus.client import Client
 from busflow.bus.endpoint import Endpoint, ServiceEndpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, checked_qos
-from busflow.bus.server import RequestHandler, Server
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import RequestHandler, Server
 from busflow.bus.statistics import NodeStatistics
 from busflow.bus.subscription import MessageHandler, Subscription
 from busflow.bus.timer import Missed, Timer, TimerHandler

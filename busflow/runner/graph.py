@@ -11,12 +11,12 @@ from types import TracebackType
 from typing import Any, Self, TypeVar, overload
 
 from busflow.bus.bus import Bus
-from busflow.bus.call import Pair, Req, Res
-from busflow.bus.client import TIMEOUT_S
 from busflow.bus.dispatcher import Chooser
 from busflow.bus.failure import Failure
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.subscription import Subscription
 from busflow.clock import Clock, SystemClock
 from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any, TypeVar, cast
 
 from busflow.bus.bus import Bus
-from busflow.bus.call import Pair, Req, Res
-from busflow.bus.client import Client
 from busflow.bus.names import expand
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.client import Client
 from busflow.bus.subscription import Subscription
 from busflow.errors import IncompatibleType, NoSuchTarget
 from busflow.interfaces.message import Message, type_name

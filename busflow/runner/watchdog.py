@@ -18,7 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.server import Server
+from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.clock import perf_counter

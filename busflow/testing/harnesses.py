@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Never, Self, TypeVar, cast, overload
 
-from busflow.bus.call import Pair, Req, Res
-from busflow.bus.client import TIMEOUT_S
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
+from busflow.bus.services.call import Pair, Req, Res
+from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.subscription import Subscription
 from busflow.bus.topic import Topic

@@ -26,10 +26,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from busflow.bus.call import Call
-from busflow.bus.client import Client
 from busflow.bus.publisher import Publisher
-from busflow.bus.server import Server
+from busflow.bus.services.call import Call
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.clock import NS_PER_S

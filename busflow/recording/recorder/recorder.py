@@ -14,12 +14,12 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.client import Client
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS
-from busflow.bus.server import Server
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
 from busflow.bus.timer import Timer
 from busflow.bus.topic_origins import Origins
 from busflow.errors import IncompleteRecording
@@ -42,8 +42,8 @@ from busflow.runner.rosout import log_message
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
-    from busflow.bus.call import Call
-    from busflow.bus.service import Service
+    from busflow.bus.services.call import Call
+    from busflow.bus.services.service import Service
     from busflow.bus.topic import Topic
     from busflow.clock import Clock
     from busflow.interfaces.message import Message

@@ -8,7 +8,7 @@ from typing import Annotated, Any, cast
 
 import numpy as np
 
-from busflow.bus.call import Call
+from busflow.bus.services.call import Call
 from busflow.clock import Time
 from busflow.interfaces.message import Length, Message, ServiceType, type_name
 from busflow.msgs.service_msgs import ServiceEventInfo

@@ -20,7 +20,7 @@ from busflow.recording.replay.comparison import Check, Published
 from busflow.runner.extension import Extension
 
 if TYPE_CHECKING:
-    from busflow.bus.call import Activity, Call
+    from busflow.bus.services.call import Activity, Call
     from busflow.clock import Clock
     from busflow.interfaces.message import Message, ServiceType
     from busflow.recording.bag.channel import Channel, Entry

@@ -16,7 +16,7 @@ from enum import StrEnum
 from typing import Any, TypeAlias
 
 from busflow.bus.dispatcher import Runnable
-from busflow.bus.server import Server
+from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 

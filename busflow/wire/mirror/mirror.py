@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.bus.client import Client
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
-from busflow.bus.server import Server
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
 from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage

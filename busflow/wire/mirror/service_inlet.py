@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.bus.call import Activity, Call
-from busflow.bus.service import Service
+from busflow.bus.services.call import Activity, Call
+from busflow.bus.services.service import Service
 from busflow.errors import MalformedMessage, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.wire.zenoh.keys import PATIENCE, Attachment, Token
 from busflow.wire.zenoh.refusal import service_refusal

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from busflow.bus.client import Client
-from busflow.bus.server import Server
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
 from busflow.errors import BusflowError
 from busflow.interfaces.message import ServiceType
 from busflow.node.parameter_store import ParameterStore

@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from busflow.bus.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
 from busflow.bus.delivery import DeliverySource
 from busflow.bus.expiry import NS_PER_S
+from busflow.bus.services.call import Answerer, Asker, Call, Req, Res, current_activity, refuse_cycle
 from busflow.bus.statistics import ClientStatistics, ServerStatistics, ServiceStatistics
 from busflow.errors import BusflowError, DuplicateServer, NotRunning, ServiceTimeout, ServiceUnavailable
 from busflow.interfaces.message import ServiceType

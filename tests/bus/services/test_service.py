@@ -23,7 +23,7 @@ from busflow import (
     service,
     subscription,
 )
-from busflow.bus.call import Call
+from busflow.bus.services.call import Call
 from busflow.errors import DuplicateServer, LaunchError
 from busflow.msgs.std_msgs import Int64
 from busflow.msgs.std_srvs import SetBool, Trigger
@@ -266,7 +266,7 @@ async def test_remote_caller_is_served_like_a_local_one():
 # What is known to go wrong elsewhere.
 
 CASES = {
-    each["id"]: each for each in json.loads((Path(__file__).parents[1] / "cases/n_faults.json").read_text())["cases"]
+    each["id"]: each for each in json.loads((Path(__file__).parents[2] / "cases/n_faults.json").read_text())["cases"]
 }
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Generic, cast
 
-from busflow.bus.call import Req, Res
-from busflow.bus.service import Service
+from busflow.bus.services.call import Req, Res
+from busflow.bus.services.service import Service
 from busflow.bus.statistics import ClientStatistics
 from busflow.errors import BusflowError, IncompatibleType, NotRunning
 from busflow.interfaces.message import Message, ServiceType, type_name

@@ -7,10 +7,10 @@ from collections.abc import Callable, Coroutine
 from inspect import iscoroutinefunction
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from busflow.bus.call import Activity, Call, Req, Res
 from busflow.bus.delivery import Recipient
 from busflow.bus.failure import is_failure, refuse_coroutine
-from busflow.bus.service import Service
+from busflow.bus.services.call import Activity, Call, Req, Res
+from busflow.bus.services.service import Service
 from busflow.bus.statistics import ServerStatistics
 from busflow.errors import IncompatibleType, InvalidDeclaration, ServiceFailed, ServiceGone, ServiceUnavailable
 from busflow.interfaces.message import Message, ServiceType, type_name
