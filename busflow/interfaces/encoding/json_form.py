@@ -93,13 +93,14 @@ def decode(payload: bytes | bytearray | memoryview, name: str) -> Any:
     """The plain value that a message is.
 
     Raises:
-        MalformedMessage: It is no JSON.
+        MalformedMessage: It is no JSON, lies too deep within itself, or its text is no Unicode.
     """
+    from pydantic_core import from_json  # its limits are those of a message's class, which json.loads lacks
+
     try:
-        return json.loads(bytes(payload))
-    except (ValueError, RecursionError) as error:
-        offset = error.pos if isinstance(error, json.JSONDecodeError) else None
-        raise MalformedMessage(f"no JSON: {error}", type_name=name, offset=offset) from None
+        return from_json(bytes(payload))
+    except ValueError as error:
+        raise MalformedMessage(f"no JSON: {error}", type_name=name) from None
 
 
 def _explained(error: ValueError, name: str) -> MalformedMessage:

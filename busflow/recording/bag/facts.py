@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -17,6 +18,7 @@ LAUNCH_FILE = "launch.yaml"
 """The name of the attachment."""
 
 _VERSIONS = ("busflow", "python")
+_NUMBER = re.compile(r"-?\d{1,19}", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +113,7 @@ def mappings(value: Any) -> Iterator[Mapping[str, Any]]:
 
 
 def _number(text: str | None) -> int | None:
-    return int(text) if text is not None and len(text) < 20 and text.lstrip("-").isdecimal() else None
+    return int(text) if text is not None and _NUMBER.fullmatch(text) else None
 
 
 def json_object(text: str | None) -> dict[str, Any]:

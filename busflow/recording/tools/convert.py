@@ -36,6 +36,8 @@ class TargetFormat(StrEnum):
 
     def fault(self, channel: Channel) -> BagError | None:
         """The reason why messages of a channel cannot be written in this format; None if they can."""
+        if self is TargetFormat.ROS2BAG and channel.encoding == "cdr" and not channel.type_hash:
+            return channel.fault  # a reader of ROS 2 wants the hash of each type, which is made of its definition
         if self in (TargetFormat.ROS2BAG, TargetFormat.MCAP):
             return None  # their bytes are copied
         if self is TargetFormat.PARQUET and channel.encoding == "json":
@@ -85,7 +87,8 @@ def convert(
     entries = _entries(bag, None if channels is None else channels.__contains__, *times)
     if not isinstance(target, Path):
         return _write(JsonlFile(target, line_of), entries, done, on_message)
-    partly = channels is not None or times != (None, None)
+    partly = channels is not None or times != (None, None) or bool(done.faults)
+    chosen = [each for each in chosen if each not in done.faults]
     place = new_directory(target) if form.is_directory else new_file(target)
     with place as path, closing(_sink(form, path, target, bag, line_of, chosen, partly=partly)) as sink:
         return _write(sink, entries, done, on_message)

@@ -3,6 +3,7 @@ import re
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from busflow.cli import main
 from busflow.recording.mcap.chunks import Chunk
@@ -74,3 +75,55 @@ def test_a_bit_flipped_outside_the_chunks_is_seen(tmp_path, monkeypatch, capsys)
     capsys.readouterr()
     assert main(["bag", "verify", "run.mcap"]) == 3
     assert "what lies before it is not what its CRC stands for" in capsys.readouterr().out
+
+
+HOSTILE = {
+    "size": ("ros2msg", f"uint8[{'9' * 5000}] x\n", "cdr", b"\0\1\0\0"),
+    "depth": (
+        "ros2msg",
+        "a/T0 x\n" + "".join(f"{'=' * 80}\nMSG: a/T{n}\nT{n + 1} x\n" for n in range(2000)),
+        "cdr",
+        b"",
+    ),
+    "schema": ("jsonschema", '{"items":' * 20_000 + "1" + "}" * 20_000, "json", b"{}"),
+    "digits": ("jsonschema", "{}", "json", b'{"x": ' + b"9" * 5000 + b"}"),
+    "nesting": ("jsonschema", "{}", "json", b'{"x": ' + b"[" * 600 + b"]" * 600 + b"}"),
+    "text": ("jsonschema", "{}", "json", b'{"x": "\\ud800"}'),
+}
+
+
+@pytest.fixture
+def hostile(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with (tmp_path / "hostile.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("", "a test")
+        writer.add_metadata("busflow.ledger", {"recorded": "--1", "report": '{"topics": ' + "9" * 5000 + "}"})
+        good = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data\n")
+        writer.add_message(writer.register_channel("/good", "cdr", good), 1, b"\0\1\0\0\1", 1, 1)
+        for topic, (form, definition, encoding, payload) in HOSTILE.items():
+            schema = writer.register_schema("a/msg/B", form, definition.encode())
+            writer.add_message(writer.register_channel(f"/{topic}", encoding, schema), 1, payload, 1, 1)
+        writer.finish()
+    return "hostile.mcap"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["verify"], ["verify", "--json"], ["convert", "out", "--to", "csv"], ["convert", "out", "--to", "jsonl"]],
+    ids=" ".join,
+)
+def test_hostile_channels_are_named_in_one_file(hostile, command, capsys):
+    main(["bag", command[0], hostile, *command[1:]])
+    said = "".join(capsys.readouterr())
+    assert "bug in busflow" not in said
+    assert [topic for topic in HOSTILE if f"/{topic}" not in said] == []
+
+
+@pytest.mark.parametrize("topic", ["good", *HOSTILE])
+def test_hostile_channel_costs_only_itself(hostile, topic, capsys):
+    code = main(["bag", "echo", hostile, f"/{topic}"])
+    said = capsys.readouterr()
+    assert "bug in busflow" not in said.err
+    assert (topic == "good") == (code == 0 and "data: true" in said.out)
+    assert main(["bag", "info", hostile]) in (0, 5)

@@ -64,7 +64,9 @@ def test_hostile_bytes_are_refused_with_the_field(data, said):
     assert caught.value.type_name == "test/msg/Detection"
 
 
-@pytest.mark.parametrize("data", [b"", b"\xff", b"[" * 100_000, b"1" * 10_000, b"{'a': 1}"])
+@pytest.mark.parametrize(
+    "data", [b"", b"\xff", b"[" * 100_000, b"[" * 600 + b"]" * 600, b"1" * 10_000, b"{'a': 1}", b'"\\ud800"']
+)
 def test_hostile_bytes_are_refused_without_the_class_too(data):
     with pytest.raises(MalformedMessage, match="no JSON"):
         json_form.decode(data, "test/msg/Detection")

@@ -9,7 +9,7 @@ from busflow.errors import BagError
 from busflow.msgs.std_msgs import Float64
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.completeness import shortfalls
-from busflow.recording.bag.facts import RunOutcome, summed
+from busflow.recording.bag.facts import RunOutcome, facts_of, ledger_of, summed
 from busflow.recording.bag.series import Damage
 
 
@@ -94,3 +94,9 @@ def test_missing_ledger_makes_the_sum_incomplete():
     assert summed([whole, whole], {}) == RunOutcome({}, 10, 0, True)
     assert summed([whole, None], {}) == RunOutcome({}, None, 0, False)
     assert summed([None], {}) is None
+
+
+@pytest.mark.parametrize("number", ["--1", "1-2", "-", "9" * 5000, "\u0663"])
+def test_a_number_that_is_none_is_unknown(number):
+    assert ledger_of({"recorded": number, "missed": number}).recorded is None
+    assert facts_of({"seed": number}, None).seed is None

@@ -184,6 +184,20 @@ def test_foreign_topics_are_left_out_of_conversion(tmp_path, form, messages):
     assert form in ("mcap", "ros2bag") or "encoded as 'protobuf'; cdr and json are read" in reasons["/foreign"]
 
 
+def test_topic_without_hash_is_left_out_for_ros(tmp_path):
+    with (tmp_path / "odd.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("", "a test")
+        for topic, definition in (("/good", b"bool data\n"), ("/bad", b"float64[" + b"9" * 5000 + b"] x\n")):
+            schema = writer.register_schema("a/msg/B", "ros2msg", definition)
+            writer.add_message(writer.register_channel(topic, "cdr", schema), 1, b"\0\1\0\0\1", 1, 1)
+        writer.finish()
+    done = converted(tmp_path / "odd.mcap", tmp_path / "out", "ros2bag")
+    assert [each.topic for each in done.faults] == ["/bad"]
+    with AnyReader([tmp_path / "out"]) as reader:
+        assert [each.topic for each in reader.connections] == ["/good"]
+
+
 def test_no_readable_topic_is_an_error(tmp_path):
     with Bag(odd_bag(tmp_path / "odd.mcap", foreign=True)) as bag:
         foreign = [each for each in bag.channels if each.topic == "/foreign"]
