@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.model.description import TopicSpec
 
+_ADVISED = 20
+"""Problems of one kind that get the nearest name: each costs up to 20 ms on the loop, and all would be quadratic."""
+
 
 def unmatched_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], *, strict: bool) -> Iterator[Problem]:
     """Yield topics without publisher or subscription and services without server, given all nodes of a graph.
@@ -83,13 +86,15 @@ def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[Topic
 def _unmatched_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     published = {endpoint.topic for member in members for endpoint in member.publishers}
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
+    advised = _ADVISED
     for member in members:
         for endpoint in member.subscriptions:
             if endpoint.topic not in published and endpoint.topic != ROSOUT:
+                advised -= 1
                 yield member.problem(
                     "nobody-publishes",
                     f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",
-                    did_you_mean(endpoint.topic, published) if published else None,
+                    did_you_mean(endpoint.topic, published) if published and advised >= 0 else None,
                     Severity.ERROR if strict else Severity.WARNING,
                 )
         for endpoint in member.publishers:
@@ -100,12 +105,15 @@ def _unmatched_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterat
 
 def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
     served = {endpoint.service for member in members for endpoint in member.servers}
+    advised = _ADVISED
     for member in members:
         for endpoint in member.clients:
             if endpoint.service not in served:
                 text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which nobody answers"
                 severity = Severity.ERROR if strict else Severity.WARNING
-                yield member.problem("nobody-answers", text, did_you_mean(endpoint.service, served), severity)
+                advised -= 1
+                fix = did_you_mean(endpoint.service, served) if advised >= 0 else None
+                yield member.problem("nobody-answers", text, fix, severity)
 
 
 def _spellings(endpoint: Endpoint) -> tuple[str, str]:

@@ -171,3 +171,24 @@ def test_graph_of_instances_is_checked_like_a_file():
         "type-mismatch",
     ]
     assert all(problem.place is None for problem in plan.errors)
+
+
+class Receiver(Node):
+    def declare(self):
+        for number in range(500):
+            self.create_subscription(String, f"word{number}", lambda _: None)
+
+
+class Sender(Node):
+    def declare(self):
+        for number in range(500):
+            self.create_publisher(String, f"words{number}")
+
+
+def test_only_first_unmatched_topics_get_nearest_name():
+    clock = SystemClock()
+    plan = Preflight(clock, Log(clock)).plan((), [(each(), Supervision()) for each in (Sender, Receiver)])
+    fixes = [problem.fix for problem in plan.problems if problem.code == "nobody-publishes"]
+    assert len(fixes) == 500
+    assert [fix for fix in fixes if fix] == fixes[:20]
+    assert "words0" in fixes[0]
