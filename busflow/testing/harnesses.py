@@ -85,6 +85,9 @@ def _shown(line: SubscriptionStatistics) -> str:
 N = TypeVar("N", bound=Node)
 M = TypeVar("M", bound=Message)
 
+KEPT = 10_000
+"""Messages of each topic that a harness keeps where `keep` says nothing: 100 s at 100 Hz."""
+
 _AS_WRITTEN = "write @virtual_time, below it async def test_…(), and in it async with harness(…) as lab:"
 
 
@@ -125,7 +128,9 @@ class Harness:
 
             record_graph(self.graph, record)
         self._loop = loop
-        self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=keep))
+        self._received: dict[str, deque[Message]] = defaultdict(lambda: deque(maxlen=KEPT if keep is None else keep))
+        self._only_newest = keep is not None
+        self._published: Counter[str] = Counter()
         self._unseen: Counter[str] = Counter()
         self._arrived: dict[str, asyncio.Event] = defaultdict(asyncio.Event)
         self._expected = expect_failure
@@ -184,8 +189,14 @@ class Harness:
     @overload
     def received(self, topic: str, message_type: type[M]) -> list[M]: ...
     def received(self, topic: str, message_type: type[M] | None = None) -> list[M] | list[Any]:
-        """Messages that were published on a topic so far, whether or not a node received them."""
-        return list(cast("list[Any]", self._received[self._known(topic, message_type)]))
+        """Messages that were published on a topic so far, whether or not a node received them; with `keep`, the newest.
+
+        Raises:
+            NotSeen: There were more than 10,000, and `keep` does not say how many of them to keep.
+        """
+        name = self._known(topic, message_type)
+        self._refuse_forgotten(name, self._published[name])
+        return list(cast("list[Any]", self._received[name]))
 
     @overload
     async def wait_for(self, topic: str, *, timeout: float = 10.0) -> Any: ...  # noqa: ASYNC109  # of virtual seconds
@@ -200,7 +211,8 @@ class Harness:
             timeout: Virtual seconds.
 
         Raises:
-            NotSeen: Nothing came in time; says who published what, and who waits for what.
+            NotSeen: Nothing came in time; says who published what, and who waits for what. Or the next message is no
+                longer kept.
         """
         name = self._known(topic, message_type)
         received, arrived = self._received[name], self._arrived[name]
@@ -211,6 +223,7 @@ class Harness:
                     await arrived.wait()
         except TimeoutError:
             raise NotSeen(self._why_nothing_came(name, timeout)) from None
+        self._refuse_forgotten(name, self._unseen[name])
         first = max(0, len(received) - self._unseen[name])
         self._unseen[name] = len(received) - first - 1
         return received[first]
@@ -318,6 +331,7 @@ class Harness:
 
         def on_message(message: Message) -> None:
             received.append(message)
+            self._published[topic.name] += 1
             self._unseen[topic.name] += 1
             arrived.set()
 
@@ -331,6 +345,15 @@ class Harness:
         if message_type is not None and topics[name].type is not message_type:
             raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
         return name
+
+    def _refuse_forgotten(self, name: str, asked: int) -> None:
+        """Refuse to pass the newest messages for all of them, unless the test asked for the newest."""
+        kept = len(self._received[name])
+        if asked > kept and not self._only_newest:
+            raise NotSeen(
+                f"{asked} messages of {name} are asked for, and the newest {kept} are kept: "
+                f"write harness(…, keep={asked}) to keep more of each topic, or a smaller number for the newest alone"
+            )
 
     def _refuse_unheard(self, topic: str, message: Message) -> None:
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
@@ -364,7 +387,8 @@ def harness(
         args: Values of the launch files' arguments.
         seed: What the nodes' random generators begin with; by default `BUSFLOW_SEED`, then the file's, then 0.
         expect_failure: The node that is to fail. Any other failure, or none, fails the test.
-        keep: How many messages of each topic are kept, the newest; all unless told. A camera's hour fills the memory.
+        keep: How many messages of each topic are kept, the newest. Unless it is given, 10,000 are kept, and `received`
+            and `wait_for` raise where older ones are asked for.
         log_level: From where on `Harness.log` keeps lines.
         record: As `busflow.launch` takes it, but that a test records only if it is told to.
     """

@@ -297,6 +297,18 @@ async def test_keep_limits_messages_to_the_newest():
         assert [(await lab.wait_for("numbers")).data for _ in range(4)] == [6, 7, 8, 9]
 
 
+@virtual_time
+async def test_messages_beyond_the_limit_are_asked_in_vain():
+    async with harness(Counter) as lab:
+        await lab.advance(1000)
+        assert len(lab.received("numbers")) == 10_000
+        await lab.advance(0.1)
+        with pytest.raises(NotSeen, match=r"10001 messages of /numbers are asked for, and the newest 10000 are kept: "):
+            lab.received("numbers")
+        with pytest.raises(NotSeen, match=r"write harness\(…, keep=10001\) to keep more"):
+            await lab.wait_for("numbers")
+
+
 # Failures
 
 
