@@ -89,8 +89,8 @@ class McapWriter:
         self._compress = compressor(compression)
         self.size: int = 0
         """Bytes of whole records that were handed to the file."""
-        self.written: int = 0
-        """Messages that were handed to the file."""
+        self._handed: list[tuple[int, int]] = []
+        """For each chunk that was handed to the file its end there and its messages."""
         self._check = 0
         """The CRC-32 of all that was handed over, by which a reader sees flipped bits outside the chunks too."""
         self._chunk = _Chunk()
@@ -103,6 +103,10 @@ class McapWriter:
         self._first: int | None = None
         self._last = 0
         self._write([MAGIC, _record(Header(PROFILE, library))])
+
+    def written(self, size: int | None = None) -> int:
+        """Return the number of messages in the file, or in its first bytes."""
+        return sum(count for end, count in self._handed if size is None or end <= size)
 
     @property
     def open_chunk(self) -> bool:
@@ -183,7 +187,7 @@ class McapWriter:
         start, index_start = self.size, self.size + FRAME.size + length
         indexes, offsets = chunk.indexes(index_start)
         self._write([head, word, _LENGTH.pack(size), *packed, *indexes])
-        self.written += chunk.count
+        self._handed.append((index_start, chunk.count))
         self._chunks.append(
             ChunkIndex(
                 chunk_length=FRAME.size + length,

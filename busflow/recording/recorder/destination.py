@@ -36,6 +36,8 @@ class Destination:
             raise refusal(path, error) from None
         self._inode = _inode(os.fstat(self._descriptor))
         self._size = 0
+        self.left: int | None = None
+        """The bytes that are left of a file to which nothing more can be written."""
 
     def write(self, data: memoryview) -> int:
         """Write to the end.
@@ -57,7 +59,8 @@ class Destination:
     def cut_off(self, size: int) -> None:
         """Leave nothing behind that was written in part."""
         with suppress(OSError):  # a reader copes with what is left
-            os.ftruncate(self._descriptor, min(size, os.fstat(self._descriptor).st_size))
+            self.left = min(size, os.fstat(self._descriptor).st_size)
+            os.ftruncate(self._descriptor, self.left)
 
     def secure(self) -> None:
         """See that what was written outlasts the loss of power.

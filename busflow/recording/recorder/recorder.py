@@ -164,7 +164,8 @@ class Recorder(Extension):
 
     def statistics(self) -> RecordingReport:
         """The state of the recording, so far or at the end; what waited when writing failed is missed."""
-        missed = self._sequence - self._file.written if self._failed else self._missed
+        left = self._destination.left if self._destination else None
+        missed = self._sequence - self._file.written(left) if self._failed else self._missed
         return RecordingReport(
             path=str(self._destination.path if self._destination else self._spec.to),
             recorded=self._sequence - missed,

@@ -4,6 +4,7 @@ Tests of `recorder.py`, `channels.py`, `options.py`, `provenance.py`, `service_e
 """
 
 import asyncio
+import errno
 import functools
 import json
 import os
@@ -39,6 +40,8 @@ from busflow.msgs.sensor_msgs import Image
 from busflow.msgs.std_srvs import SetBool, Trigger
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.offered_qos import offered
+from busflow.recording.recorder import spool
+from busflow.recording.recorder.destination import Destination
 from busflow.recording.recorder.share import Share
 from busflow.recording.recorder.ticks import TICKS, Tick
 from busflow.testing import harness, virtual_time
@@ -445,6 +448,44 @@ async def test_a_truncated_file_is_not_complete(tmp_path):
     assert not outcome.complete
     assert outcome.why.endswith("it was truncated while it was written")
     assert path.stat().st_size == 100
+    with Bag(path) as bag:
+        assert outcome.recorded == len([*bag.entries()])
+    assert outcome.recorded + outcome.missed > 30
+
+
+@real_time
+async def test_messages_that_a_slow_disk_keeps_are_missed(tmp_path, monkeypatch):
+    free = threading.Event()
+    write = Destination.write
+    async with busflow.launch(Counter, record=tmp_path / "run.mcap") as graph:
+        monkeypatch.setattr(spool, "CLOSE_TIMEOUT_S", 0.05)
+        monkeypatch.setattr(Destination, "write", lambda self, data: free.wait(30) and write(self, data))
+        await anext(graph.subscribe(Count, "count"))
+    outcome = graph.report().recording
+    free.set()
+    assert outcome.missed > 0
+    assert (outcome.recorded, outcome.complete) == (0, False)
+    assert outcome.why == "its end could not be written in time"
+
+
+@virtual_time
+async def test_full_disk_ends_run_with_on_drop_fail(tmp_path, monkeypatch):
+    path, write = tmp_path / "run.mcap", Destination.write
+
+    def write_until_full(self, data):
+        if path.stat().st_size > 4000:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(self, data)
+
+    monkeypatch.setattr(Destination, "write", write_until_full)
+    with pytest.raises(IncompleteRecording, match=r"No space left on device \(on_drop: fail\)"):
+        async with harness(Counter, record={"to": str(path), "on_drop": "fail"}) as lab:
+            await lab.advance(10.0)
+    outcome = lab.graph.report().recording
+    assert outcome.missed > 0
+    with Bag(path) as bag:
+        assert outcome.recorded == len([*bag.entries()]) > 0
+    assert lab.graph.report().duration_s < 10.0
 
 
 @virtual_time
