@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Iterator
+from functools import partial
 from threading import get_ident
 from typing import Any, TypeAlias, TypeVar
 
@@ -81,7 +82,7 @@ class Bus:
             topic = self._topic(publisher.endpoint, publisher.type)
             for subscription in topic.subscriptions:
                 check_qos(publisher.endpoint, subscription.endpoint)
-            publisher.attach(topic, self._thread, self.inbox.put)
+            publisher.attach(topic, self._thread, partial(self.inbox.put, topic.losses))
         else:
             publisher.adopt(predecessor)
         self.announce(publisher)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from threading import Lock
@@ -17,6 +17,9 @@ R = TypeVar("R")
 
 CALL_TIMEOUT_S = 5.0
 """Wall time for which a thread waits until the loop has called its function."""
+
+INBOX_DROPPED, INBOX_REFUSED = "inbox_dropped", "inbox_refused"
+"""Reasons of `Topic.losses` for messages that threads of this process published."""
 
 INBOX_DEPTH = 4096
 """Messages from other threads that may wait for the loop."""
@@ -32,7 +35,7 @@ class Inbox:
 
     def __init__(self, dispatcher: Dispatcher) -> None:
         self._dispatcher = dispatcher
-        self._items: deque[Callable[[], None]] = deque()
+        self._items: deque[tuple[Counter[str], Callable[[], None]]] = deque()
         self._lock = Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._armed = False
@@ -53,24 +56,23 @@ class Inbox:
         """Stop delivering; waiting and later messages are dropped and counted."""
         with self._lock:
             self._loop, self._closed = None, True
-            self.dropped += len(self._items)
-            self._items.clear()
+            while self._items:
+                self._drop(self._items.popleft()[0])
 
     def statistics(self) -> InboxStatistics:
         """Return the inbox's current counts, from any thread."""
         with self._lock:
             return InboxStatistics(self.taken, self.dropped, self.refused, waiting=len(self._items))
 
-    def put(self, publish: Callable[[], None]) -> None:
-        """Enqueue one publish, from any thread, without waiting."""
+    def put(self, losses: Counter[str], publish: Callable[[], None]) -> None:
+        """Enqueue one publish, from any thread, without waiting; `losses` are those of its topic."""
         with self._lock:
             if self._closed:
-                self.dropped += 1
+                self._drop(losses)
                 return
             if len(self._items) >= INBOX_DEPTH:
-                self._items.popleft()
-                self.dropped += 1
-            self._items.append(publish)
+                self._drop(self._items.popleft()[0])
+            self._items.append((losses, publish))
             if self._armed or self._loop is None:
                 return
             self._armed = True
@@ -104,6 +106,10 @@ class Inbox:
                 raise
             raise NotRunning(f"the graph's event loop did nothing else within {CALL_TIMEOUT_S:g} s") from None
 
+    def _drop(self, losses: Counter[str]) -> None:
+        self.dropped += 1
+        losses[INBOX_DROPPED] += 1
+
     def _drain(self) -> None:
         self._dispatcher.run_now(self._publish_waiting)
 
@@ -114,12 +120,15 @@ class Inbox:
             self._armed = False
         done = 0
         try:
-            for publish in waiting:
+            for losses, publish in waiting:
                 done += 1
                 self.taken += 1
                 try:
                     publish()
                 except (WouldBlock, NotRunning):  # the thread no longer waits: only the count reports it
                     self.refused += 1
+                    losses[INBOX_REFUSED] += 1
         finally:
-            self.dropped += len(waiting) - done
+            with self._lock:
+                for losses, _ in waiting[done:]:
+                    self._drop(losses)

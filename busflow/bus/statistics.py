@@ -113,7 +113,7 @@ class TopicStatistics:
     arrived: int
     """The number of published messages that came from other processes."""
     losses: dict[str, int]
-    """Messages published in other processes that did not become a message here, by reason."""
+    """Messages published in other processes or threads that did not become a message here, by reason."""
     publishers: tuple[PublisherStatistics, ...]
     """The present publishers; messages of past ones are counted in `published`."""
     subscriptions: tuple[SubscriptionStatistics, ...]

@@ -99,8 +99,9 @@ class Topic(DeliverySource, Generic[M]):
         self.subscriptions_added: int = 0
         self._gone: dict[Endpoint, SubscriptionStatistics] = {}
         self.losses: Counter[str] = Counter()
-        """Messages published in other processes that did not become a message here, by reason: `lost` on the way,
-        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (no publisher known)."""
+        """Messages published in other processes or threads that did not become one here, by reason: `lost` on the way,
+        `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (no publisher known);
+        `inbox_dropped` and `inbox_refused` for those of threads."""
         self._retired = 0
         self._arrived = 0
         self._on_leave = on_leave

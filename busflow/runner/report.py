@@ -44,7 +44,7 @@ class TopicReport:
     since_s: float = 0.0
     """Time of its first publisher, in seconds of the run."""
     losses: dict[str, int] = field(default_factory=dict[str, int])
-    """Messages of other processes that did not become a message here: `lost`, `malformed`, `refused`."""
+    """Messages of other processes (`lost`, `malformed`, …) and threads (`inbox_dropped`, `inbox_refused`) not taken."""
 
 
 @dataclass(frozen=True, slots=True)

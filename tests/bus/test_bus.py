@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from collections import Counter
 
 import pytest
 
@@ -191,6 +192,7 @@ async def test_full_inbox_drops_its_oldest_message(make_bench):
     assert received == list(range(10, INBOX_DEPTH + 10))
     assert (bench.bus.inbox.taken, bench.bus.inbox.dropped) == (INBOX_DEPTH, 10)
     assert publisher.published == INBOX_DEPTH
+    assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_dropped": 10}
 
 
 @virtual_time
@@ -201,6 +203,7 @@ async def test_inbox_counts_messages_refused_by_a_full_queue(make_bench):
     await settle()
     assert queued(slow) == [0, 1]
     assert (bench.bus.inbox.taken, bench.bus.inbox.refused) == (5, 3)
+    assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_refused": 3}
 
 
 @virtual_time
@@ -215,6 +218,16 @@ async def test_closed_publisher_in_inbox_refuses_only_its_messages(make_bench):
 
 
 @virtual_time
+async def test_messages_behind_a_failing_publish_are_counted(make_bench):
+    bench, errors, losses = make_bench(), [], Counter()
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context["exception"]))
+    in_a_thread(lambda: [bench.bus.inbox.put(losses, lambda: 1 / 0) for _ in range(3)])
+    await settle()
+    assert [type(error) for error in errors] == [ZeroDivisionError]
+    assert losses == {"inbox_dropped": 2}
+
+
+@virtual_time
 async def test_messages_from_threads_after_the_end_are_counted(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription()
@@ -224,6 +237,7 @@ async def test_messages_from_threads_after_the_end_are_counted(make_bench):
     await settle()
     assert queued(subscription) == []
     assert (bench.bus.inbox.taken, bench.bus.inbox.dropped) == (0, 2)
+    assert bench.bus.topics[publisher.topic].statistics().losses == {"inbox_dropped": 2}
 
 
 @virtual_time

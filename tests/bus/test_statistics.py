@@ -1,5 +1,6 @@
 """Tests of `statistics.py`: every object of a running graph reports its counts; reading changes nothing."""
 
+from collections import Counter
 from dataclasses import FrozenInstanceError, replace
 
 import pytest
@@ -70,7 +71,7 @@ async def test_dispatcher_statistics_count_the_ready(make_bench):
 @virtual_time
 async def test_inbox_statistics_count_waiting_and_dropped(make_bench):
     inbox = Inbox(make_bench().bus.dispatcher)
-    inbox.put(lambda: None)
+    inbox.put(Counter(), lambda: None)
     assert inbox.statistics() == InboxStatistics(taken=0, dropped=0, refused=0, waiting=1)
     inbox.close()
     assert inbox.statistics() == InboxStatistics(taken=0, dropped=1, refused=0, waiting=0)

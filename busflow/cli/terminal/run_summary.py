@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
 from busflow.cli.terminal.table import Column, bare, print_table, print_text
 from busflow.text import counted, printable
 
@@ -51,11 +52,14 @@ def _remarks(report: Report) -> Iterator[str]:
         if process.restarts or process.fates:
             yield _process_history(process)
     for topic in report.topics:
-        if gone := {reason: count for reason, count in topic.losses.items() if count}:
+        gone = {reason: count for reason, count in topic.losses.items() if count}
+        threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
+        if gone:
             reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
             yield f"{printable(topic.name)}: not all that came from other processes was received: {reasons}"
-    if lost := report.inbox_dropped + report.inbox_refused:
-        yield f"{counted(lost, 'message')} from other threads did not reach any topic: dropped before"
+        if threads:
+            lost = counted(threads, "message")
+            yield f"{printable(topic.name)}: {lost} from other threads did not reach the topic: dropped before"
     if report.recording is not None:
         yield _recording(report.recording)
 

@@ -174,7 +174,7 @@ def _losses(answers: Answers) -> Iterator[Problem]:
     for answer in answers:
         for topic in answer["topics"]:
             for reason, count in topic.get("losses", {}).items():
-                if count:
+                if count and not reason.startswith("inbox_"):  # `_inbox` reports those
                     what, fix = _LOSSES.get(reason, (reason, ""))
                     text = f"{counted(count, 'message')} on {topic['name']} from other processes {what}"
                     yield Problem(f"{reason}-on-the-way-in", text, fix or None, severity=Severity.WARNING)

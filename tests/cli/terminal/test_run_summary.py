@@ -35,6 +35,14 @@ def test_process_restarts_and_losses_are_listed(capsys: pytest.CaptureFixture[st
     assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in output
 
 
+def test_inbox_losses_are_listed_by_topic(capsys: pytest.CaptureFixture[str]):
+    topics = (TopicReport("/t", "a/msg/B", 9, (), losses={"inbox_dropped": 3, "inbox_refused": 1}),)
+    print_summary(Report("lab", 0, "system", 1.0, ExitCode.OK, (), topics, (), inbox_dropped=3, inbox_refused=1))
+    output = capsys.readouterr().out
+    assert "/t: 4 messages from other threads did not reach the topic: dropped before\n" in output
+    assert "other processes" not in output
+
+
 def test_rate_starts_with_the_first_publisher(capsys: pytest.CaptureFixture[str]):
     topics = (TopicReport("/a", "a/msg/B", 200, ()), TopicReport("/late", "a/msg/B", 50, (), since_s=7.5))
     print_summary(Report("lab", 0, "sim", 10.0, ExitCode.OK, (), topics, ()))

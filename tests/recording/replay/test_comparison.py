@@ -4,9 +4,13 @@ import json
 
 import pytest
 
+from busflow.msgs.std_msgs import Float64
+from busflow.recording.bag.bag import Bag
 from busflow.recording.replay.comparison import Check, Published
+from busflow.recording.replay.history import loss_notes
 from busflow.recording.tools import pairs
 from busflow.recording.tools.message_diff import Comparison
+from tests.recording.conftest import write_messages
 
 MS = 1_000_000
 
@@ -73,3 +77,12 @@ def test_what_the_replay_alone_publishes_is_counted_up_to_the_end_of_the_recorde
     check.finish()
     assert check.count == 60
     assert told(check) == [("extra", "/extra", n + 1, n / 1000) for n in range(10)]
+
+
+def test_inbox_losses_are_not_given_in_replay(tmp_path):
+    report = {"topics": [{"name": "/a", "published": 1, "losses": {"inbox_dropped": 3, "lost": 2}}]}
+    path = write_messages(tmp_path / "run.mcap", [("/a", Float64(data=1.0), 1)], ledger={"report": json.dumps(report)})
+    with Bag(path) as bag:
+        assert [*loss_notes(bag, {"/a"}, set())] == [
+            "/a: 2 messages were lost between processes, and given in the replay"
+        ]
