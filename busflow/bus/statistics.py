@@ -13,6 +13,8 @@ from busflow.bus.qos import Overflow
 
 _STATED = frozenset({"depth"})
 """Integer fields that are not counts, and so are not added."""
+UNMATCHED = "unmatched"
+"""The reason of a drop for a message published while the subscription's process was not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,7 @@ class SubscriptionStatistics(Account):
     dropped: int
     queued: int
     drops: dict[str, int] = field(default_factory=dict[str, int])
-    """The number of drops per reason: overflow, expired, superseded."""
+    """The number of drops per reason: overflow, expired, superseded, unmatched."""
     deadlines_missed: int = 0
 
 

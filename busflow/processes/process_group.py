@@ -138,7 +138,7 @@ class ProcessGroup(Extension):
         return [failure for member in self.members for failure in member.failures] + self._shortcomings
 
     def run_report(self) -> Report:
-        """Return the report of the whole run: so far, or final once it has ended."""
+        """Return the report of the whole run, once all its processes have ended."""
         report = merged(self._graph.report(), self.members, self._order, name=self._main)
         return (
             report if self._recording is None else replace(report, recording=self._recording.so_far(self._recorded()))

@@ -7,8 +7,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
 from busflow.bus.qos import Overflow
-from busflow.bus.statistics import ClientStatistics, ServerStatistics, SubscriptionStatistics, TimerStatistics
+from busflow.bus.statistics import (
+    UNMATCHED,
+    ClientStatistics,
+    ServerStatistics,
+    SubscriptionStatistics,
+    TimerStatistics,
+)
 from busflow.launchfile.model.placement import MAIN
 from busflow.runner.report import Blocks, NodeReport, ProcessReport, Report, ServiceReport, TopicReport
 
@@ -19,7 +26,9 @@ T = TypeVar("T")
 
 
 def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str], *, name: str = MAIN) -> Report:
-    """Merge the reports of the other processes into that of the main process.
+    """Merge the last reports of the other processes into that of the main process, once all have ended.
+
+    Each message that reached no life of a subscription's process counts as a drop of the subscription.
 
     Args:
         main: that of the main process.
@@ -27,12 +36,12 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
         order: that of the nodes.
         name: of the main process.
     """
-    reports = [_LifeReport(main.nodes, main.topics, main.services, main.timers)]
+    lives = [[_LifeReport(main.nodes, main.topics, main.services, main.timers)]]
     inbox = Counter(dropped=main.inbox_dropped, refused=main.inbox_refused, lines=main.log_lines_lost)
     blocks = list(main.blocks)
     processes = [ProcessReport(name, None, tuple(node.name for node in main.nodes))]
     for member in members:
-        reports += [*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)]
+        lives.append([*(_read(life.report, dead=True) for life in member.lives), _read(member.report, dead=False)])
         for report in (*(life.report for life in member.lives), member.report):
             if report is not None:
                 inbox.update(report["inbox"], lines=report["log_lines_lost"])
@@ -41,6 +50,7 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
         processes.append(
             ProcessReport(member.name, member.pid, member.nodes, member.restarts, member.state.value, fates)
         )
+    reports = [each for process in lives for each in process]
     nodes = {node.name: node for each in reports for node in each.nodes}
     nodes = {
         name: nodes.get(name) or NodeReport(name, "", "failed") for member in members for name in member.nodes
@@ -48,7 +58,7 @@ def merged(main: Report, members: Sequence[WorkerProcess], order: Sequence[str],
     return replace(
         main,
         nodes=tuple(nodes[name] for name in [*order, *(name for name in nodes if name not in order)] if name in nodes),
-        topics=tuple(_topics(reports)),
+        topics=tuple(_with_unmatched(topic, lives) for topic in _topics(reports)),
         services=tuple(_services(reports)),
         timers=tuple(_timers(reports, order)),
         inbox_dropped=inbox["dropped"],
@@ -133,6 +143,29 @@ def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
                 )
             found[topic.name] = own
     return [replace(found[name], published=max(found[name].published, received[name])) for name in sorted(found)]
+
+
+def _with_unmatched(topic: TopicReport, lives: Sequence[Sequence[_LifeReport]]) -> TopicReport:
+    """Count a topic's messages that reached no life of a subscription's process as drops of the subscription."""
+    unmatched: dict[str, int] = {}
+    for process in lives:
+        known = [each for life in process for each in life.topics if each.name == topic.name]
+        reached = sum(each.published + _lost_on_the_way(each) for each in known)
+        unmatched |= {line.node: max(0, topic.published - reached) for each in known for line in each.subscriptions}
+    lines = tuple(_with_drops(line, unmatched.get(line.node, 0)) for line in topic.subscriptions)
+    return replace(topic, subscriptions=lines)
+
+
+def _lost_on_the_way(topic: TopicReport) -> int:
+    """Return how many published messages reached a process and not its nodes; what an inbox drops is not published."""
+    return sum(count for reason, count in topic.losses.items() if reason not in {INBOX_DROPPED, INBOX_REFUSED})
+
+
+def _with_drops(line: SubscriptionStatistics, count: int) -> SubscriptionStatistics:
+    if not count:
+        return line
+    drops = {**line.drops, UNMATCHED: count}
+    return replace(line, published=line.published + count, dropped=line.dropped + count, drops=drops)
 
 
 def _lines(

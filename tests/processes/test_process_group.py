@@ -111,6 +111,23 @@ def test_dead_or_hung_process_is_restarted(start, number, told):
 
 
 @pytest.mark.long
+def test_each_message_past_a_dead_receiver_counts(start):
+    run = start(STEADY.replace("POLICY", "never").replace("right:", "right: {restart: on-failure}"), "-v")
+    run.wait_for("heard enough", times=2)
+    run.kill("right")
+    run.wait_for("heard enough", times=3)
+    assert run.end() == 130
+    topic = run.topic("/numbers")
+    assert {line["node"]: line["published"] for line in topic["subscriptions"]} == {
+        "/hearer": topic["published"],
+        "/here": topic["published"],
+    }
+    away = {line["node"]: line["drops"].get("unmatched", 0) for line in topic["subscriptions"]}
+    assert away["/hearer"] > away["/here"]
+    assert sum("published while the process of /hearer was not there" in text for text in run.printed) == 1
+
+
+@pytest.mark.long
 def test_restarted_process_keeps_its_parameters(start, monkeypatch, capsys):
     run = start(STEADY.replace("POLICY", "on-failure"), "-v")
     run.wait_for("heard enough", times=2)

@@ -68,3 +68,15 @@ def test_backlog_of_a_dead_process_counts_as_dropped():
 def test_process_without_report_has_failed_nodes():
     report = merged(MAIN, [Member("b", ("/sink",), lives=[ProcessOutcome(6, None, "it was ended")])], ["/sink"])
     assert [(node.name, node.state) for node in report.nodes] == [("/sink", "failed")]
+
+
+def test_messages_while_a_process_was_away_are_drops():
+    life = ProcessOutcome(6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 50)]), "it was ended")
+    now = told("/sink", published=20, arrived=20, losses={"lost": 2}, lines=[line("/sink", 20, 19, 0, 1)])
+    source = Member("a", ("/source",), report=told("/source", published=100, lines=[line("/watcher", 100, 100)]))
+    report = merged(MAIN, [source, Member("b", ("/sink",), report=now, lives=[life])], ["/source", "/sink"])
+    watcher, sink = report.topics[0].subscriptions
+    assert (watcher.published, watcher.dropped) == (100, 0)
+    assert (sink.published, sink.delivered, sink.dropped, sink.queued) == (98, 69, 28, 1)
+    assert sink.drops == {"unmatched": 28}
+    assert report.topics[0].losses == {"lost": 2}

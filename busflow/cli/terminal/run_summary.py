@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
+from busflow.bus.statistics import UNMATCHED
 from busflow.cli.terminal.table import Column, bare, print_table, print_text
 from busflow.text import counted, printable
 
 if TYPE_CHECKING:
-    from busflow.runner.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport
+    from busflow.runner.report import NodeReport, ProcessReport, RecordingReport, Report, ServiceReport, TopicReport
 
 
 def print_summary(report: Report) -> None:
@@ -52,16 +53,24 @@ def _remarks(report: Report) -> Iterator[str]:
         if process.restarts or process.fates:
             yield _process_history(process)
     for topic in report.topics:
-        gone = {reason: count for reason, count in topic.losses.items() if count}
-        threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
-        if gone:
-            reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
-            yield f"{printable(topic.name)}: not all that came from other processes was received: {reasons}"
-        if threads:
-            lost = counted(threads, "message")
-            yield f"{printable(topic.name)}: {lost} from other threads did not reach the topic: dropped before"
+        yield from (f"{printable(topic.name)}: {text}" for text in _topic_losses(topic))
     if report.recording is not None:
         yield _recording(report.recording)
+
+
+def _topic_losses(topic: TopicReport) -> Iterator[str]:
+    """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
+    gone = {reason: count for reason, count in topic.losses.items() if count}
+    threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
+    if gone:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
+        yield f"not all that came from other processes was received: {reasons}"
+    if threads:
+        yield f"{counted(threads, 'message')} from other threads did not reach the topic: dropped before"
+    for line in topic.subscriptions:
+        if unmatched := line.drops.get(UNMATCHED):
+            missed = counted(unmatched, "message was", "messages were")
+            yield f"{missed} published while the process of {printable(line.node)} was not there"
 
 
 def _times(count: int) -> str:

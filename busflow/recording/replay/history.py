@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
+from busflow.bus.statistics import UNMATCHED
 from busflow.errors import BagError, MalformedMessage
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
@@ -41,8 +42,8 @@ def loss_notes(bag: Bag, topics: Collection[str], nodes: Collection[str]) -> Ite
             missed = counted(lost, "message was", "messages were")
             yield f"{name}: {missed} lost between processes, and given in the replay"
         for subscription in mappings(topic.get("subscriptions")):
-            dropped = subscription.get("dropped")
-            if subscription.get("node") in nodes and isinstance(dropped, int) and dropped > 0:
+            dropped = _dropped(subscription)
+            if subscription.get("node") in nodes and dropped > 0:
                 yield f"{name}: {subscription['node']} lost {counted(dropped, 'message')}, and had all in the replay"
 
 
@@ -61,10 +62,24 @@ def shares(bag: Bag, nodes: Collection[str]) -> dict[tuple[str, str], int]:
         if _lost(topic) or topic.get("published") != counts.get(name):
             continue
         for line in mappings(topic.get("subscriptions")):
-            had = line.get("published" if line.get("dropped") else "delivered")
+            had = line.get("published" if _dropped(line) else "delivered")
             if line.get("node") in nodes and isinstance(had, int):
+                had -= _unmatched(line) if _dropped(line) else 0
                 found.setdefault((str(line["node"]), name), []).append(had)
     return {key: had[0] for key, had in found.items() if len(had) == 1}
+
+
+def _dropped(line: Mapping[str, Any]) -> int:
+    """The number of messages that a subscription dropped: those that arrived in its process."""
+    dropped = line.get("dropped")
+    return dropped - _unmatched(line) if isinstance(dropped, int) else 0
+
+
+def _unmatched(line: Mapping[str, Any]) -> int:
+    """The number of messages published while a subscription's process was not there."""
+    drops = line.get("drops")
+    count = cast("Mapping[Any, Any]", drops).get(UNMATCHED) if isinstance(drops, dict) else None
+    return count if isinstance(count, int) else 0
 
 
 def _lost(topic: Mapping[str, Any]) -> int:
