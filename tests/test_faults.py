@@ -16,7 +16,7 @@ CASES = json.loads((TESTS / "cases" / "n_faults.json").read_text(encoding="utf-8
 SHOWN = {
     "node/raise-callback": "test_faults.py::test_failures_lose_no_message_of_others",
     "node/raise-timer": "node/test_supervision.py::test_a_node_failing_too_often_ends_the_run",
-    "node/raise-service": "bus/test_server.py::test_handler_error_reaches_caller_and_server_log",
+    "node/raise-service": "bus/services/test_server.py::test_handler_error_reaches_caller_and_server_log",
     "node/exception-in-error-hook": "runner/test_supervisor.py::test_any_exception_of_a_node_is_its_failure",
     "node/block-loop": "runner/test_watchdog.py::test_blocking_handler_is_named_with_its_stack",
     "node/infinite-await": "test_faults.py::test_endless_async_handler_blocks_no_other",

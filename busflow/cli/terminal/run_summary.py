@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
-from busflow.bus.statistics import UNMATCHED
 from busflow.cli.terminal.table import Column, bare, print_table, print_text
 from busflow.text import counted, printable
 
@@ -60,6 +58,10 @@ def _remarks(report: Report) -> Iterator[str]:
 
 def _topic_losses(topic: TopicReport) -> Iterator[str]:
     """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
+    # Here, because `topic stats` uses this module too, and shall not load what only a run needs.
+    from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
+    from busflow.bus.statistics import UNMATCHED
+
     gone = {reason: count for reason, count in topic.losses.items() if count}
     threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
     if gone:
