@@ -1,0 +1,60 @@
+"""Cases of bad input and of faults that need a process: its environment, its limits, and what it prints."""
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TALKER = """
+import os
+from pathlib import Path
+
+from busflow import Node
+
+TEXT = "%s%n {0.__class__} %(x)s [red]x[/red] [link=a]"
+
+
+class Talker(Node):
+    async def start(self) -> None:
+        self.log.info(TEXT)
+        self.log.info("two\\n18:00:00.000 error lines")
+        inodes = {link[8:-1] for fd in Path("/proc/self/fd").iterdir() if (link := name(fd)).startswith("socket:")}
+        tables = [Path(f"/proc/self/net/{kind}").read_text() for kind in ("tcp", "tcp6", "udp", "udp6")]
+        found = [line for table in tables for line in table.splitlines()[1:] if line.split()[9] in inodes]
+        self.log.info("sockets", count=len(found))
+
+
+def name(fd: Path) -> str:
+    return os.readlink(fd) if os.path.islink(fd) else ""
+"""
+ZENOH = '{mode: "peer", listen: {endpoints: ["tcp/0.0.0.0:0"]}, scouting: {multicast: {enabled: true}}}'
+
+
+@pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="needs Linux's /proc")
+def test_environment_and_limits_change_no_run(tmp_path: Path):
+    """Cases net/zenoh-config, proc/fd-limit, sec/env-log, term/format, term/rich-markup and term/log-injection."""
+    (tmp_path / "plugins").mkdir()
+    (tmp_path / "plugins/talker.py").write_text(TALKER)
+    (tmp_path / "talk.yaml").write_text("plugins: [plugins]\nnodes: {talker: {plugin: talker}}\n")
+    (tmp_path / "zenoh.json5").write_text(ZENOH)
+    environment = {**os.environ, "ZENOH_CONFIG": str(tmp_path / "zenoh.json5"), "SECRET_TOKEN": "hunter2-hunter2"}
+    command = [sys.executable, "-m", "busflow", "run", "talk.yaml", "--for", "0.3s", "--report", "run.json"]
+    done = subprocess.run(
+        [*command, "--record", "run.mcap"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64)),
+    )
+    assert done.returncode == 0, done.stderr
+    assert "/talker: %s%n {0.__class__} %(x)s [red]x[/red] [link=a]\n" in done.stderr
+    assert "/talker: sockets count=0\n" in done.stderr
+    assert r"/talker: two\n18:00:00.000 error lines" in done.stderr
+    assert "Traceback" not in done.stderr
+    written = [done.stdout.encode(), done.stderr.encode(), *(p.read_bytes() for p in tmp_path.glob("run.*"))]
+    assert len(written) == 4
+    assert [text for text in written if b"hunter2" in text] == []
