@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.errors import InspectionUnavailable
+from busflow.text import printable
 
 if TYPE_CHECKING:
     import zenoh
@@ -165,3 +166,8 @@ def _opened(settings: Mapping[str, Any]) -> zenoh.Session:
         return zenoh.open(config)
     except zenoh.ZError as error:
         raise InspectionUnavailable(str(error)) from None
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # pyo3's, which has no name that could be imported
+            raise
+        why = f"Zenoh gave up ({printable(error)}); too few files or threads may be allowed here, see ulimit -n and -u"
+        raise InspectionUnavailable(why) from None

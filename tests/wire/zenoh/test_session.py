@@ -12,3 +12,24 @@ def test_run_that_ends_during_join_is_gone(tmp_path):
 def test_run_without_a_socket_is_not_ready(tmp_path):
     with pytest.raises(InspectionUnavailable, match="has no socket yet"):
         open_session(tmp_path)
+
+
+def test_a_panic_of_zenoh_is_its_refusal(tmp_path, monkeypatch):
+    class PanicException(BaseException):
+        """Exception of pyo3, which has no name that could be imported."""
+
+    def panic(_config):
+        raise PanicException("Failed to init net")
+
+    monkeypatch.setattr("zenoh.open", panic)
+    with pytest.raises(InspectionUnavailable, match=r"Zenoh gave up \(Failed to init net\).*ulimit -n"):
+        open_session(tmp_path, listen="main.sock")
+
+
+def test_an_interrupt_while_zenoh_opens_is_passed_on(tmp_path, monkeypatch):
+    def interrupt(_config):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("zenoh.open", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        open_session(tmp_path, listen="main.sock")
