@@ -132,6 +132,23 @@ def test_a_number_of_another_kind_is_refused(dtype, value):
     assert refuse(dtype, value).startswith("The array ")
 
 
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.array([object()], dtype=object),
+        np.array([b"1"], dtype=object),
+        np.array([None]),
+        np.array(["1"]),
+        np.zeros(2, dtype=[("x", "i4")]),
+        np.ma.masked_array([1, 2], [False, True]),
+    ],
+    ids=["object", "bytes", "none", "text", "record", "mask"],
+)
+def test_arrays_of_objects_or_masks_are_refused(value):
+    assert refuse("int32", value).startswith("The array takes ")
+    assert refuse("float64", value).startswith("The array takes ")
+
+
 @pytest.mark.parametrize("dtype", INTEGERS)
 def test_an_integer_out_of_range_is_never_wrapped(dtype):
     low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
