@@ -224,7 +224,7 @@ def test_a_frozen_array_is_shared():
     assert check("float64", part) is part
 
 
-def test_a_read_only_array_that_could_be_opened_again_is_handed_on_as_one_that_cannot():
+def test_a_reopenable_array_becomes_read_only_for_good():
     mine = np.zeros(3)
     mine.flags.writeable = False
     made = check("float64", mine)

@@ -266,7 +266,7 @@ def test_what_is_not_a_time_is_refused(wrong):
 
 
 @pytest.mark.parametrize("name", ["Rate", "rate_Hz", "rate__hz", "rate_", "räte"])
-def test_a_field_name_that_breaks_ros_s_grammar_is_refused(name):
+def test_a_field_name_outside_ros_grammar_is_refused(name):
     with pytest.raises(InvalidDeclaration, match=name):
         type("Sample", (Message,), {"__annotations__": {name: float64}, "__module__": __name__})
 
@@ -278,7 +278,7 @@ def test_a_field_that_hides_a_method_is_refused(name):
 
 
 @pytest.mark.parametrize("name", ["balance", "_Balance", "My_Balance", "Größe"])
-def test_a_type_name_that_breaks_ros_s_grammar_is_refused(name):
+def test_a_type_name_outside_ros_grammar_is_refused(name):
     with pytest.raises(InvalidDeclaration, match="a capital first"):
         type(name, (Message,), {"__module__": __name__})
 
@@ -403,7 +403,7 @@ def test_an_installed_type_belongs_to_the_top_package(tmp_path, monkeypatch):
     assert type_name(import_module("my_robot.nodes.types").Sample) == "my_robot/msg/Sample"
 
 
-def test_a_plugin_s_type_belongs_to_the_folder_around_the_plugin_folder(tmp_path):
+def test_a_plugins_type_has_the_outer_folders_name(tmp_path):
     """A plugin folder stands in sys.modules under a unique name whose path it is."""
     code = (
         "import sys, types, importlib; package = types.ModuleType('plugins_1f2e'); package.__path__ = [sys.argv[1]];"
@@ -497,7 +497,7 @@ def test_a_type_that_holds_itself_travels_as_json():
     assert Branch(children=[Branch()]) == Branch.model_validate({"children": [{}]})
 
 
-def test_ros_describes_a_type_when_it_describes_all_inside():
+def test_a_ros_type_has_only_ros_types_inside():
     class Outer(Message, package="tests"):
         tree: Tree = Tree()
 

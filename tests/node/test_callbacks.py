@@ -174,7 +174,7 @@ class Method:
     def tick(self) -> None: ...
 
 
-def test_it_takes_what_the_parameters_were_and_stands_alone():
+def test_on_parameters_takes_old_values_and_stands_alone():
     with pytest.raises(InvalidDeclaration, match=r"needs a method written as def tick\(self, old\)"):
         on_parameters(Method.tick)
     for other in (subscription("topic"), on_event("topic")):

@@ -71,7 +71,7 @@ def test_a_class_shows_declarations_without_an_instance():
     assert [each.origin for each in found.values()] == ["Base.numbers", "Base.words", "Base.on_number", "Base.tick"]
 
 
-def test_an_endpoint_of_a_node_outside_of_a_graph_says_where_endpoints_come_from():
+def test_an_endpoint_outside_a_graph_is_an_error():
     node = Base()
     for name in ("numbers", "words", "tick"):
         with pytest.raises(
@@ -221,7 +221,7 @@ def test_only_the_message_s_annotation_is_resolved():
     assert Loose.on_number.message_type() is Int64
 
 
-def test_a_name_that_only_type_checkers_know_is_named_with_the_remedy():
+def test_a_type_checking_import_is_refused_with_remedy():
     class Checked(Node):
         @subscription("numbers")
         def on_number(self, number: Float64) -> None: ...

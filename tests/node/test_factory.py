@@ -28,7 +28,7 @@ def test_impossible_values_are_refused_before_building_a_node():
         NodeFactory(LeftArm).parameters({"speed": "fast"})
 
 
-def test_a_node_is_rebuilt_with_its_surroundings_and_what_is_known_of_its_parameters():
+def test_a_rebuilt_node_keeps_surroundings_and_parameter_history():
     graph = Graph([LeftArm(speed=3.0, name="arm")])
     (member,) = graph.plan().members
     member.runtime.parameters.remember(["speed"], 4)

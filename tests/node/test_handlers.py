@@ -29,7 +29,7 @@ def test_a_class_shows_its_services_without_an_instance():
 
 
 @virtual_time
-async def test_stacked_decorators_are_services_of_their_own_and_an_override_keeps_them():
+async def test_an_override_keeps_services_of_stacked_decorators():
     class Derived(Base):
         reset = None
 

@@ -64,7 +64,7 @@ def test_all_faults_of_parameters_come_at_once():
     assert {fault.path for fault in caught.value.faults} == {("rate_hz",), ("lable",)}
 
 
-def test_parameters_are_one_object_or_values_but_not_both_nor_another_s():
+def test_a_node_takes_its_parameters_object_or_values():
     class Others(Parameters):
         rate_hz: float = 10
 
@@ -82,7 +82,7 @@ def test_a_node_without_an_annotation_takes_no_parameters():
         Plain(rate_hz=1)
 
 
-def test_parameters_are_inherited_or_annotated_anew_with_a_local_class_too():
+def test_a_subclass_inherits_or_replaces_the_parameters_class():
     class Derived(Rated):
         pass
 
@@ -124,7 +124,7 @@ def test_a_node_is_named_like_its_class(written, name):
 
 
 @pytest.mark.parametrize("name", ["", "über", "two words", "a/b", "1st", "a" * 300, "\x1b[31m"])
-def test_a_name_that_ros_does_not_allow_is_refused_and_cannot_steer_the_terminal(name):
+def test_a_name_outside_ros_grammar_is_refused_escaped(name):
     with pytest.raises(InvalidName) as caught:
         Rated(name=name)
     assert "\x1b" not in str(caught.value)
@@ -152,7 +152,7 @@ def test_a_call_that_needs_a_graph_says_so():
 
 
 @pytest.mark.parametrize("name", ["name", "clock", "log", "rng", "spawn", "run_sync", "create_publisher", "_runtime"])
-def test_an_attribute_that_hides_one_of_node_s_is_refused_with_its_name(name):
+def test_an_attribute_that_hides_nodes_own_is_refused(name):
     with pytest.raises(InvalidDeclaration, match=rf"Hiding\.{name} hides Node\.{name}"):
         type("Hiding", (Node,), {name: 1})
     with pytest.raises(InvalidDeclaration, match=rf"Hiding\.{name} hides"):
@@ -280,7 +280,7 @@ async def test_a_spawned_task_has_the_node_s_name():
     assert names == ["/spawning.work", "/spawning.second"]
 
 
-def test_a_blocking_call_runs_in_a_thread_and_comes_back_with_its_value_or_its_error():
+def test_run_sync_returns_or_raises_from_a_thread():
     class Driver(Node):
         async def start(self):
             self.read = await self.run_sync(lambda *words: (words, threading.current_thread()), "a", "b")
@@ -440,7 +440,7 @@ async def test_an_endpoint_created_later_is_checked_at_once():
 
 
 @virtual_time
-async def test_a_declared_subscription_to_pull_from_is_there_from_the_start_and_ends_with_the_graph():
+async def test_a_pulled_subscription_lasts_from_start_to_end():
     class Puller(Node):
         numbers = subscription(Number, "numbers")
 

@@ -37,7 +37,7 @@ def test_node_may_have_such_a_name_itself():
         getattr(Camera(), "get_loger")  # noqa: B009  # type checkers know it, too
 
 
-def test_none_of_them_is_listed_but_one_that_a_node_has_itself():
+def test_dir_lists_an_rclpy_name_only_if_defined():
     class Named(Node):
         def get_name(self) -> str:
             return "mine"

@@ -57,7 +57,7 @@ async def test_change_is_published_with_node_and_time():
 
 
 @virtual_time
-async def test_an_optional_group_comes_as_new_and_goes_as_deleted():
+async def test_an_optional_group_is_reported_new_and_deleted():
     async with harness(Tuned) as lab:
         events = lab.subscribe(ParameterEvent, "parameter_events")
         lab.set_parameters(Tuned, limits={"low": 2})
@@ -85,7 +85,7 @@ async def test_subscription_receives_all_parameters_first_then_changes():
 
 
 @virtual_time
-async def test_a_listener_whose_qos_does_not_fit_is_an_error_before_the_start():
+async def test_an_incompatible_parameter_subscription_fails_before_start():
     class Latched(Node):
         @subscription("/parameter_events", qos=QoS(durability=Durability.TRANSIENT_LOCAL))
         def on_event(self, event: ParameterEvent) -> None: ...

@@ -36,7 +36,7 @@ SCALARS = st.none() | st.booleans() | INT64 | st.floats(allow_nan=False) | st.te
     | st.lists(st.floats(allow_nan=False), min_size=1)
     | st.lists(st.text())
 )
-def test_a_value_that_ros_2_knows_comes_back_as_it_went(value):
+def test_a_ros_2_value_survives_the_round_trip(value):
     back = plain_value(value_message(value))
     assert back == value
     assert type(back) is type(value)

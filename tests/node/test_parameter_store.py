@@ -119,7 +119,7 @@ class Recorder(Node):
 
 
 @virtual_time
-async def test_a_set_replaces_the_parameters_as_a_whole_and_says_what_changed():
+async def test_set_replaces_the_object_and_returns_the_changes():
     async with harness(Recorder) as lab:
         node = lab.node(Recorder)
         before = node.parameters
@@ -188,7 +188,7 @@ async def test_what_was_set_says_so():
         assert str(rows["noise.joints"].source) == "default"
 
 
-def test_a_new_instance_of_the_node_goes_on_with_the_sources_and_the_count():
+def test_a_new_instance_takes_over_sources_and_count():
     former, following = Recorder(), Recorder()
     assert store_of(former).set({"noise.imu": 0.5}).reason is None
     following.parameters = former.parameters
@@ -209,7 +209,7 @@ def test_refusal_is_a_result_for_remote_callers():
 
 
 @virtual_time
-async def test_a_timer_follows_its_parameter_on_a_new_grid_from_the_change_on():
+async def test_a_changed_period_starts_a_new_timer_grid():
     async with harness(Recorder) as lab:
         await lab.advance(0.25)
         lab.set_parameters(Recorder, rate_hz=4)
@@ -224,7 +224,7 @@ async def test_a_timer_follows_its_parameter_on_a_new_grid_from_the_change_on():
 
 
 @virtual_time
-async def test_a_change_of_another_parameter_leaves_a_timers_grid_alone():
+async def test_another_parameters_change_keeps_the_timer_grid():
     async with harness(Recorder) as lab:
         await lab.advance(0.15)
         lab.set_parameters(Recorder, {"noise.imu": 0.5})
@@ -233,7 +233,7 @@ async def test_a_change_of_another_parameter_leaves_a_timers_grid_alone():
 
 
 @virtual_time
-async def test_a_cancelled_timer_stays_cancelled_when_its_parameter_changes():
+async def test_a_changed_period_does_not_revive_cancelled_timers():
     async with harness(Recorder) as lab:
         node = lab.node(Recorder)
         node.tick.cancel()
@@ -258,7 +258,7 @@ class Ticker(Node):
 
 @virtual_time
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, 1e-12])
-async def test_a_period_that_no_timer_can_have_is_refused_also_where_the_range_allows_it(value):
+async def test_an_impossible_timer_period_in_range_is_refused(value):
     async with harness(Ticker) as lab:
         with pytest.raises(InvalidParameter, match=r"period_s cannot be .*: .*tick"):
             lab.set_parameters(Ticker, period_s=value)
@@ -277,7 +277,7 @@ class Caller(Node):
 
 
 @virtual_time
-async def test_another_thread_may_set_and_waits_until_it_has_happened():
+async def test_a_set_from_another_thread_waits_for_completion():
     caller = Caller()
     lab = harness(Recorder, caller)
     caller.graph = lab.graph

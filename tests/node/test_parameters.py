@@ -96,7 +96,7 @@ def test_a_value_of_the_declared_type_is_taken(data: dict[str, object], expected
     assert type(value) is type(expected)
 
 
-def test_not_a_number_is_a_value_where_no_range_is_declared():
+def test_nan_is_accepted_without_a_declared_range():
     assert math.isnan(validate(RobotParameters, {"noise": {"high": math.nan}}).noise.high)
 
 
@@ -174,7 +174,7 @@ def test_all_faults_come_at_once_with_their_paths():
     assert "rate_hz must be greater than 0, got -1 (allowed: greater than 0, at most 1000); " in str(caught.value)
 
 
-def test_the_error_of_a_hostile_name_or_value_is_one_printable_line():
+def test_errors_about_hostile_text_are_one_printable_line():
     with pytest.raises(InvalidParameter) as caught:
         validate(RobotParameters, {"\x1b[31m": 1, "rate_hz": "\x1b]0;x\x07\n"})
     assert str(caught.value).isprintable()
@@ -221,7 +221,7 @@ def test_describe_lists_every_parameter_with_its_dotted_name():
     assert {row.name for row in describe(Joint) if row.required} == {"name"}
 
 
-def test_describe_takes_the_default_of_a_nested_parameter_from_where_it_is_used():
+def test_describe_shows_the_outer_default_of_nested_parameters():
     class Quiet(Parameters):
         noise: Noise = Noise(imu=0.0)
 

@@ -78,7 +78,7 @@ ROBOT = RobotParameters(rate_hz=20, noise=Noise(high=5), joints=JOINTS, gains={"
         ({"label": "left"}, {"label": "left"}),
     ],
 )
-def test_what_is_named_changes_and_the_rest_keeps_its_value(changes, expected):
+def test_only_named_parameters_change(changes, expected):
     before = {name: getattr(ROBOT, name) for name in RobotParameters.model_fields}
     after = with_changes(ROBOT, changes)
     assert {name: getattr(after, name) for name in RobotParameters.model_fields} == before | expected
@@ -120,7 +120,7 @@ def test_a_name_that_is_no_text_is_unknown():
 
 
 @given(st.dictionaries(st.sampled_from(["noise.imu", "noise.low", "rate_hz"]), st.floats(0.5, 1), max_size=3))
-def test_changes_made_one_by_one_are_the_changes_made_at_once(changes):
+def test_changes_one_by_one_equal_changes_at_once(changes):
     at_once = with_changes(ROBOT, changes)
     one_by_one = ROBOT
     for name, value in changes.items():

@@ -58,9 +58,7 @@ def test_a_node_is_a_subclass_of_one(tmp_path: Path, text: str, found: object):
         ({"eye/notes.txt": ""}, []),
     ],
 )
-def test_a_package_offers_what_its_init_does_and_else_what_its_files_hold(
-    tmp_path: Path, files: dict[str, str], found: list[str]
-):
+def test_a_package_offers_its_inits_or_files_classes(tmp_path: Path, files: dict[str, str], found: list[str]):
     assert list(outline(written(tmp_path, files), "eye")) == found
 
 

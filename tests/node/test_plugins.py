@@ -266,7 +266,7 @@ class TestNotFound:
 
 
 class TestFailingImport:
-    def test_the_users_line_is_shown_without_frames_of_busflow(self, write: Write, folder: Path):
+    def test_a_plugin_error_shows_no_busflow_frames(self, write: Write, folder: Path):
         write("helper.py", "def check(x):\n    return [].pop(x)\n")
         path = write("camera.py", "from .helper import check\n\nvalue =  check(3)\n" + NODE.format(name="Camera"))
         error = failure("camera", folder)
@@ -278,7 +278,7 @@ class TestFailingImport:
             f"  included from {path}:3:10",
         ]
 
-    def test_an_error_inside_a_library_names_the_users_line(self, write: Write, folder: Path):
+    def test_a_library_error_names_the_plugins_line(self, write: Write, folder: Path):
         path = write("camera.py", "import json\njson.loads('{')\n")
         error = failure("camera", folder)
         assert str(error).startswith(f"{path}:2:1: error: plugin 'camera' cannot be imported: JSONDecodeError")
@@ -293,7 +293,7 @@ class TestFailingImport:
             f"  included from {importer}:1:1",
         ]
 
-    def test_the_syntax_error_of_a_file_in_a_folder_without_init_is_found(self, write: Write, folder: Path):
+    def test_a_syntax_error_without_init_is_located(self, write: Write, folder: Path):
         path = write("arm/driver.py", "class Arm(\n")
         assert str(failure("arm", folder)).startswith(f"{path}:1:")
 
@@ -302,7 +302,7 @@ class TestFailingImport:
         text = str(failure("camera", folder))
         assert text.startswith(f"{path}:3:1: error: plugin 'camera' cannot be imported: Camera.clock")
 
-    def test_a_neighbour_imported_absolutely_is_answered_with_the_relative_import(self, write: Write, folder: Path):
+    def test_an_absolute_neighbour_import_suggests_the_relative_one(self, write: Write, folder: Path):
         write("helper.py", "")
         write("camera.py", "import helper\n")
         assert "write `from .helper import …`" in str(failure("camera", folder))
@@ -320,7 +320,7 @@ class TestFailingImport:
             failure("camera", folder)
         )
 
-    def test_what_is_imported_from_ros_is_answered_with_what_is_here(self, write: Write, folder: Path):
+    def test_a_ros_import_suggests_busflows_own(self, write: Write, folder: Path):
         write("camera.py", "import rclpy\n")
         assert "fix: write `from busflow import Node`; docs/coming-from-rclpy.md" in str(failure("camera", folder))
         write("imu.py", "from sensor_msgs.msg import Imu\n")
@@ -331,7 +331,7 @@ class TestFailingImport:
         write("camera.py", f"{statement}\n")
         assert 'under `if __name__ == "__main__":`' in str(failure("camera", folder))
 
-    def test_a_raised_keyboard_interrupt_is_the_plugins_and_ctrl_c_is_the_users(self, write: Write, folder: Path):
+    def test_a_plugins_keyboard_interrupt_differs_from_ctrl_c(self, write: Write, folder: Path):
         write("raises.py", "raise KeyboardInterrupt\n")
         assert "KeyboardInterrupt" in str(failure("raises", folder))
         write("slow.py", "import signal\nsignal.raise_signal(signal.SIGINT)\n")
@@ -362,7 +362,7 @@ class TestFailingImport:
         write("camera.py", "def f():\n    f()\nf()\n")
         assert len(str(failure("camera", folder)).splitlines()) == 4
 
-    def test_after_a_failure_nothing_is_left_and_the_next_attempt_runs_all_again(self, write: Write, folder: Path):
+    def test_a_failed_import_leaves_no_module_behind(self, write: Write, folder: Path):
         write("__init__.py", "")
         write("helper.py", "STEP = 1\n")
         write(

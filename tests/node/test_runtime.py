@@ -70,7 +70,7 @@ async def test_a_remap_gives_the_name_and_counts_used():
 
 
 @virtual_time
-async def test_qos_is_decided_field_by_field_default_then_code_then_topic_then_node():
+async def test_qos_layers_apply_field_by_field():
     layers = {
         "/in": (QoS(depth=5, overflow="block"), QoS(overflow="drop_newest")),
         "/relay/out": (QoS(depth=6),),
@@ -86,7 +86,7 @@ async def test_qos_is_decided_field_by_field_default_then_code_then_topic_then_n
 
 
 @virtual_time
-async def test_a_topic_s_name_that_cannot_be_is_refused_when_it_is_declared():
+async def test_an_invalid_topic_name_is_refused_when_declared():
     class Wrong(Node):
         numbers = publisher(Number, "two words")
 
@@ -202,7 +202,7 @@ async def test_annotations_select_the_events_of_a_handler():
 
 
 @virtual_time
-async def test_what_an_event_s_handler_publishes_is_delivered_before_the_loop_turns():
+async def test_an_event_handlers_messages_are_delivered_at_once():
     class Telling(Watcher):
         alarms = publisher(Number, "alarms")
 
@@ -262,7 +262,7 @@ class Forgetful(Failing):
 
 @pytest.mark.parametrize("node_class", [Failing, FailingLater, Forgetful])
 @virtual_time
-async def test_an_event_s_handler_that_raises_or_forgets_to_await_is_the_node_s_failure(node_class):
+async def test_a_failing_event_handler_fails_its_node(node_class):
     graph = graph_of(Source, node_class)
     await graph.start()
     graph.node(Source).numbers.publish(Number())
@@ -286,7 +286,7 @@ async def test_stopped_node_gets_no_event():
 
 
 @virtual_time
-async def test_events_of_a_topic_that_is_not_the_node_s_are_a_mistake_with_the_nearest():
+async def test_an_unknown_event_topic_suggests_the_nearest():
     class Misspelt(Node):
         numbers = subscription(Number, "numbers")
 
@@ -313,7 +313,7 @@ async def test_handler_mistake_is_reported_before_the_start():
 
 
 @virtual_time
-async def test_a_failure_says_which_of_a_node_s_parts_raised_and_on_what():
+async def test_a_failure_names_its_origin_and_message():
     class Parts(Node):
         numbers = publisher(Number, "numbers")
 
@@ -407,7 +407,7 @@ async def test_losses_of_one_moment_are_one_event():
 
 
 @virtual_time
-async def test_ends_that_are_closed_are_forgotten_and_their_accounts_become_one():
+async def test_closed_endpoints_share_one_line_of_the_ledger():
     async with graph_of(Source) as graph:
         node = graph.node(Source)
         before = len(runtime_of(node).ends.subscriptions), len(runtime_of(node).ends.publishers)

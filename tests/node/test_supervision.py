@@ -140,7 +140,7 @@ def _no_instances():
 
 
 @virtual_time
-async def test_a_node_that_failed_goes_on_with_the_next_message_in_a_new_instance():
+async def test_a_restarted_node_continues_with_the_next_message():
     graph = graph_of(supervised(Counting, restart="on-failure"))
     async with graph:
         for data in (1, -1, 2):
@@ -175,7 +175,7 @@ async def test_only_the_node_that_failed_is_built_anew():
 
 
 @virtual_time
-async def test_what_it_keeps_for_newcomers_is_there_while_it_restarts_and_after_that():
+async def test_a_latched_message_survives_the_publishers_restart():
     graph = graph_of(supervised(Counting, restart="on-failure"))
     latched = QoS(durability="transient_local", depth=1)
     async with graph:
@@ -257,7 +257,7 @@ class Tuned(Node):
 
 
 @virtual_time
-async def test_it_is_built_from_the_parameters_of_now_and_what_it_has_no_more_leaves():
+async def test_a_restarted_node_uses_its_current_parameters():
     async with graph_of(supervised(Tuned(rate_hz=1), restart="on-failure")) as graph:
         graph.publish("slow", Number())
         graph.set_parameters(Tuned, rate_hz=9)
@@ -272,7 +272,7 @@ async def test_it_is_built_from_the_parameters_of_now_and_what_it_has_no_more_le
 
 
 @virtual_time
-async def test_every_life_has_random_numbers_of_its_own_and_they_are_the_same_in_every_run():
+async def test_random_numbers_differ_by_life_not_by_run():
     async def drawn(seed):
         numbers = []
 
@@ -335,7 +335,7 @@ async def test_a_node_failing_too_often_ends_the_run(where):
 
 
 @virtual_time
-async def test_a_class_that_fails_when_it_is_built_anew_counts_as_a_life_until_the_limit():
+async def test_a_failed_rebuild_counts_towards_the_restart_limit():
     built = []
 
     class Once(Node):
@@ -386,7 +386,7 @@ async def test_life_that_fails_while_connecting_loses_no_count():
 
 
 @virtual_time
-async def test_always_also_restarts_a_node_that_returned_and_gives_it_up_in_the_end():
+async def test_always_restarts_a_returned_node_until_the_limit():
     lives = []
 
     class Short(Node):
@@ -570,7 +570,7 @@ async def test_a_run_ends_when_every_node_has():
 
 
 @virtual_time
-async def test_a_node_that_still_reacts_or_serves_newcomers_has_not_ended():
+async def test_a_node_with_live_endpoints_keeps_running():
     class Reacting(Node):
         async def run(self) -> None: ...
 
@@ -653,7 +653,7 @@ class Talking(Node):
 
 
 @explore(schedules=20)
-async def test_in_any_order_of_failures_every_message_is_accounted_for_and_others_notice_nothing():
+async def test_any_order_of_failures_accounts_for_every_message():
     policy = RestartPolicy("on-failure", most=1000, first_s=0.01, longest_s=0.05)
     lab = harness(supervised(Fragile, restart=policy), supervised(Fragile(name="second"), restart=policy), Talking)
     async with lab:

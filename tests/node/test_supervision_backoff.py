@@ -35,7 +35,7 @@ def test_kubernetes_pauses():
     assert backoff.next_s(lived_s=600, now_s=now_s + 600) == 10
 
 
-def test_the_standard_policy_outlasts_a_device_that_is_away_for_twenty_seconds():
+def test_the_standard_policy_outlasts_twenty_seconds_of_failure():
     backoff, now_s = Backoff(RestartPolicy()), 0.0
     while (pause_s := backoff.next_s(lived_s=0, now_s=now_s)) is not None:
         now_s += pause_s
@@ -43,7 +43,7 @@ def test_the_standard_policy_outlasts_a_device_that_is_away_for_twenty_seconds()
 
 
 @given(st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100)), max_size=60), st.integers(1, 5))
-def test_never_more_than_the_limit_within_a_window_and_never_a_longer_pause_than_allowed(lives, most):
+def test_restarts_stay_within_limit_window_and_longest_pause(lives, most):
     policy = RestartPolicy(most=most, first_s=0.5, longest_s=4, window_s=30)
     backoff, now_s, restarts = Backoff(policy), 0.0, []
     for lived_s, idle_s in lives:

@@ -167,7 +167,7 @@ async def test_reset_after_a_day_is_exact():
 
 
 @virtual_time
-async def test_sensors_that_are_off_stay_off_and_parameters_are_what_they_were():
+async def test_a_reset_keeps_disabled_sensors_and_parameters():
     async with harness(SensorPublisher(rate_hz=0, noise={"imu": 0.7})) as lab:
         await lab.advance(1)
         await lab.call(Trigger, RESET)

@@ -590,7 +590,7 @@ class Holder(Message, package="test"):
     ruled: Sequence[Ruled] = ()
 
 
-def test_a_class_with_rules_of_its_own_keeps_them_against_foreign_bytes():
+def test_decoding_applies_the_rules_of_a_class():
     good = Holder(even=Even(number=4), ruled=[Ruled(share=0.5)])
     data = codec(Holder).encode(good)
     assert codec(Holder).decode(data) == good
@@ -606,7 +606,7 @@ class Derived(Point, package="test"):
     label: str = ""
 
 
-def test_an_instance_of_a_subclass_travels_as_what_the_field_says():
+def test_a_subclass_instance_travels_as_the_fields_class():
     data = codec(Wide).encode(Wide(items=[Derived(x=1.0, label="far")]))
     assert codec(Wide).decode(data) == Wide(items=[Point(x=1.0)])
 

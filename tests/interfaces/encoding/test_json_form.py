@@ -99,7 +99,7 @@ def test_the_hash_ignores_the_names_of_definitions():
     assert json_form.type_hash(renamed) == json_form.type_hash(schema)
 
 
-def test_a_field_may_have_the_name_of_a_word_of_the_schema():
+def test_a_field_may_have_a_schema_keywords_name():
     class Book(Message, package="test"):
         title: str | None = None
         description: str | None = None
@@ -131,7 +131,7 @@ class Find(ServiceType, package="test"):
         where: Point | None = None
 
 
-def test_a_service_with_such_a_part_has_a_hash_of_both():
+def test_a_json_services_hash_covers_request_and_response():
     class Seek(ServiceType, package="test"):
         class Request(Message):
             label: str = ""

@@ -22,7 +22,7 @@ def test_contents_are_known_without_reading_all(numbers):
         assert bag.damage is None
 
 
-def test_messages_come_in_their_order_as_plain_data_or_as_messages(numbers):
+def test_entries_come_in_order_and_decode_both_ways(numbers):
     with Bag(numbers) as bag:
         entries = list(bag.entries())
     assert [entry.sequence for entry in entries] == list(range(1, 1001))
@@ -37,7 +37,7 @@ def test_topics_and_a_stretch_of_time_are_picked(numbers):
         assert list(bag.entries(["/other"])) == []
 
 
-def test_what_is_cut_off_is_served_up_to_there(numbers):
+def test_a_truncated_file_serves_what_is_whole(numbers):
     whole = numbers.read_bytes()
     numbers.write_bytes(whole[: len(whole) // 2])
     with Bag(numbers) as bag:
@@ -60,7 +60,7 @@ def test_what_is_cut_off_is_served_up_to_there(numbers):
         (b"\x89MCA", "the file ends within its first eight bytes"),
     ],
 )
-def test_what_is_no_recording_is_refused_in_a_line(tmp_path, content, said):
+def test_a_foreign_file_is_refused_in_one_line(tmp_path, content, said):
     path = tmp_path / "odd.mcap"
     path.write_bytes(content)
     with pytest.raises(BagError) as error:

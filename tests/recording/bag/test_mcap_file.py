@@ -127,7 +127,7 @@ def test_flipped_bits_are_noticed_or_change_nothing(tmp_path_factory, whole, dat
 
 
 @given(data=st.data())
-def test_bytes_that_are_put_anywhere_are_noticed_or_change_nothing(tmp_path_factory, whole, data):
+def test_inserted_bytes_are_noticed_or_harmless(tmp_path_factory, whole, data):
     content, truth = whole
     at = data.draw(st.integers(8, len(content)))
     inserted = data.draw(st.binary(min_size=1, max_size=40))
@@ -145,7 +145,7 @@ def packed_zeros(compression):
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 @pytest.mark.parametrize("size", [None, 10, 100 << 20, (1 << 64) - 1], ids=["true", "small", "large", "absurd"])
-def test_a_chunk_that_grows_beyond_bounds_is_refused_before_it_is_unpacked(tmp_path, compression, size):
+def test_an_oversized_chunk_is_refused_before_unpacking(tmp_path, compression, size):
     packed, length, crc = packed_zeros(compression)
     path = file_of(tmp_path / "bomb.mcap", Chunk(compression, packed, 0, 0, crc, length if size is None else size))
     found, damage = in_little_memory(path)
@@ -157,7 +157,7 @@ def test_a_chunk_that_grows_beyond_bounds_is_refused_before_it_is_unpacked(tmp_p
 
 @pytest.mark.parametrize("length", [1 << 30, (1 << 63) - 1, (1 << 64) - 1])
 @pytest.mark.parametrize("opcode", [3, 4, 5, 6, 9, 12, 200])
-def test_a_length_beyond_the_file_is_an_error_at_once(tmp_path, opcode, length):
+def test_a_record_longer_than_the_file_is_damage(tmp_path, opcode, length):
     path = file_of(tmp_path / "long.mcap", end=FRAME.pack(opcode, length) + b"x" * 100)
     found, damage = served(path)
     assert (found, damage.offset) == ([], path.read_bytes().rindex(FRAME.pack(opcode, length)))
@@ -184,7 +184,7 @@ def test_a_length_beyond_the_file_is_an_error_at_once(tmp_path, opcode, length):
         (FRAME.pack(5, 3) + b"abc", "", 12, 0, "a message is cut off"),
     ],
 )
-def test_a_chunk_that_lies_is_refused_in_a_line(tmp_path, packed, compression, size, crc, said):
+def test_a_chunk_with_false_claims_is_refused(tmp_path, packed, compression, size, crc, said):
     path = file_of(tmp_path / "lie.mcap", Chunk(compression, packed, 0, 0, crc, size))
     found, damage = served(path)
     assert found == []
@@ -192,7 +192,7 @@ def test_a_chunk_that_lies_is_refused_in_a_line(tmp_path, packed, compression, s
     assert "\x1b" not in str(BagError(damage.what))
 
 
-def test_a_channel_that_changes_or_lacks_its_schema_is_damage(tmp_path):
+def test_a_redeclared_channel_or_missing_schema_is_damage(tmp_path):
     first = Channel(1, "/a", "cdr", {}, 0)
     other = Channel(1, "/b", "cdr", {}, 0)
     found, damage = served(file_of(tmp_path / "a.mcap", first, message(1), other, message(2)))
@@ -203,7 +203,7 @@ def test_a_channel_that_changes_or_lacks_its_schema_is_damage(tmp_path):
     assert damage.what == "schema 1 is declared a second time, otherwise"
 
 
-def test_metadata_that_announces_more_than_it_has_is_damage(tmp_path):
+def test_metadata_with_a_false_length_is_damage(tmp_path):
     builder = RecordBuilder()
     Metadata("busflow", {"seed": "1"}).write(builder)
     record = bytearray(builder.end())
@@ -212,7 +212,7 @@ def test_metadata_that_announces_more_than_it_has_is_damage(tmp_path):
     assert damage.what.startswith("a metadata is damaged: it announces 4 bytes where 0 are left")
 
 
-def test_a_summary_that_is_huge_or_elsewhere_is_not_relied_on(tmp_path):
+def test_a_false_summary_offset_is_ignored(tmp_path):
     for start in (1, 1 << 40, (1 << 64) - 1):
         builder = RecordBuilder()
         Footer(start, 0, 0).write(builder)
@@ -269,7 +269,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     assert "null" in refused("a\0b")
 
 
-def test_a_file_that_shrinks_while_it_is_read_is_damage(tmp_path):
+def test_a_file_truncated_during_reading_is_damage(tmp_path):
     path = write_numbers(tmp_path / "shrink.mcap", 60_000, compression=CompressionType.NONE)
     with Bag(path) as bag:
         entries = bag.entries()

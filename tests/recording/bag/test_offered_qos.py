@@ -29,7 +29,7 @@ NUMBERS = profile(history=1, reliability=2, durability=2, liveliness=1, deadline
 
 
 @pytest.mark.parametrize("text", [profile(), NUMBERS], ids=["words", "numbers"])
-def test_a_profile_is_read_in_words_and_in_numbers(text):
+def test_qos_profiles_are_read_in_words_or_numbers(text):
     assert offered(text) == QoS(depth=5, reliability="best_effort")
 
 

@@ -81,14 +81,14 @@ def test_every_message_is_read_as_rosbags_reads_it(path: Path):
 
 
 @pytest.mark.parametrize(("folder", "topic", "type_hash"), list(hashes()))
-def test_a_definition_has_the_hash_that_ros2_gave_it(folder: Path, topic: str, type_hash: str):
+def test_a_recorded_definition_hashes_as_in_ros2(folder: Path, topic: str, type_hash: str):
     (path,) = folder.glob("*.mcap")
     with Bag(path) as bag:
         (channel,) = [each for each in bag.channels if each.topic == topic]
         assert channel.type.type_hash == type_hash
 
 
-def test_a_services_events_are_read_from_the_services_definition():
+def test_service_events_are_read_from_the_services_definition():
     with Bag(BAGS / "add_two_ints/topics_and_services.mcap") as bag:
         events = [each.channel.plain(each.payload) for each in bag.entries(["/add_two_ints/_service_event"])]
     asked = [(each["info"]["sequence_number"], *each["request"], *each["response"]) for each in events]

@@ -84,7 +84,7 @@ def write_bag(path, storage=StoragePlugin.MCAP, version=9, compression=None):
 
 @VERSIONS
 @STORAGES
-def test_a_bag_that_rosbags_writes_is_read_as_plain_data_and_as_messages(tmp_path, storage, version):
+def test_a_bag_written_by_rosbags_is_read(tmp_path, storage, version):
     with Bag(write_bag(tmp_path / "bag", storage, version)) as bag:
         assert bag.complete, bag.incomplete
         assert (bag.start_ns, bag.end_ns, bag.messages) == (1_000, 1_002, 3)
@@ -103,7 +103,7 @@ def test_a_bag_that_rosbags_writes_is_read_as_plain_data_and_as_messages(tmp_pat
     assert talk.channel.plain(talk.payload) == {"data": "Grüße"}
 
 
-def test_every_type_of_ros_is_parsed_and_hashed_as_ros_does():
+def test_every_ros_type_hashes_as_in_ros():
     wrong = [name for name in sorted(STORE.types) if "/msg/" in name and not agrees(name)]
     # rosbags hashes a char as it is in IDL, which is not how ROS 2 hashes it.
     assert [name for name in wrong if "char" not in STORE.generate_msgdef(name, ros_version=2)[0]] == []
@@ -154,7 +154,7 @@ def as_plain(value):
 
 
 @pytest.mark.parametrize("schema", [2, 3])
-def test_an_older_database_has_no_definitions_and_is_read_by_the_types_that_busflow_brings(tmp_path, schema):
+def test_an_old_database_is_read_with_busflows_types(tmp_path, schema):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
     with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         database.execute("DROP TABLE message_definitions")
@@ -164,7 +164,7 @@ def test_an_older_database_has_no_definitions_and_is_read_by_the_types_that_busf
         assert [each.channel.plain(each.payload)["data"] for each in opened.entries(["/talk"])] == ["Grüße"]
 
 
-def test_a_bag_whose_recorder_was_killed_has_no_metadata_and_is_read(tmp_path):
+def test_a_bag_without_metadata_is_read(tmp_path):
     bag = write_bag(tmp_path / "bag")
     (bag / "metadata.yaml").unlink()
     with Bag(bag) as opened:
@@ -201,7 +201,7 @@ def test_a_link_that_leads_elsewhere_is_refused(tmp_path):
         ("x" * (1 << 20) + "y", "larger than 1024 KiB"),
     ],
 )
-def test_metadata_that_makes_no_bag_is_refused_in_a_line(tmp_path, text, said):
+def test_invalid_metadata_is_refused_in_one_line(tmp_path, text, said):
     (tmp_path / "metadata.yaml").write_text(text)
     with pytest.raises(BagError) as error:
         Bag(tmp_path)
@@ -221,7 +221,7 @@ def test_a_database_that_is_none_is_refused(tmp_path):
         Bag(bag)
 
 
-def test_a_database_that_is_cut_off_is_no_crash(tmp_path):
+def test_a_truncated_database_is_damage_or_refused(tmp_path):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
     file = next(bag.glob("*.db3"))
     whole = file.read_bytes()
@@ -245,7 +245,7 @@ def test_a_database_that_is_cut_off_is_no_crash(tmp_path):
         ("UPDATE messages SET timestamp = 5.5 WHERE id = 2", r"message 1 is bytes at 5\.5", 0),
     ],
 )
-def test_a_value_of_another_type_than_its_column_is_damage(tmp_path, change, what, before):
+def test_a_value_of_another_type_is_damage(tmp_path, change, what, before):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
     with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         rows = database.execute("SELECT * FROM messages").fetchall()
@@ -258,7 +258,7 @@ def test_a_value_of_another_type_than_its_column_is_damage(tmp_path, change, wha
         assert re.search(what, opened.damage.what)
 
 
-def test_a_database_is_read_by_the_times_of_its_messages_which_have_no_numbers(tmp_path):
+def test_a_database_is_read_in_order_of_time(tmp_path):
     bag = write_bag(tmp_path / "bag", StoragePlugin.SQLITE3)
     with closing(sqlite3.connect(next(bag.glob("*.db3")), isolation_level=None)) as database:
         database.execute("UPDATE messages SET timestamp = 999 WHERE id = 3")
@@ -306,7 +306,7 @@ def test_topic_with_contradicting_metadata_is_reported_missing(tmp_path):
 
 
 @pytest.mark.parametrize("compression", [None, CompressionMode.FILE])
-def test_without_rosbags_what_it_reads_is_refused_with_what_to_install(tmp_path, monkeypatch, compression):
+def test_without_rosbags_the_error_says_what_to_install(tmp_path, monkeypatch, compression):
     storage = StoragePlugin.MCAP if compression else StoragePlugin.SQLITE3
     bag = write_bag(tmp_path / "bag", storage, compression=compression)
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)

@@ -60,7 +60,7 @@ def test_every_record_is_read(base):
             assert found == expected(case), case["id"]
 
 
-def test_a_bag_serves_their_messages_and_finds_nothing_wrong():
+def test_a_bag_reads_every_conformance_file_whole():
     for case in FILES:
         messages = [dict(each["fields"]) for each in case["records"] if each["type"] == "Message"]
         topics = {dict(each["fields"])["topic"] for each in case["records"] if each["type"] == "Channel"}

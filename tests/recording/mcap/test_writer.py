@@ -79,7 +79,7 @@ def test_what_is_compressed_is_what_was_written(compression, large):
     assert {each.compression for each in chunks} == {"" if compression is Compression.NONE else compression.value}
 
 
-def test_a_message_in_parts_is_the_same_as_one_that_is_joined():
+def test_a_message_in_parts_is_written_as_joined():
     def in_parts(payload):
         return [payload[:7], memoryview(payload)[7:50], payload[50:]]
 
@@ -90,7 +90,7 @@ def test_a_message_in_parts_is_the_same_as_one_that_is_joined():
     assert ours(split) == ours(messages)
 
 
-def test_what_was_cut_can_be_read_before_the_file_is_finished(tmp_path):
+def test_a_finished_chunk_is_readable_before_the_end(tmp_path):
     path = tmp_path / "run.mcap"
     with path.open("wb", buffering=0) as file:
         writer = McapWriter(file, library="test")
@@ -106,7 +106,7 @@ def test_what_was_cut_can_be_read_before_the_file_is_finished(tmp_path):
             assert [entry.payload for entry in bag.entries()] == [b"first"]
 
 
-def test_a_disk_that_takes_little_at_a_time_gets_it_all():
+def test_partial_writes_are_continued_to_the_end():
     class Slow(io.BytesIO):
         def write(self, data):
             return super().write(data[:100])

@@ -72,7 +72,7 @@ def test_it_begins_anew_until_it_is_stopped(record):
     assert len(heard) == 13
 
 
-def test_a_recording_without_messages_does_not_go_round_in_circles(record):
+def test_an_empty_recording_does_not_loop(record):
     heard, lab = played(record([]), loop=True)
     assert heard == []
     assert lab.log[-1].event == "played to the end"
@@ -93,7 +93,7 @@ def test_topics_are_chosen_and_renamed(record):
     main()
 
 
-def test_a_topic_that_is_not_there_is_an_error_before_anything_runs(record):
+def test_an_unknown_topic_fails_before_the_start(record):
     with pytest.raises(LaunchError, match="there is nothing on nmber; did you mean '/number'"):
         played(record(NUMBERS), topics=["nmber"])
 
@@ -106,7 +106,7 @@ def test_hidden_topics_are_played_only_when_named(record):
     assert "/_ticks" in lab.graph.bus.topics
 
 
-def test_it_is_paused_and_resumed_by_parameter_and_by_service(record):
+def test_parameter_and_service_pause_and_resume_the_player(record):
     @virtual_time
     async def main():
         async with harness(Player(file=record(NUMBERS), paused=True), Listener) as lab:
@@ -164,7 +164,7 @@ def test_types_without_a_class_pass_as_they_are(tmp_path):
     main()
 
 
-def test_a_class_of_the_users_is_found_when_it_has_the_recorded_type(record):
+def test_the_users_class_decodes_the_recorded_type(record):
     from busflow import Message
     from busflow.interfaces.message import float64
 
@@ -188,7 +188,7 @@ def test_a_class_of_the_users_is_found_when_it_has_the_recorded_type(record):
     assert main() == [2.5]
 
 
-def test_classes_are_looked_through_once_however_many_topics_there_are(record, monkeypatch):
+def test_message_classes_are_searched_once_for_all_topics(record, monkeypatch):
     looked = []
     below = message_classes._below
     monkeypatch.setattr(message_classes, "_below", lambda cls: looked.append(cls) or below(cls))
@@ -211,7 +211,7 @@ def test_unreadable_messages_are_reported_once_and_skipped(tmp_path):
     assert [line.event for line in lab.log if line.level == "warning"] == ["a message cannot be read and is left out"]
 
 
-def test_a_damaged_recording_plays_up_to_the_damage_and_says_so(record):
+def test_a_damaged_recording_plays_up_to_the_damage(record):
     path = record([("/number", Int64(data=n), n * MS) for n in range(5000)])
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     heard, lab = played(path)
@@ -223,7 +223,7 @@ def test_a_damaged_recording_plays_up_to_the_damage_and_says_so(record):
     assert lab.node(Player).incomplete
 
 
-def test_a_burst_of_messages_at_one_instant_is_not_lost(record):
+def test_a_burst_at_one_instant_is_delivered_whole(record):
     heard, lab = played(record([("/number", Int64(data=n), 0) for n in range(500)]))
     assert len(heard) == 500
     assert lab.ledger.dropped == 0
@@ -245,7 +245,7 @@ def test_it_is_a_plugin_of_a_launch_file(tmp_path, record):
     assert main() == [1.5]
 
 
-def test_a_run_that_follows_the_clock_cannot_play_it(record):
+def test_a_run_that_follows_the_clock_cannot_play(record):
     path = record(NUMBERS)
 
     @virtual_time(follows=True)
@@ -268,7 +268,7 @@ def test_a_bag_that_ros_2_recorded_is_played():
     main()
 
 
-def test_every_message_that_ros_2_recorded_is_played_as_it_was(tmp_path):
+def test_messages_recorded_by_ros_2_are_played_unchanged(tmp_path):
     cases = json.loads(Path("tests/cases/g_cdr_recorded.json").read_text(encoding="utf-8"))["cases"]
     path = tmp_path / "ros2.mcap"
     with path.open("wb") as stream:

@@ -85,7 +85,7 @@ def test_each_case_runs_or_gives_a_reason():
 # The clock.
 
 
-def test_it_goes_with_the_wall_from_where_it_starts(wall):
+def test_the_clock_advances_with_the_wall_clock(wall):
     """clock/start-nonzero"""
     clock = PlaybackClock(wall, 1234567890)
     wall.ns += 5 * S
@@ -104,7 +104,7 @@ def test_it_is_exact_where_doubles_are_not(wall):
 
 
 @pytest.mark.parametrize("rate", [-5, 0, float("inf"), float("nan")])
-def test_a_rate_at_which_no_time_passes_is_refused(wall, rate):
+def test_a_rate_of_zero_or_below_is_refused(wall, rate):
     """clock/rate--5 clock/rate-0"""
     clock = PlaybackClock(wall, rate=2)
     assert not clock.set_rate(rate)
@@ -139,7 +139,7 @@ async def test_a_pause_wakes_the_sleeper():
 
 
 @virtual_time
-async def test_a_sleep_is_as_long_as_the_rate_says():
+async def test_a_sleep_is_scaled_by_the_rate():
     clock = PlaybackClock(SimClock(), rate=4)
     assert await clock.sleep_until(10 * S)
     assert asyncio.get_running_loop().time() == 2.5
@@ -260,7 +260,7 @@ def stepping(play):
     return run
 
 
-def test_a_seek_before_the_start_is_one_to_the_start(stepping):
+def test_a_seek_before_the_start_is_clamped(stepping):
     """play/seek-back-before-start"""
 
     async def test(playing):
@@ -296,7 +296,7 @@ def test_a_seek_forward(stepping):
     assert stepping(test) == [1, 3, 4, 5]
 
 
-def test_a_seek_past_the_end_is_not_the_end_of_it(stepping):
+def test_a_seek_past_the_end_keeps_playing(stepping):
     """play/seek-past-end"""
 
     async def test(playing):
@@ -365,7 +365,7 @@ def test_after_a_burst_it_goes_on_in_time(play):
     assert main() == ([1, 2, 3, 4, 5], [1000, 1000, 1010, 1020, 1030])
 
 
-def test_what_is_filtered_does_not_count_in_a_burst(play):
+def test_filtered_messages_do_not_count_in_a_burst(play):
     """play/burst_only_filtered_topics"""
 
     @virtual_time
@@ -387,7 +387,7 @@ def test_only_what_is_paused_is_stepped(play):
     assert main() == (False, 0)
 
 
-def test_order_is_that_of_the_recording_also_where_its_clock_was_set_back(play):
+def test_a_clock_set_back_keeps_the_recorded_order(play):
     @virtual_time
     async def main():
         playing, got = play([100, 300, 200, 400])
@@ -425,7 +425,7 @@ def held(record):
     return Held(record([("/a", Int64(data=n), n * MS) for n in range(5000)]))
 
 
-def test_a_chunk_that_takes_long_does_not_hold_up_the_loop(held):
+def test_a_slow_chunk_does_not_block_the_loop(held):
     async def main():
         tape = OrderedMessages(held, held.channels, threaded=True)
         looking = asyncio.create_task(tape.look())
@@ -460,7 +460,7 @@ def test_no_more_is_read_ahead_than_is_said(held):
     assert held.open == 0
 
 
-def test_what_was_read_before_a_seek_is_not_played_after_it(held):
+def test_messages_read_before_a_seek_are_discarded(held):
     async def main():
         tape = OrderedMessages(held, held.channels, threaded=True)
         looking = asyncio.create_task(tape.look())

@@ -34,7 +34,7 @@ def test_a_file_without_a_name_is_none(name):
         Destination(Path(name))
 
 
-def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path):
+def test_an_unwritable_folder_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RecordingRefused, match="Not a directory"):
         Destination(tmp_path / "file/run.mcap")
@@ -47,7 +47,7 @@ def test_a_recording_is_called_mcap(tmp_path, name):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_run_and_the_time_can_be_part_of_a_name():
+def test_a_file_name_may_hold_run_and_time():
     name = named("runs/{name}-{start}.mcap", run="lab1").as_posix()
     assert re.fullmatch(r"runs/lab1-\d{8}T\d{6}Z\.mcap", name)
     assert named("{name}.mcap", run="../../etc").as_posix() == ".._.._etc.mcap"
@@ -59,7 +59,7 @@ def test_a_placeholder_that_stands_for_nothing_is_refused():
 
 
 @pytest.mark.parametrize("loss", ["deleted", "moved", "replaced", "folder"])
-def test_what_could_not_be_found_afterwards_is_not_written(tmp_path, loss):
+def test_a_write_into_a_deleted_file_is_refused(tmp_path, loss):
     folder = tmp_path / "runs"
     folder.mkdir()
     path = folder / "run.mcap"
@@ -81,7 +81,7 @@ def test_what_could_not_be_found_afterwards_is_not_written(tmp_path, loss):
     destination.close()
 
 
-def test_what_was_written_in_part_can_be_cut_off(tmp_path):
+def test_a_partly_written_end_can_be_cut_off(tmp_path):
     destination = Destination(tmp_path / "run.mcap")
     destination.write(memoryview(b"whole half"))
     destination.cut_off(5)

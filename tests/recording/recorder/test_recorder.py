@@ -58,7 +58,7 @@ def messages(path):
 
 
 @virtual_time
-async def test_every_message_is_recorded_under_a_number_and_the_run_s_time(tmp_path):
+async def test_every_message_is_recorded_with_number_and_time(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(LAB, record=path) as lab:
         await lab.advance(1.0)
@@ -87,14 +87,14 @@ def traced(seed, record):
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2, 3])
-def test_a_run_does_not_notice_that_it_is_recorded(tmp_path, seed):
+def test_recording_does_not_change_the_run(tmp_path, seed):
     path = tmp_path / "run.mcap"
     assert traced(seed, path) == traced(seed, False)
     assert len(messages(path)) > 150
 
 
 @virtual_time
-async def test_each_tick_of_a_timer_is_recorded_before_what_it_makes_of_it(tmp_path):
+async def test_a_tick_is_recorded_before_its_messages(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(LAB, record=path) as lab:
         await lab.advance(0.5)
@@ -176,7 +176,7 @@ class Counter(Node):
 
 
 @virtual_time
-async def test_a_change_of_parameters_has_its_place_between_the_messages(tmp_path):
+async def test_parameter_changes_are_recorded_in_order_with_messages(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(0.25)
@@ -195,7 +195,7 @@ async def test_a_change_of_parameters_has_its_place_between_the_messages(tmp_pat
 
 
 @virtual_time
-async def test_a_node_that_publishes_its_parameters_too_is_not_recorded_twice(tmp_path):
+async def test_parameter_events_with_a_subscriber_are_recorded_once(tmp_path):
     class Listener(Node):
         events = subscription(ParameterEvent, "/parameter_events", qos=PARAMETER_EVENTS)
 
@@ -247,7 +247,7 @@ async def test_what_ros_cannot_describe_is_recorded_as_json(tmp_path):
 
 
 @virtual_time
-async def test_topics_without_a_message_are_in_it_and_hidden_ones_are_not(tmp_path):
+async def test_silent_topics_are_recorded_and_hidden_ones_omitted(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Counter, record=path) as lab:
         await lab.advance(0.2)
@@ -271,7 +271,7 @@ async def test_topics_without_a_message_are_in_it_and_hidden_ones_are_not(tmp_pa
         ({"topics": ["/*"], "exclude": ["/o*", "/never"]}, {"/count", "/latched", "/rosout"}),
     ],
 )
-def test_only_what_is_asked_for_is_recorded_and_the_parameters_always(tmp_path, keys, expected):
+def test_selected_topics_and_all_parameters_are_recorded(tmp_path, keys, expected):
     path = tmp_path / "run.mcap"
 
     @virtual_time
@@ -322,7 +322,7 @@ class Twister(Node):
 
 
 @virtual_time
-async def test_what_cannot_be_written_is_a_gap_a_warning_and_no_fault_of_the_node(tmp_path):
+async def test_an_unwritable_message_is_a_gap_with_warning(tmp_path):
     path = tmp_path / "run.mcap"
     async with harness(Twister, record=path) as lab:
         await lab.advance(1.0)
@@ -350,7 +350,7 @@ async def test_where_nothing_may_be_missing_the_run_ends(tmp_path):
 
 
 @virtual_time
-async def test_a_file_that_is_there_keeps_the_run_from_starting(tmp_path):
+async def test_an_existing_file_is_never_overwritten(tmp_path):
     path = tmp_path / "run.mcap"
     path.write_bytes(b"precious")
     with pytest.raises(RecordingRefused):
@@ -379,7 +379,7 @@ async def test_restarted_node_records_parameters_only_once(tmp_path):
 
 
 @real_time
-async def test_a_run_on_the_system_s_time_is_recorded_by_a_thread(tmp_path):
+async def test_a_run_in_real_time_is_recorded_whole(tmp_path):
     path = tmp_path / "run.mcap"
     async with busflow.launch(Counter, record=path) as graph:
         async for message in graph.subscribe(Count, "count"):
@@ -515,7 +515,7 @@ def named_status(**fields):
 
 
 @virtual_time
-async def test_two_types_of_one_name_are_recorded_as_two(tmp_path):
+async def test_two_types_of_one_name_stay_apart(tmp_path):
     arm_status, leg_status = named_status(joints=6), named_status(joints=12, load=80)
 
     class Limbs(Node):

@@ -99,7 +99,7 @@ def test_waiting_messages_are_written_within_half_a_second(disk):
 
 
 @pytest.mark.parametrize("threaded", [True, False])
-def test_a_full_disk_ends_the_writing_and_leaves_what_is_whole(disk, threaded):
+def test_a_full_disk_leaves_a_readable_file(disk, threaded):
     heard = []
     spool = spool_on(disk, threaded=threaded, on_failure=heard.append)
     for n in range(1, 200):
@@ -122,7 +122,7 @@ def test_a_full_disk_ends_the_writing_and_leaves_what_is_whole(disk, threaded):
     assert found[:100] == list(range(1, 101))
 
 
-def test_chunks_are_cut_by_the_time_of_the_messages_where_there_is_no_thread(disk):
+def test_without_a_thread_message_times_end_the_chunks(disk):
     spool = spool_on(disk, threaded=False)
     written = []
     for n in range(1, 30):
@@ -132,7 +132,7 @@ def test_chunks_are_cut_by_the_time_of_the_messages_where_there_is_no_thread(dis
     finish(spool)
 
 
-def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is_given(disk, monkeypatch):
+def test_close_waits_for_a_stalled_disk_until_timeout(disk, monkeypatch):
     monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", 0.05)
     spool = spool_on(disk)
     disk.free.clear()
@@ -143,14 +143,14 @@ def test_a_disk_that_stands_still_in_the_end_is_waited_for_as_long_as_the_run_is
     assert spool.close()
 
 
-def test_a_recorded_run_may_take_that_long_to_end(tmp_path):
+def test_a_recorded_runs_end_allows_the_spools_timeout(tmp_path):
     graph = Graph([Player(file=tmp_path / "none.mcap")])
     record_graph(graph, str(tmp_path / "run.mcap"))
     assert graph.end_s == spool_module.CLOSE_TIMEOUT_S
 
 
 @pytest.mark.parametrize("threaded", [True, False])
-def test_in_the_end_a_recording_of_real_time_is_safe_from_the_loss_of_power(disk, threaded):
+def test_close_syncs_a_real_time_recording_to_disk(disk, threaded):
     spool = spool_on(disk, threaded=threaded)
     spool.put(1, 1, 1, b"x")
     assert finish(spool)

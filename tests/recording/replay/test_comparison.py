@@ -45,7 +45,7 @@ def test_silent_topic_lists_first_and_counts_all():
     assert told(check) == [("missing", "/silent", n + 1, n / 1000) for n in range(10)]
 
 
-def test_what_is_let_go_of_one_topic_is_not_missed_on_another():
+def test_a_silent_topic_does_not_crowd_out_others():
     check = check_of("/silent", "/spoken")
     for number in range(200):
         check.recorded("/silent", of(number))
@@ -57,7 +57,7 @@ def test_what_is_let_go_of_one_topic_is_not_missed_on_another():
     assert check.count == 200
 
 
-def test_what_comes_so_late_that_nothing_is_there_to_compare_it_with_is_a_difference():
+def test_a_message_too_late_to_compare_is_different():
     check = check_of("/late")
     for number in range(30):
         check.recorded("/late", of(number))
@@ -70,7 +70,7 @@ def test_what_comes_so_late_that_nothing_is_there_to_compare_it_with_is_a_differ
     assert check.differences[0].number == 11
 
 
-def test_what_the_replay_alone_publishes_is_counted_up_to_the_end_of_the_recorded_run():
+def test_extra_messages_count_until_the_recorded_end():
     check = check_of("/extra", forgiven_from_ns=60 * MS)
     for number in range(100):
         check.replayed("/extra", of(number, at_ms=number))

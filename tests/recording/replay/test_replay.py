@@ -65,7 +65,7 @@ def test_random_numbers_are_the_same(lab_bag):
     replay(lab_bag, LAB, nodes="/sensor_publisher").assert_same()
 
 
-def test_a_replay_of_all_is_the_recording_to_the_last_byte(lab_bag, tmp_path):
+def test_a_replay_of_all_repeats_the_recordings_bytes(lab_bag, tmp_path):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     for path in (first, second):
         replay(lab_bag, LAB, record=path).assert_same()
@@ -127,7 +127,7 @@ def test_a_tolerance_forgives_what_is_small(lab_bag):
     assert not replay(lab_bag, nudged(1e-5), tolerance=1e-6).same
 
 
-def test_what_is_published_twice_late_or_not_at_all_is_found(lab_bag):
+def test_doubled_late_and_missing_messages_are_differences(lab_bag):
     class Twice(SensorProcessor):
         def on_imu(self, imu: Imu) -> None:
             super().on_imu(imu)
@@ -163,7 +163,7 @@ def test_a_node_that_fails_is_a_difference(lab_bag):
     assert outcome.compared["/balance_state"] == 5
 
 
-def test_the_humanoid_is_the_same_node_by_node_and_as_a_whole(tmp_path):
+def test_the_humanoid_replays_whole_and_node_by_node(tmp_path):
     path = recorded(tmp_path / "humanoid.mcap", HUMANOID, seconds=1.0, seed=3)
     outcome = replay(path, HUMANOID)
     outcome.assert_same()
@@ -172,7 +172,7 @@ def test_the_humanoid_is_the_same_node_by_node_and_as_a_whole(tmp_path):
         replay(path, HUMANOID, nodes=[node]).assert_same()
 
 
-def test_a_recording_of_real_time_is_the_same_too(tmp_path):
+def test_a_real_time_recording_replays_the_same(tmp_path):
     path = tmp_path / "real.mcap"
 
     async def main():
@@ -223,14 +223,14 @@ class Beat(Pulse):
 
 
 @pytest.mark.parametrize("order", [(Beat, Counter), (Counter, Beat)], ids=["input first", "tick first"])
-def test_a_tick_and_an_input_of_one_instant_come_in_the_recorded_order(tmp_path, order):
+def test_a_tick_and_simultaneous_input_keep_recorded_order(tmp_path, order):
     path = recorded(tmp_path / "run.mcap", *order)
     outcome = replay(path, Counter)
     outcome.assert_same()
     assert outcome.outputs["/counts"][0].data == (1 if order[0] is Beat else 0)
 
 
-def test_a_timer_of_another_period_ticks_as_it_would_now(tmp_path):
+def test_a_timer_with_a_new_period_keeps_it(tmp_path):
     path = recorded(tmp_path / "run.mcap", Pulse, Counter)
 
     class Faster(Counter):
@@ -258,7 +258,7 @@ class Gain(Node):
         self.out.publish(Float64(data=self.parameters.gain * pulse.data + self.parameters.limits.get("low", 0)))
 
 
-def test_parameters_are_those_of_then_and_change_when_they_did(tmp_path):
+def test_recorded_parameters_and_their_changes_apply_in_time(tmp_path):
     async def act(lab):
         await lab.advance(0.3)
         lab.set_parameters(Gain, gain=5.0)
@@ -271,13 +271,13 @@ def test_parameters_are_those_of_then_and_change_when_they_did(tmp_path):
     assert [each.data for each in outcome.outputs["/out"]] == [2.0] * 6 + [5.0] * 4 + [5.5] * 4
 
 
-def test_what_a_file_says_and_a_replay_does_not_heed_is_noted(lab_bag):
+def test_ignored_values_of_the_launch_file_are_noted(lab_bag):
     told = replay(lab_bag, LAB, nodes=["sensor_publisher"], args={"rate_hz": 50.0})
     assert told.notes == [f"/sensor_publisher has rate_hz = 10.0, as recorded, and not 50.0 ({LAB}:29:16, from caller)"]
     assert replay(lab_bag, LAB).notes == []
 
 
-def test_a_change_that_is_refused_now_is_a_difference_and_a_parameter_that_is_gone_is_noted(tmp_path):
+def test_a_refused_parameter_change_is_a_difference(tmp_path):
     async def act(lab):
         lab.set_parameters(Gain, gain=50.0)
 
@@ -332,7 +332,7 @@ def calls(tmp_path):
     return recorded(tmp_path / "calls.mcap", Switch, Lamp, act=act)
 
 
-def test_requests_are_made_anew_and_answers_come_from_the_recording(calls):
+def test_requests_are_repeated_and_answered_from_the_recording(calls):
     outcome = replay(calls, Switch)
     outcome.assert_same()
     assert outcome.compared == {"/lamp/set (requests)": 3, "/states": 3, "/switch/toggle": 3}
@@ -373,7 +373,7 @@ def test_a_node_that_no_file_has(lab_bag):
         replay(lab_bag, LAB, nodes=["sensor_procesor"])
 
 
-def test_where_there_is_nothing_to_compare_that_is_said(lab_bag):
+def test_a_replay_with_nothing_to_compare_is_refused(lab_bag):
     class Other(Node):
         out = publisher(Float64, "other")
         balance = subscription(Float64, "balance_state")
@@ -418,7 +418,7 @@ def test_inputs_missing_in_the_recording_are_noted(lab_bag):
     assert outcome.notes == ["/odometry is not in the recording: /sensor_processor received nothing there"]
 
 
-def test_a_topic_on_which_others_publish_too_is_not_compared(tmp_path):
+def test_a_topic_with_other_publishers_is_not_compared(tmp_path):
     file = tmp_path / "two.yaml"
     file.write_text(
         f"name: two\nplugins: [{Path('plugins').absolute()}]\nnodes:\n"
@@ -467,7 +467,7 @@ class Parrot(Node):
         self.said.publish(String(data=f"{text.data} at {self.clock.now().nanoseconds}"))
 
 
-def test_messages_that_ros_2_recorded_are_replayed_into_nodes(tmp_path):
+def test_messages_recorded_by_ros_2_are_replayed(tmp_path):
     cases = json.loads(Path("tests/cases/g_cdr_recorded.json").read_text(encoding="utf-8"))["cases"]
     heard = [case for case in cases if case["type"] == "std_msgs/msg/String"]
     expected = [f"{case['value']['data']} at {1000 + n * 10**9}" for n, case in enumerate(heard)]
@@ -490,7 +490,7 @@ def test_messages_that_ros_2_recorded_are_replayed_into_nodes(tmp_path):
     assert not replay(path, Parrot, time_tolerance_s=0.01).same
 
 
-def test_stamps_of_real_time_may_be_apart_and_those_of_a_simulation_not(tmp_path):
+def test_only_real_time_stamps_may_differ(tmp_path):
     class Stamper(Node):
         out = publisher(Header, "out")
 
@@ -542,7 +542,7 @@ def test_what_a_node_had_lost_is_noted(tmp_path):
     assert outcome.notes[0].endswith(" messages, and had all in the replay")
 
 
-def test_what_is_published_when_the_node_has_stopped_is_not_given_to_it(tmp_path):
+def test_a_stopped_node_receives_no_replayed_message(tmp_path):
     class Teller(Node):
         numbers = publisher(Int64, "numbers")
         told = 0
@@ -581,7 +581,7 @@ def test_what_the_recording_has_not_is_noted(tmp_path):
     assert "/pulse is not in the recording: /counter received nothing there" in outcome.notes
 
 
-def test_a_bag_of_ros_2_is_replayed_into_a_node():
+def test_a_ros_2_bag_is_replayed():
     outcome = replay("tests/cases/rosbag2/talker", Parrot)
     assert {each.kind.value for each in outcome.differences} == {"extra"}  # nobody said it then
     said = [each.data for each in outcome.outputs["/said"]]

@@ -41,7 +41,7 @@ def compared(tmp_path, left, right, tolerance=0.0, **how):
 A = [("/x", 1.0), ("/y", 5.0), ("/x", 2.0), ("/x", float("nan"))]
 
 
-def test_what_is_the_same_is_the_same_in_whatever_order_topics_take_turns(tmp_path):
+def test_the_order_between_topics_is_no_difference(tmp_path):
     found = compared(tmp_path, A, [("/y", 5.0), *(each for each in A if each[0] == "/x")])
     assert found.same
     assert found.messages == 4
@@ -62,7 +62,7 @@ def test_numbers_may_be_a_little_apart(tmp_path):
     assert compared(tmp_path, A, near, 1e-6).same
 
 
-def test_messages_and_topics_that_are_in_one_alone_are_differences(tmp_path):
+def test_messages_and_topics_on_one_side_are_differences(tmp_path):
     x, y = compared(tmp_path, A, A[:1]).topics
     assert (x.left, x.right, x.different, x.same) == (3, 1, 0, False)
     assert (y.left_type, y.right_type, y.same) == ("std_msgs/msg/Float64", None, False)
@@ -77,7 +77,7 @@ def test_times_are_compared_where_that_is_wanted(tmp_path):
     assert str(found.topics[0].first[0].fields[0]) == "log time: 0 -> 5"
 
 
-def test_another_type_is_a_difference_and_what_cannot_be_read_is_compared_as_bytes(tmp_path):
+def test_unreadable_messages_are_compared_as_bytes(tmp_path):
     write(tmp_path / "a.mcap", *A)
     write(tmp_path / "b.mcap", *A, kind="Int64")
     assert not compared(tmp_path, None, None).same
@@ -93,7 +93,7 @@ def test_what_waits_for_its_counterpart_is_bounded(tmp_path, monkeypatch):
         compared(tmp_path, [("/x", 1.0)] * 50 + [("/y", 1.0)] * 50, [("/y", 1.0)] * 50 + [("/x", 1.0)] * 50)
 
 
-def test_a_topic_that_is_in_one_alone_may_be_of_any_size(tmp_path, monkeypatch):
+def test_a_topic_on_one_side_may_be_large(tmp_path, monkeypatch):
     monkeypatch.setattr(pairs, "MOST_WAITING", 3000)
     found = compared(tmp_path, [("/x", 1.0)] * 50 + [("/y", 1.0)] * 50, [("/x", 1.0)] * 50)
     assert [(each.topic, each.left, each.right, each.different) for each in found.topics] == [

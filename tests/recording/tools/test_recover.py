@@ -48,7 +48,7 @@ def chunks(path):
         return [found.offset for found in contents if type(found.record).__name__ == "Chunk"]
 
 
-def test_a_file_without_an_end_gets_one_and_nothing_else_is_changed(tmp_path):
+def test_an_unfinished_file_is_completed_and_keeps_everything(tmp_path):
     broken = write_run(tmp_path / "broken.mcap", finish=False, ledger=False)
     content = broken.read_bytes()
     found = recover(broken, tmp_path / "saved.mcap")
@@ -80,7 +80,7 @@ def test_what_follows_a_damaged_chunk_is_kept(tmp_path):
         assert f"300 messages were recorded, and {len(saved)} are there" in bag.incomplete
 
 
-def test_the_summary_helps_where_the_length_of_a_record_is_lost_and_where_topics_were_declared(tmp_path):
+def test_the_summary_helps_past_a_lost_record_length(tmp_path):
     broken = write_run(tmp_path / "broken.mcap")
     content = bytearray(broken.read_bytes())
     first, second = chunks(broken)[:2]
@@ -94,7 +94,7 @@ def test_the_summary_helps_where_the_length_of_a_record_is_lost_and_where_topics
     assert {each[0] for each in entries(tmp_path / "saved.mcap")} == {"/a", "/b"}
 
 
-def test_without_a_summary_messages_of_lost_topics_are_counted_and_not_guessed(tmp_path):
+def test_messages_of_a_lost_topic_are_only_counted(tmp_path):
     broken = write_run(tmp_path / "broken.mcap", finish=False)
     content = bytearray(broken.read_bytes())
     content[chunks_of_unfinished(broken)[0] + 60] ^= 1
@@ -142,7 +142,7 @@ def test_a_split_bag_becomes_one_file(tmp_path):
     assert len(Bag(tmp_path / "saved.mcap").channels) == 1
 
 
-def test_nothing_is_written_over_and_nothing_is_left_behind(tmp_path):
+def test_a_failure_overwrites_and_leaves_no_file(tmp_path):
     whole = write_run(tmp_path / "whole.mcap")
     for target in (whole, tmp_path):
         with pytest.raises(BagError, match="it exists already; name another one, or take"):

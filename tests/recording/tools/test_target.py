@@ -27,7 +27,7 @@ def test_what_fails_half_way_leaves_nothing(tmp_path, new):
 
 
 @pytest.mark.parametrize("new", [new_file, new_directory])
-def test_what_another_has_begun_is_left_alone_and_can_be_taken_away(tmp_path, new):
+def test_another_writers_part_is_left_alone(tmp_path, new):
     with new(tmp_path / "out"):
         part = tmp_path / ".out.part"
         with pytest.raises(BagError, match=rf"somebody else writes it; if nobody does any more, take {part} away"):
@@ -53,7 +53,7 @@ def test_file_of_another_program_is_not_overwritten(tmp_path, links, request):
 
 
 @pytest.mark.usefixtures("no_links")
-def test_a_file_gets_its_name_where_there_are_no_links(tmp_path):
+def test_a_file_is_renamed_where_links_are_missing(tmp_path):
     with new_file(tmp_path / "out") as part:
         part.write_text("whole")
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("out", "whole")]

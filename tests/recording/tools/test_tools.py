@@ -75,7 +75,7 @@ def test_the_mcap_package_reads_what_is_written(tmp_path):
     assert {schema.name for schema, _, _ in messages} == {"test_msgs/msg/Arrays", "test_msgs/msg/BasicTypes"}
 
 
-def test_csv_has_a_file_for_a_topic_and_a_column_for_a_field(tmp_path):
+def test_csv_has_a_file_per_topic(tmp_path):
     converted(BAGS / "cdr_test", tmp_path / "tables", "csv")
     assert sorted(each.name for each in (tmp_path / "tables").iterdir()) == ["array_topic.csv", "test_topic.csv"]
     with (tmp_path / "tables/array_topic.csv").open(newline="") as stream:
@@ -141,7 +141,7 @@ def odd_bag(path, *, foreign=False):
     return path
 
 
-def test_names_of_topics_never_lead_elsewhere_and_never_meet(tmp_path):
+def test_topic_names_become_safe_and_distinct_file_names(tmp_path):
     done = converted(odd_bag(tmp_path / "odd.mcap"), tmp_path / "out", "csv")
     assert sorted(each.name for each in (tmp_path / "out").iterdir()) == [
         "A_b-2.csv",
@@ -168,7 +168,7 @@ def test_any_name_becomes_a_plain_one(topic):
     assert name[0] not in ".-"
 
 
-def test_what_ros_2_cannot_read_is_left_out_of_its_bag(tmp_path):
+def test_a_ros_2_bag_omits_unreadable_encodings(tmp_path):
     done = converted(odd_bag(tmp_path / "odd.mcap"), tmp_path / "out", "ros2bag")
     assert (done.messages, done.left_out) == (3, 1)
     assert "encoded as json, which ROS 2 does not read" in next(iter(done.faults.values()))
@@ -216,7 +216,7 @@ def test_a_part_says_that_it_is_one(tmp_path):
 
 
 @pytest.mark.parametrize("form", ["csv", "jsonl", "mcap", "ros2bag", "parquet"])
-def test_nothing_is_written_over_and_nothing_is_left_behind(tmp_path, form):
+def test_a_failure_overwrites_and_leaves_no_file(tmp_path, form):
     (tmp_path / "there").touch()
     with pytest.raises(BagError, match="it exists already"):
         converted(BAGS / "talker", tmp_path / "there", form)

@@ -88,7 +88,7 @@ def test_a_message_that_its_type_cannot_read(tmp_path):
     assert "4 more messages of /a cannot be read" in text
 
 
-def test_a_definition_that_is_none_and_one_that_is_not_what_its_hash_stands_for(tmp_path):
+def test_an_invalid_definition_or_false_hash_is_wrong(tmp_path):
     found, text = found_in(write(tmp_path / "a.mcap", (1, TRUE), facts=None, definition=b"bool\n"))
     assert found == [("wrong", "type")]
     assert "has a definition that cannot be read" in text
@@ -98,7 +98,7 @@ def test_a_definition_that_is_none_and_one_that_is_not_what_its_hash_stands_for(
     assert "not RIHS01_0000" in text
 
 
-def test_a_cut_is_something_missing_and_a_flipped_bit_is_wrong(numbers):
+def test_a_cut_is_incomplete_and_a_flip_wrong(numbers):
     content = numbers.read_bytes()
     numbers.write_bytes(content[: len(content) // 2])
     assert found_in(numbers)[0] == [("incomplete", "unfinished")]
@@ -140,7 +140,7 @@ def test_crc_of_all_finds_every_flipped_bit(tmp_path, step):
     assert unnoticed == []
 
 
-def test_an_index_that_is_another_and_a_chunk_of_other_times(tmp_path):
+def test_a_false_index_or_chunk_time_is_wrong(tmp_path):
     path = write_numbers(tmp_path / "a.mcap", 10, chunk_size=10_000, compression=CompressionType.NONE)
     content = bytearray(path.read_bytes())
     index = content.rindex(pack("<BQH", 7, 6 + 160, 1))

@@ -112,7 +112,7 @@ def test_drops_are_reported_with_reason_and_fix():
     assert problem.fix == "raise its depth, make its handler faster, or choose overflow: block"
 
 
-def test_what_was_lost_on_the_way_in_in_the_inbox_and_by_timers():
+def test_losses_of_topics_inbox_and_timers_are_findings():
     told = answer(
         topics=[topic(losses={"lost": 3, "malformed": 1, "refused": 0})],
         inbox={"dropped": 2, "refused": 0},

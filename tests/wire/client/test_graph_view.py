@@ -31,7 +31,7 @@ def told(topic, *, publishers=(), subscriptions=(), **more):
     } | more
 
 
-def test_tokens_alone_show_nodes_that_are_none_of_busflow_s():
+def test_tokens_alone_show_foreign_nodes():
     found = view(
         [
             node("talker"),
@@ -71,7 +71,7 @@ def test_answers_add_counts_states_and_topics_without_ends():
     assert (found.topic("silent").type, found.topic("silent").publishers) == ("std_msgs/msg/String", ())
 
 
-def test_two_ends_of_a_node_on_one_topic_each_get_their_own_account():
+def test_two_subscriptions_of_a_node_keep_separate_statistics():
     tokens = [end(TokenKind.SUBSCRIPTION, "ear", "/chatter", entity=entity) for entity in (3, 2)]
     lines = [{"node": "/ear", "delivered": number} for number in (20, 30)]
     found = view(tokens, [answer(topics=[told("/chatter", subscriptions=lines)])])
@@ -84,12 +84,12 @@ def test_types_in_conflict_are_both_shown():
     assert view(tokens, []).topic("x").type == "std_msgs/msg/String, std_msgs/msg/Int64"
 
 
-def test_a_token_whose_qos_is_none_is_shown_with_the_default():
+def test_a_token_with_invalid_qos_shows_the_default():
     found = view([end(TokenKind.PUBLISHER, "odd", "/x", qos="nonsense")], [])
     assert found.topic("x").publishers[0].qos == WireQoS()
 
 
-def test_a_name_that_is_not_there_names_the_nearest_that_is_not_hidden():
+def test_an_unknown_name_suggests_the_nearest_visible_one():
     found = view([end(TokenKind.PUBLISHER, "talker", "/chatter"), end(TokenKind.PUBLISHER, "_cli", "/_chatte")], [])
     with pytest.raises(NoSuchTarget, match="there is no topic /chatte; did you mean '/chatter'"):
         found.topic("chatte")

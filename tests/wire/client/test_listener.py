@@ -43,7 +43,7 @@ def test_waiting_for_a_message_ends_when_it_comes():
     assert listener.get(60).sequence == 1
 
 
-def test_gaps_are_lost_publisher_by_publisher_and_what_is_not_read_in_time_is_dropped_not_lost():
+def test_gaps_are_losses_and_overflows_are_drops():
     listener = Listener(2)
     for sequence, gid in ((5, GID), (6, GID), (9, GID), (1, OTHER), (2, OTHER), (1, GID)):
         listener.put(sample(sequence, gid=gid))
@@ -51,7 +51,7 @@ def test_gaps_are_lost_publisher_by_publisher_and_what_is_not_read_in_time_is_dr
     assert [listener.get(0).sequence for _ in range(2)] == [2, 1]
 
 
-def test_what_waits_is_bounded_in_bytes_and_a_larger_one_is_still_received():
+def test_the_listeners_queue_is_bounded_in_bytes():
     listener = Listener(100)
     third = bytes(MOST_BYTES // 3)
     for sequence in range(1, 5):

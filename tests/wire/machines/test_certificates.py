@@ -20,7 +20,7 @@ def credentials(folder: Path, name: str) -> Credentials:
     return Credentials(folder / "ca.pem", folder / f"{name}.pem", folder / f"{name}.key")
 
 
-def test_a_certificate_is_trusted_by_those_of_its_authority_and_for_its_addresses(authority: Authority):
+def test_a_certificate_is_valid_for_its_addresses_only(authority: Authority):
     authority.add("arm", addresses=["192.0.2.7", "arm.local", "2001:db8::1"])
     shown = credentials(authority.folder, "arm")
     assert common_name(shown.verified_by_peer()) == "arm"
@@ -65,7 +65,7 @@ def test_what_cannot_be_named_is_refused(authority: Authority, name: str, addres
     assert authority.made() == []
 
 
-def test_without_the_authority_s_key_nothing_can_be_made(authority: Authority, tmp_path: Path):
+def test_without_the_authoritys_key_no_certificate_is_made(authority: Authority, tmp_path: Path):
     (authority.folder / "ca.key").unlink()
     with pytest.raises(CertificateError, match="made where the authority's key is"):
         Authority.open(authority.folder)

@@ -85,7 +85,7 @@ async def until(condition):
         await asyncio.sleep(0.01)
 
 
-def test_nodes_wait_for_the_others_and_lose_nothing_of_what_is_published_first(directory):
+def test_the_barrier_loses_no_first_message(directory):
     async def talk():
         talker = Process(Talker, "talker", directory, "listener")
         starting = asyncio.create_task(talker.graph.start())
@@ -123,7 +123,7 @@ def test_process_that_has_gone_is_not_waited_for(directory):
     conversation(talk)
 
 
-def test_one_that_comes_again_is_waited_for_as_one_that_comes_late(directory):
+def test_the_barrier_waits_for_a_returning_process(directory):
     async def talk():
         listener = Process(Listener, "listener", directory)
         await listener.graph.start()

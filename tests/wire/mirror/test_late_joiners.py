@@ -71,7 +71,7 @@ def balances(*subscriptions):
     return [line.published - line.delivered - line.dropped - line.queued for line in lines] == [0] * len(lines)
 
 
-async def test_one_that_comes_after_a_volatile_one_has_what_is_kept_and_the_other_has_not(outside):
+async def test_only_the_transient_local_subscription_gets_history(outside):
     async with outside() as (looked, others):
         publish = await others.advertises(depth=3)
         await publish(1, 2, 3, 4)
@@ -86,7 +86,7 @@ async def test_one_that_comes_after_a_volatile_one_has_what_is_kept_and_the_othe
         assert balances(late, volatile)
 
 
-async def test_what_was_seen_already_comes_after_what_was_published_earlier_and_once(outside):
+async def test_history_comes_first_and_without_duplicates(outside):
     async with outside() as (looked, others):
         publish = await others.advertises()
         await publish(1, 2, 3)
@@ -107,7 +107,7 @@ async def test_what_was_seen_already_comes_after_what_was_published_earlier_and_
         assert looked.graph.bus.topics["/map"].losses == {}
 
 
-async def test_one_that_wants_more_than_the_first_has_it(outside):
+async def test_a_deeper_late_subscription_gets_more_history(outside):
     async with outside() as (looked, others):
         publish = await others.advertises()
         await publish(1, 2, 3, 4)
@@ -120,7 +120,7 @@ async def test_one_that_wants_more_than_the_first_has_it(outside):
         assert balances(first, late)
 
 
-async def test_nothing_is_missed_or_comes_twice_while_much_is_published(outside):
+async def test_history_has_no_gap_or_duplicate_under_load(outside):
     async with outside() as (looked, others):
         publish = await others.advertises(depth=1000)
         looked.graph.subscribe(Int64, "map")
@@ -137,7 +137,7 @@ async def test_nothing_is_missed_or_comes_twice_while_much_is_published(outside)
         assert balances(*late)
 
 
-async def test_a_publisher_that_comes_later_still_is_asked_too(outside):
+async def test_a_later_publisher_is_asked_for_history_too(outside):
     async with outside() as (looked, others):
         publish = await others.advertises()
         volatile = looked.graph.subscribe(Int64, "map")

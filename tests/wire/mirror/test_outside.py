@@ -228,7 +228,7 @@ async def test_inlet_of_the_same_process_causes_no_encoding(looked_at):
         assert talker.numbers._outlet is None
 
 
-async def test_a_late_listener_gets_what_is_kept_then_what_follows_in_order(looked_at):
+async def test_a_late_listener_gets_history_then_new_messages(looked_at):
     async with looked_at(Talker) as looked:
         kept = looked.graph.node(Talker).kept
         for number in range(1, 6):
@@ -251,7 +251,7 @@ async def test_a_late_listener_gets_what_is_kept_then_what_follows_in_order(look
         assert await listening == ([(3, 3), (4, 4), (5, 5), (6, 6), (7, 7)], 0)
 
 
-async def test_large_images_leave_whole_and_in_order_and_small_ones_do_not_overtake(looked_at):
+async def test_images_of_all_sizes_leave_in_order(looked_at):
     async with looked_at(Talker) as looked:
         images = looked.graph.node(Talker).images
         topic = await looked.ask(lambda: looked.peer.graph().topic("images"))
@@ -302,7 +302,7 @@ async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_a
 # What comes in.
 
 
-async def test_one_outside_is_a_publisher_while_it_is_there_and_what_it_sent_stays_counted(looked_at):
+async def test_a_departed_publishers_messages_stay_counted(looked_at):
     async with looked_at(Talker, Ear) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         topic = looked.graph.bus.topics["/numbers"]
@@ -321,7 +321,7 @@ async def test_one_outside_is_a_publisher_while_it_is_there_and_what_it_sent_sta
         assert [thread.name for thread in threading.enumerate() if "inlet" in thread.name] == []
 
 
-async def test_a_process_that_is_blocked_does_not_keep_others_from_publishing(looked_at):
+async def test_a_blocked_process_does_not_stop_others_publishing(looked_at):
     async with looked_at(Talker, Ear) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         before_s = looked.graph.clock.seconds()
@@ -329,7 +329,7 @@ async def test_a_process_that_is_blocked_does_not_keep_others_from_publishing(lo
             assert 1 < looked.graph.clock.seconds() - before_s < 10
 
 
-async def test_one_that_leaves_is_gone_however_busy_the_others_are(looked_at):
+async def test_a_departure_is_noticed_under_load(looked_at):
     async with looked_at(Talker, Ear) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         topic, stop = looked.graph.bus.topics["/numbers"], threading.Event()
@@ -405,7 +405,7 @@ async def test_each_subscription_receives_each_message_once(looked_at):
         await looked.until(lambda: len(looked.graph.bus.topics["/numbers"].publishers) == 1)
 
 
-async def test_what_one_outside_keeps_reaches_a_node_that_was_there_before_it_and_one_that_comes_later(looked_at):
+async def test_outside_history_reaches_early_and_late_nodes(looked_at):
     class Late(Ear):
         @subscription("map", qos=LATCHED)
         def on_map(self, number: Int64) -> None:
@@ -442,7 +442,7 @@ async def test_gaps_are_counted_as_lost(looked_at, strangers):
         assert told["losses"] == {"lost": 5}
 
 
-async def test_what_has_expired_on_its_way_is_no_message_any_more(looked_at, strangers):
+async def test_a_message_that_expired_in_transit_is_lost(looked_at, strangers):
     async with looked_at(Talker, Ear) as looked:
         stranger, support = strangers(looked), TypeSupport(Int64)
         stranger.endpoint("MP", "/numbers", support, to_text(QoS(lifespan=600.0)))
@@ -494,7 +494,7 @@ async def test_ros_2_node_is_a_full_peer(looked_at, strangers):
         sub.undeclare()
 
 
-async def test_a_latched_publisher_of_ros_2_reaches_a_node_that_comes_later(looked_at, strangers):
+async def test_a_late_node_receives_ros_2_latched_messages(looked_at, strangers):
     async with looked_at(Talker) as looked:
         stranger, support = strangers(looked), TypeSupport(Int64)
         keeping = zenoh.ext.declare_advanced_publisher(
@@ -512,7 +512,7 @@ async def test_a_latched_publisher_of_ros_2_reaches_a_node_that_comes_later(look
         keeping.undeclare()
 
 
-async def test_a_blocking_queue_takes_what_comes_from_outside_as_it_has_room(looked_at):
+async def test_a_blocking_queue_loses_no_outside_message(looked_at):
     class Slow(Node):
         def __init__(self):
             super().__init__()
@@ -577,9 +577,7 @@ async def test_six_megabytes_come_in_whole(looked_at):
         (SensorNode, "sensors", "/sensors_in", Sensor(level=0.25, tags=("x",)), {"level": 0.25, "tags": ("x",)}),
     ],
 )
-async def test_types_of_the_user_s_own_go_both_ways_and_a_peer_needs_no_class(
-    looked_at, node, out, into, message, plain
-):
+async def test_a_users_types_cross_without_a_peers_class(looked_at, node, out, into, message, plain):
     async with looked_at(node) as looked:
         here = getattr(looked.graph.node(node), out)
         topic = await looked.ask(lambda: looked.peer.graph().topic(out))
@@ -630,7 +628,7 @@ async def test_unfit_publisher_is_logged_once_and_not_received(looked_at, strang
         assert len([line for line in told if words in line]) == 1, told
 
 
-async def test_what_one_that_does_not_fit_sends_is_not_taken_for_another_one_s(looked_at):
+async def test_an_incompatible_publishers_messages_count_as_its_own(looked_at):
     async with looked_at(Talker, Ear) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         weak = to_text(QoS(reliability=Reliability.BEST_EFFORT))
@@ -653,7 +651,7 @@ async def test_what_one_that_does_not_fit_sends_is_not_taken_for_another_one_s(l
         assert looked.graph.node(Ear).heard == list(range(5))
 
 
-async def test_a_subscription_that_a_publisher_outside_does_not_fit_is_no_error_of_the_node(looked_at, capsys):
+async def test_an_incompatible_outside_publisher_is_only_a_warning(looked_at, capsys):
     async with looked_at(Talker, Ear) as looked:
         type_ = await looked.ask(looked.peer.type, "std_msgs/msg/Int64")
         come, leave = threading.Event(), threading.Event()
@@ -757,7 +755,7 @@ async def test_tokens_that_are_none_are_passed_over(looked_at, strangers):
         assert "/talker" in (await looked.ask(looked.peer.graph)).nodes
 
 
-async def test_a_description_that_is_not_its_hash_s_is_refused():
+async def test_a_description_with_a_false_hash_is_refused():
     support = TypeSupport(Int64)
     with pytest.raises(MalformedMessage, match="hash"):
         ForeignType(support.name, "RIHS01_" + "0" * 64, support.description)

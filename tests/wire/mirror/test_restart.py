@@ -38,7 +38,7 @@ def ends(peer):
     return sorted((token.kind, token.topic) for token in peer.tokens() if token.node_name == "/echo" and token.topic)
 
 
-async def test_listeners_publishers_and_callers_outside_go_on_with_the_next_instance(looked_at):
+async def test_outside_endpoints_continue_with_the_restarted_node(looked_at):
     async with looked_at(supervised(Echo, restart="on-failure")) as looked:
         peer, graph = looked.peer, looked.graph
         before = await looked.ask(ends, peer)

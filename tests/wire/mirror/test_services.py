@@ -87,7 +87,7 @@ def two_are_withdrawn(peer):
 
 
 @pytest.mark.usefixtures("room")
-def test_a_request_whose_caller_has_given_up_is_withdrawn_before_it_begins():
+def test_a_timed_out_request_is_withdrawn_before_handling():
     with join() as peer:
         never = peer.service("/lamp/never")
         for _ in range(3):
@@ -97,7 +97,7 @@ def test_a_request_whose_caller_has_given_up_is_withdrawn_before_it_begins():
 
 
 @pytest.mark.usefixtures("room")
-def test_a_request_that_is_none_is_refused_and_the_next_one_answered():
+def test_a_malformed_request_is_refused_alone():
     with join() as peer:
         switch = peer.service("/lamp/switch")
         key = f"0/lamp/switch/std_srvs::srv::dds_::SetBool_/{switch.hash}"
@@ -169,7 +169,7 @@ def test_abandoned_request_is_withdrawn_at_the_server():
     ask_from_another_process(conversation)
 
 
-def test_a_call_under_way_fails_at_once_when_its_server_s_process_is_killed(room):
+def test_a_killed_server_fails_pending_calls_at_once(room):
     async def conversation(hand):
         asyncio.get_running_loop().call_soon(room.process.kill)
         with pytest.raises(ServiceGone, match="/lamp"):

@@ -8,7 +8,7 @@ def record(number, *, level="info", node="/arm", **values):
     return LogRecord(number, level, node, f"line {number}", values)
 
 
-def test_the_last_lines_are_kept_and_all_are_counted():
+def test_a_log_keeps_last_lines_and_counts_all():
     book = LogBook()
     for number in range(DEPTH + 5):
         book.write(record(number))
@@ -18,7 +18,7 @@ def test_the_last_lines_are_kept_and_all_are_counted():
     assert book.last(0) == []
 
 
-def test_lines_of_one_node_and_from_a_level_on():
+def test_log_lines_are_filtered_by_node_and_level():
     book = LogBook()
     for number, level in enumerate(("debug", "warning", "error", "critical")):
         book.write(record(number, level=level, node=f"/n{number % 2}"))

@@ -59,7 +59,7 @@ async def test_parameters_are_listed_by_prefix_and_depth():
 
 
 @virtual_time
-async def test_values_and_types_are_ros_2_s_and_what_is_unknown_is_not_set():
+async def test_values_and_types_follow_ros_2():
     async with harness(Sensor) as lab:
         names = ["noise.imu", "frames", "nothing"]
         values = answers(lab).get(GetParameters.Request(names=names)).values
@@ -79,7 +79,7 @@ async def test_a_description_has_the_range():
 
 
 @virtual_time
-async def test_one_after_another_sets_what_it_can_and_says_why_not():
+async def test_each_parameter_is_set_or_refused_by_itself():
     async with harness(Sensor) as lab:
         request = SetParameters.Request(parameters=[number("noise.imu", 99.0), number("rate_hz", 20.0)])
         refused, done = answers(lab).set(request).results
@@ -101,7 +101,7 @@ async def test_at_one_stroke_sets_all_or_none():
 
 
 @virtual_time
-async def test_there_are_six_for_a_node_with_parameters_and_none_for_one_without():
+async def test_only_nodes_with_parameters_have_the_services():
     async with harness(Sensor, Silent) as lab:
         names = [name for name, _, _ in answers(lab).all()]
         assert len(names) == 6

@@ -52,7 +52,7 @@ async def test_a_run_says_what_it_is(looked_at):
         assert list(types) == ["std_msgs/msg/Int64"]
 
 
-async def test_the_last_messages_are_found_on_volatile_topics_too(looked_at):
+async def test_the_last_message_of_volatile_topics_is_kept(looked_at):
     async with looked_at(Talker) as looked:
         for number in range(3):
             looked.graph.node(Talker).numbers.publish(Int64(data=number))
@@ -62,7 +62,7 @@ async def test_the_last_messages_are_found_on_volatile_topics_too(looked_at):
         assert [(each.sequence, type_.decode(each.payload)["data"]) for each in messages] == [(3, 2)]
 
 
-async def test_what_goes_over_a_topic_is_counted_between_two_questions(looked_at):
+async def test_messages_are_counted_between_two_queries(looked_at):
     async with looked_at(Talker, Ear) as looked:
         for count in (0, 4):
             for number in range(count):
@@ -91,7 +91,7 @@ async def test_what_goes_over_a_topic_is_counted_between_two_questions(looked_at
         ("types", b'{"names": 7}', "ValueError", "names is a list of type names"),
     ],
 )
-async def test_a_bad_question_is_answered_with_its_fault_and_the_run_goes_on(looked_at, question, payload, kind, error):
+async def test_a_bad_query_is_answered_with_its_error(looked_at, question, payload, kind, error):
     async with looked_at(Talker) as looked:
         (told,) = await looked.ask(raw, looked.peer, question, payload)
         assert error in told["error"]
@@ -99,7 +99,7 @@ async def test_a_bad_question_is_answered_with_its_fault_and_the_run_goes_on(loo
         assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
 
 
-async def test_an_unknown_target_is_that_error_for_a_peer_and_any_other_fault_a_plain_one(looked_at):
+async def test_a_peer_raises_the_runs_error(looked_at):
     async with looked_at(Talker) as looked:
         with pytest.raises(NoSuchTarget, match="there is no topic '/nubmers'"):
             await looked.ask(looked.peer.ask, "history", topic="/nubmers")
@@ -124,7 +124,7 @@ async def test_a_question_to_everything_harms_nothing(looked_at, question):
         assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
 
 
-async def test_of_questions_that_wait_for_a_busy_loop_there_is_an_end(looked_at):
+async def test_queries_waiting_for_a_busy_loop_are_bounded(looked_at):
     async with looked_at(Talker) as looked:
         ended, answered = threading.Semaphore(0), []
         count = answers_module._MOST_WAITING + 50
@@ -142,7 +142,7 @@ async def test_of_questions_that_wait_for_a_busy_loop_there_is_an_end(looked_at)
         assert (await looked.ask(looked.peer.ask, "run"))[0]["nodes"] == 1
 
 
-async def test_a_run_whose_loop_is_blocked_does_not_answer_but_its_graph_is_seen(looked_at):
+async def test_a_blocked_runs_graph_is_still_seen(looked_at):
     async with looked_at(Talker) as looked:
         looked.peer._patience_s = 0.2
         with pytest.raises(InspectionUnavailable, match=r"looked does not answer.* a handler blocks its event loop"):

@@ -10,7 +10,7 @@ from busflow.wire.zenoh.keys import Attachment, Token, TokenKind, topic_key
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 
 
-def test_a_topic_key_names_domain_topic_type_and_hash():
+def test_a_topic_key_holds_domain_topic_type_hash():
     assert topic_key("/imu/data", "sensor_msgs/msg/Imu", HASH, domain=7) == (
         f"7/imu/data/sensor_msgs::msg::dds_::Imu_/{HASH}"
     )
@@ -61,11 +61,11 @@ names = st.lists(words, min_size=1, max_size=3).map(lambda parts: "/" + "/".join
         domain=st.integers(0, 232),
     )
 )
-def test_a_token_is_read_back_as_it_was_written(token):
+def test_a_token_survives_the_round_trip(token):
     assert Token.parse(str(token)) == token
 
 
-def test_a_field_that_a_newer_ros_adds_at_the_end_is_passed_over():
+def test_a_newer_ross_extra_token_field_is_ignored():
     token = Token("a", 0, 1, TokenKind.PUBLISHER, "/", "n", "/t", "p/msg/T", HASH, ":1:,7:,:,:,,")
     assert Token.parse(f"{token}/backends:cpu") == token
 
@@ -75,7 +75,7 @@ def test_a_field_that_a_newer_ros_adds_at_the_end_is_passed_over():
     ["", "@ros2_lv", "x/0/a/0/0/NN/%/%/n", "@ros2_lv/0/a/0/0/QQ/%/%/n", "@ros2_lv/0/a/x/0/NN/%/%/n",
      "@ros2_lv/0/a/0/1/MP/%/%/n/%t", "@ros2_lv/0/a/0/1/MP/%/%/n/%t/String/h/q"],
 )  # fmt: skip
-def test_what_is_no_token_is_refused_with_its_text(text):
+def test_an_invalid_token_is_refused_with_its_text(text):
     with pytest.raises(MalformedMessage) as caught:
         Token.parse(text)
     assert repr(text) in str(caught.value)
@@ -96,7 +96,7 @@ def test_endpoints_have_gids_of_their_own():
     assert {len(token.gid) for token in tokens} == {16}
 
 
-def test_an_attachment_is_the_33_bytes_that_zenoh_s_serialiser_writes():
+def test_an_attachment_is_33_bytes_as_in_zenoh():
     gid = bytes(range(16))
     data = Attachment(5, 6, gid).encode()
     assert data == bytes.fromhex("0500000000000000 0600000000000000 10") + gid

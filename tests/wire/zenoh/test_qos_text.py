@@ -53,7 +53,7 @@ def test_what_rmw_zenoh_writes_is_understood(text, expected):
     assert from_text(text) == expected
 
 
-def test_the_presets_are_written_as_ros_2_writes_them():
+def test_qos_presets_are_written_as_in_ros_2():
     assert to_text(PRESETS["default"]) == "::,10:,:,:0,,"
     assert to_text(PRESETS["sensor_data"]) == "2::,5:,:,:0,,"
     assert to_text(QoS(depth=42)) == "::,:,:,:,,"

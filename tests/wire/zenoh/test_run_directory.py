@@ -72,7 +72,7 @@ def left(home):
     return sorted(path.name for path in Path(home["BUSFLOW_RUNTIME_DIR"]).iterdir() if path.name != ".lock")
 
 
-def test_a_run_is_found_once_it_has_said_what_it_is_and_until_it_closes(home):
+def test_a_run_is_found_from_card_to_close(home):
     directory = RunDirectory.claim("lab1", home)
     assert runs(home) == []
     directory.write_card(card())
@@ -82,7 +82,7 @@ def test_a_run_is_found_once_it_has_said_what_it_is_and_until_it_closes(home):
     assert (runs(home), left(home)) == ([], [])
 
 
-def test_the_second_run_of_a_name_has_another_one(home):
+def test_a_second_run_of_a_name_is_numbered(home):
     first, second, third = (claimed("lab1", home, since_ns=number) for number in range(3))
     assert names(home) == ["lab1", "lab1-2", "lab1-3"]
     second.close()
@@ -105,13 +105,13 @@ def test_the_second_run_of_a_name_has_another_one(home):
         ("x" * 100, "x" * 40),
     ],
 )
-def test_a_name_becomes_one_that_a_directory_and_a_socket_can_have(home, name, expected):
+def test_a_run_name_becomes_a_safe_file_name(home, name, expected):
     directory = RunDirectory.claim(name, home)
     assert directory.path.name == expected
     directory.close()
 
 
-def test_a_run_that_was_killed_is_found_no_more_its_remains_go_and_its_name_is_free(home):
+def test_a_killed_runs_directory_is_removed(home):
     with process("lab1", home) as (running, name):
         assert name == "lab1"
         assert names(home) == ["lab1"]
@@ -124,7 +124,7 @@ def test_a_run_that_was_killed_is_found_no_more_its_remains_go_and_its_name_is_f
     claimed("lab1", home).close()
 
 
-def test_the_remains_of_a_dead_run_are_taken_over_by_the_next_of_its_name(home):
+def test_a_dead_runs_directory_is_reused(home):
     with process("lab1", home) as (running, _):
         (Path(home["BUSFLOW_RUNTIME_DIR"]) / "lab1" / SOCKET).touch()
         running.kill()
@@ -145,7 +145,7 @@ def test_what_is_half_made_or_half_removed_goes(home):
     assert left(home) == ["a file"]
 
 
-def test_processes_that_claim_a_name_at_once_get_one_each(home):
+def test_concurrent_claims_get_distinct_names(home):
     count = 4
     with multiprocessing.get_context("spawn").Pool(count) as pool:
         got = pool.starmap(_claim_often, [("lab1", home)] * count)
@@ -167,7 +167,7 @@ def _claim_often(name, home):
     return got
 
 
-def test_a_child_that_a_run_forked_does_not_keep_it_alive(home):
+def test_a_forked_child_keeps_no_run_alive(home):
     code = (
         "import os, sys, time\n"
         "from busflow.wire.zenoh.run_directory import RunCard, RunDirectory\n"
@@ -195,7 +195,7 @@ def test_a_child_that_a_run_forked_does_not_keep_it_alive(home):
 
 
 @pytest.mark.parametrize("umask", [0, 0o077])
-def test_only_this_user_can_open_a_directory_whatever_the_umask(home, umask):
+def test_a_run_directory_is_private_under_any_umask(home, umask):
     Path(home["BUSFLOW_RUNTIME_DIR"]).rmdir()
     before = os.umask(umask)
     try:
@@ -209,7 +209,7 @@ def test_only_this_user_can_open_a_directory_whatever_the_umask(home, umask):
     directory.close()
 
 
-def test_a_folder_that_others_can_open_is_refused_and_says_what_to_do(home):
+def test_a_folder_open_to_others_is_refused(home):
     folder = Path(home["BUSFLOW_RUNTIME_DIR"])
     folder.chmod(0o755)
     for act in (lambda: RunDirectory.claim("lab1", home), lambda: runs(home)):
@@ -217,7 +217,7 @@ def test_a_folder_that_others_can_open_is_refused_and_says_what_to_do(home):
             act()
 
 
-def test_a_folder_that_is_a_symbolic_link_is_refused(home, tmp_path):
+def test_a_folder_as_symbolic_link_is_refused(home, tmp_path):
     folder = Path(home["BUSFLOW_RUNTIME_DIR"])
     folder.rmdir()
     folder.symlink_to(tmp_path)
@@ -238,7 +238,7 @@ def test_a_folder_of_another_user_is_refused(home):
             act()
 
 
-def test_a_run_directory_made_a_link_is_neither_followed_nor_removed(home, tmp_path):
+def test_a_linked_run_directory_is_not_followed(home, tmp_path):
     (tmp_path / "precious").touch()
     link = Path(home["BUSFLOW_RUNTIME_DIR"]) / "lab1"
     link.symlink_to(tmp_path)
@@ -257,7 +257,7 @@ def folders(environment, **search):
     return [str(each) for each in run_directory._folders(environment, **search)]
 
 
-def test_without_a_runtime_directory_the_folder_is_in_tmp():
+def test_without_xdg_the_folder_is_in_tmp():
     shared = f"/tmp/busflow-{os.geteuid()}"  # noqa: S108  # what is tested; nothing is made there
     assert folders({}) == [shared]
     assert folders({"XDG_RUNTIME_DIR": "relative"}) == [shared]
@@ -271,7 +271,7 @@ def test_one_looks_where_runs_of_other_sessions_are():
 
 
 @pytest.mark.parametrize("runtime", ["/" + "x" * 100, "/run/a?b", "/run/a#b"])
-def test_a_runtime_directory_whose_path_no_socket_can_have_is_passed_over(runtime):
+def test_a_too_long_runtime_directory_is_skipped(runtime):
     assert folders({"XDG_RUNTIME_DIR": runtime}) == folders({})
 
 
@@ -281,7 +281,7 @@ def test_one_that_is_stated_must_do(stated):
         RunDirectory.claim("lab1", {"BUSFLOW_RUNTIME_DIR": stated})
 
 
-def test_a_deep_folder_leaves_less_room_for_the_name(home):
+def test_a_deep_folder_shortens_the_run_name(home):
     deep = Path(home["BUSFLOW_RUNTIME_DIR"]) / ("d" * (72 - len(home["BUSFLOW_RUNTIME_DIR"])))
     directory = RunDirectory.claim("x" * 100, {"BUSFLOW_RUNTIME_DIR": str(deep)})
     assert 8 <= len(directory.path.name) < 20
@@ -289,7 +289,7 @@ def test_a_deep_folder_leaves_less_room_for_the_name(home):
     directory.close()
 
 
-def test_where_the_runtime_directory_cannot_be_used_the_next_folder_is(monkeypatch, home):
+def test_an_unusable_folder_falls_back_to_the_next(monkeypatch, home):
     shared = Path(home["BUSFLOW_RUNTIME_DIR"])
     monkeypatch.setattr(run_directory, "_folders", lambda *_args, **_search: [Path("/nowhere/busflow"), shared])
     directory = RunDirectory.claim("lab1", {})
@@ -333,7 +333,7 @@ def test_folder_of_another_user_hides_no_run(home, tmp_path, monkeypatch):
         "\ud800".encode("utf-16", "surrogatepass"),
     ],
 )
-def test_a_run_whose_card_is_none_is_not_listed_and_nothing_else_suffers(home, text):
+def test_a_run_with_an_invalid_card_is_omitted(home, text):
     good, bad = claimed("good", home), RunDirectory.claim("bad", home)
     (bad.path / "run.json").write_bytes(text if isinstance(text, bytes) else text.encode())
     assert names(home) == ["good"]
@@ -342,7 +342,7 @@ def test_a_run_whose_card_is_none_is_not_listed_and_nothing_else_suffers(home, t
     bad.close()
 
 
-def test_what_a_newer_version_says_besides_is_passed_over(home):
+def test_unknown_keys_of_a_card_are_ignored(home):
     directory = claimed("lab1", home)
     (directory.path / "run.json").write_text('{"name": "lab1", "pid": 7, "since_ns": 8, "mood": "fine"}')
     assert runs(home)[0].card == RunCard("lab1", 7, 8)

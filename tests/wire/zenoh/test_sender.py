@@ -44,7 +44,7 @@ def test_nothing_runs_until_something_is_to_be_done(sender):
     assert "busflow.test" in [thread.name for thread in threading.enumerate()]
 
 
-def test_work_is_done_in_order_away_from_the_caller_s_thread(sender):
+def test_work_is_done_in_order_on_another_thread(sender):
     done = []
     for number in range(50):
         sender.hand(lambda number=number: done.append((number, threading.get_ident())))
@@ -53,7 +53,7 @@ def test_work_is_done_in_order_away_from_the_caller_s_thread(sender):
     assert threading.get_ident() not in {thread for _, thread in done}
 
 
-def test_of_too_much_that_waits_the_oldest_is_dropped_and_counted(sender):
+def test_a_full_sender_drops_and_counts_the_oldest(sender):
     gate, done = Gate(), []
     sender.hand(gate)
     assert gate.entered.wait(PATIENCE_S)
@@ -67,7 +67,7 @@ def test_of_too_much_that_waits_the_oldest_is_dropped_and_counted(sender):
     assert done == list(range(3, DEPTH + 2))
 
 
-def test_what_waits_is_bounded_in_bytes_too_and_what_is_larger_still_goes_alone(sender):
+def test_the_senders_queue_is_bounded_in_bytes(sender):
     gate, done, last = Gate(), [], threading.Event()
     sender.hand(gate)
     assert gate.entered.wait(PATIENCE_S)

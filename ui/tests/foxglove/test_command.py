@@ -226,7 +226,7 @@ def test_every_topic_is_a_channel_with_its_definition(served: Served):
     assert client.info["name"] == "busflow: lab1"
 
 
-def test_messages_are_the_runs_own_bytes_which_others_read_by_the_schema(served: Served, lab1: Any, monkeypatch: Any):
+def test_messages_are_sent_as_the_runs_own_bytes(served: Served, lab1: Any, monkeypatch: Any):
     lab1[0].look(monkeypatch)
     client = served.client()
     with join() as peer, peer.listen(peer.graph().topic("imu/data")) as listener:
@@ -247,7 +247,7 @@ def test_messages_are_the_runs_own_bytes_which_others_read_by_the_schema(served:
         assert read.linear_acceleration.z == ours.linear_acceleration.z == pytest.approx(9.8, abs=0.3)
 
 
-def test_the_run_sends_a_topic_only_while_a_client_subscribes_to_it(served: Served, lab1: Any, monkeypatch: Any):
+def test_a_topic_is_sent_only_while_subscribed(served: Served, lab1: Any, monkeypatch: Any):
     lab1[0].look(monkeypatch)
     client = served.client()
     with join() as peer:
@@ -265,7 +265,7 @@ def test_the_run_sends_a_topic_only_while_a_client_subscribes_to_it(served: Serv
         assert receivers() == 0
 
 
-def test_what_ros_cannot_describe_is_json_and_what_is_kept_comes_late(served_odds: Served):
+def test_foreign_types_are_json_and_latched_messages_late(served_odds: Served):
     client = served_odds.client()
     client.until(lambda _: client.channels)
     assert "/_hidden/count" not in client.channels
@@ -307,7 +307,7 @@ def test_only_topics_that_match_are_served(lab1: Any):
         assert list(client.channels) == ["/balance_state", "/imu/data"]
 
 
-def test_two_clients_do_not_share_what_they_ask_for(served: Served):
+def test_two_clients_have_separate_subscriptions(served: Served):
     one, other = served.client(), served.client(subprotocols=["foxglove.websocket.v1"])
     one.subscribe("/imu/data", 1)
     other.subscribe("/joint_states", 1)
@@ -425,7 +425,7 @@ def test_what_a_client_publishes_arrives_in_a_node(served_odds: Served, encoding
         ({"topic": "/new", "schemaName": "std_msgs/msg/String", "encoding": "protobuf"}, "'protobuf' is not offered"),
     ],
 )
-def test_what_cannot_be_published_is_refused_with_a_reason(served_odds: Served, channel: dict[str, str], why: str):
+def test_an_impossible_publication_is_refused_with_a_reason(served_odds: Served, channel: dict[str, str], why: str):
     client = served_odds.client()
     client.ask("advertise", channels=[{"id": 1, "encoding": "cdr", **channel}])
     told = client.status(why)
@@ -463,7 +463,7 @@ def test_read_only_viewers_look_and_do_nothing_else(lab1: Any):
         ({"subprotocols": ["chat"]}, 400),
     ],
 )
-def test_a_page_of_another_site_is_not_let_in(served: Served, headers: dict[str, Any], code: int):
+def test_a_page_of_another_site_is_refused(served: Served, headers: dict[str, Any], code: int):
     with pytest.raises(InvalidStatus) as caught:
         served.client(**headers)
     assert caught.value.response.status_code == code
@@ -472,7 +472,7 @@ def test_a_page_of_another_site_is_not_let_in(served: Served, headers: dict[str,
 @pytest.mark.parametrize(
     "origin", ["https://app.foxglove.dev", "http://localhost:8080", "file://", "http://lab.example"]
 )
-def test_viewers_own_pages_and_those_that_are_allowed_are_let_in(lab1: Any, origin: str):
+def test_foxgloves_and_allowed_pages_are_admitted(lab1: Any, origin: str):
     with serving(lab1[0], "--allow-origin", "http://lab.example") as served:
         client = served.client(origin=origin)
         client.until(lambda _: client.channels)
@@ -563,7 +563,7 @@ def test_silent_run_is_reported_and_viewers_can_leave(place: Any, start_run: Any
         assert served.end()[0] == 130
 
 
-def test_ctrl_c_ends_it_though_a_client_does_not_read(odd_lab: Any):
+def test_ctrl_c_ends_despite_a_stalled_client(odd_lab: Any):
     with serving(odd_lab) as served:
         idle, busy = served.client(max_queue=1), served.client()
         for client in (idle, busy):
@@ -641,7 +641,7 @@ def test_another_address_is_served_with_a_warning(lab1: Any):
     assert "no password" in told
 
 
-def test_an_address_of_the_other_protocol_is_served_too(lab1: Any):
+def test_an_ipv6_address_is_served(lab1: Any):
     with serving(lab1[0], "--host", "::1") as served:
         assert served.url.startswith("ws://[::1]:")
         served.client().subscribe("/imu/data")

@@ -92,7 +92,7 @@ def test_a_binary_frame_says_what_is_wanted():
         (struct.pack("<BIII", 2, 6, 7, 4) + b"cdr", "an encoding of 4 bytes is announced, and 3 follow"),
     ],
 )
-def test_what_is_no_request_is_refused_with_the_reason(message: str | bytes, why: str):
+def test_an_invalid_request_is_refused_with_the_reason(message: str | bytes, why: str):
     with pytest.raises(MalformedMessage, match=why):
         protocol.read(message)
 
@@ -102,7 +102,7 @@ def test_what_is_no_request_is_refused_with_the_reason(message: str | bytes, why
     | st.text()
     | st.recursive(st.none() | st.booleans() | st.integers() | st.text(), st.lists).map(json.dumps)
 )
-def test_no_frame_does_anything_but_be_read_or_refused(message: str | bytes):
+def test_every_frame_is_read_or_refused(message: str | bytes):
     with contextlib.suppress(MalformedMessage):
         protocol.read(message)
 
@@ -227,7 +227,7 @@ def test_foxgloves_own_server_says_the_same(theirs: Theirs):
         assert told() == json.loads(protocol.text("unadvertise", channelIds=[channel["id"]]))
 
 
-def test_foxgloves_own_server_answers_calls_in_the_same_way(theirs: Theirs):
+def test_calls_are_answered_as_foxgloves_own_server_does(theirs: Theirs):
     sdk = theirs.sdk
     part = sdk.MessageSchema(
         encoding="cdr", schema=sdk.Schema(name="p/srv/S_Request", encoding="ros2msg", data=b"bool on\n")

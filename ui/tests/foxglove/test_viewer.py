@@ -23,7 +23,7 @@ class Broken:
         raise RuntimeError(f"no number {number}")
 
 
-def test_a_mistake_in_a_call_is_raised_and_ends_the_connection():
+def test_a_bug_in_a_call_ends_the_connection():
     run: Any = SimpleNamespace(peer=None, read_only=False, catalogue=SimpleNamespace(services=Broken()))
 
     async def main() -> None:
