@@ -184,6 +184,8 @@ def subscription(
     is pulled from: `async for`, `.latest`.
     """
     if isinstance(message_type, str):
+        if isinstance(topic, type):
+            raise InvalidDeclaration(f'the type comes first: write subscription({topic.__name__}, "{message_type}")')
         if topic is not None:
             raise InvalidDeclaration(f"@subscription(…) takes nothing more but qos=QoS(depth=…), got {topic!r}")
         return _HandlerDecorator(SubscriptionRole(message_type, checked_qos(qos, "@subscription(…)")))
@@ -218,7 +220,9 @@ def on_parameters(function: Callable[Concatenate[Any, P], R]) -> Handler[P, R]:
     return Handler(function, (ParametersRole(),))
 
 
-def service(service_type: type[Pair[Req, Res]], name: str, *, depth: int = DEPTH) -> _ServiceDecorator[Req, Res]:
+def service(
+    service_type: type[Pair[Req, Res]], name: str | None = None, *, depth: int = DEPTH
+) -> _ServiceDecorator[Req, Res]:
     """Answer a service.
 
     Write `@service(Trigger, "~/reset")` above a method that takes a `Trigger.Request` and returns a
@@ -227,10 +231,13 @@ def service(service_type: type[Pair[Req, Res]], name: str, *, depth: int = DEPTH
 
     Args:
         service_type: A class derived from `ServiceType`.
-        name: The service's name.
+        name: The service's name; without one the call is refused in words.
         depth: How many requests may wait; the next one is refused at once.
     """
-    return _ServiceDecorator(ServiceRole(checked_service_type(service_type, "@service"), name, depth))
+    checked = checked_service_type(service_type, "@service")
+    return _ServiceDecorator(
+        ServiceRole(checked, checked_name(name, f"@service({checked.__name__}, …)", "service"), depth)
+    )
 
 
 class _ServiceDecorator(Generic[Req, Res]):

@@ -14,6 +14,7 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import IncompatibleType, NoSuchTarget
 from busflow.interfaces.message import Message, type_name
 from busflow.node.context import Surroundings
+from busflow.node.declarations import checked_name, checked_type
 from busflow.node.node import Node, runtime_of
 from busflow.node.runtime import NodeRuntime
 from busflow.text import did_you_mean, nearest
@@ -37,7 +38,7 @@ class Outside:
 
     def publish(self, topic: str, message: Message) -> None:
         """Publish a message from any thread, as a publisher with the topic's default QoS."""
-        publisher = self._publishers.get(topic)
+        publisher = self._publishers.get(checked_name(topic, "graph.publish(topic, message)", "topic"))
         if publisher is None:  # whichever thread comes first, the publisher is made on the loop's
             publisher = self._bus.call(lambda: self._publisher(type(message), topic))
         publisher.publish(message)
@@ -54,7 +55,7 @@ class Outside:
 
     def subscribe(self, message_type: type[M], topic: str, *, qos: QoS | None = None) -> Subscription[M]:
         """Create a subscription of the program, to pull from."""
-        self._refuse_misspelt(message_type, topic)
+        self._refuse_misspelt(checked_type(message_type, "graph.subscribe(Type, topic)"), topic)
         return self._own().create_subscription(message_type, topic, None, qos, origin="Graph.subscribe")
 
     def _refuse_misspelt(self, message_type: type[Message], topic: str) -> None:

@@ -27,6 +27,7 @@ from busflow.errors import BusflowError, IncompatibleType, NodeFailed, NoSuchTar
 from busflow.interfaces.message import Message, type_name
 from busflow.launchfile.model.description import ClockMode
 from busflow.log import LogRecord
+from busflow.node.declarations import checked_name
 from busflow.node.node import Node, runtime_of
 from busflow.runner.graph import Graph
 from busflow.runner.loops.stalls import waiting
@@ -339,6 +340,7 @@ class Harness:
 
     def _known(self, topic: str, message_type: type[Message] | None = None) -> str:
         """Return a topic's full name; refuse an unknown topic, or one of another type."""
+        topic = checked_name(topic, "lab, in a call with a topic and then its type,", "topic")
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
         if name not in topics:
             raise NotSeen(f"nobody publishes or receives {name}; {did_you_mean(name, topics)}")
@@ -356,6 +358,7 @@ class Harness:
             )
 
     def _refuse_unheard(self, topic: str, message: Message) -> None:
+        topic = checked_name(topic, "lab.publish(topic, message)", "topic")
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
         received = [each.name for each in topics.values() if each.subscriptions_added]
         if name not in received and not (self._loop.follows and name == CLOCK):

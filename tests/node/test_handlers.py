@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from busflow import Node, ServiceType, client, service, timer
+from busflow import Node, ServiceType, client, service, subscription, timer
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64
@@ -129,3 +129,15 @@ def harnessed(node_class):
 def test_a_timer_answers_no_service():
     with pytest.raises(InvalidDeclaration, match="@timer stands alone"):
         service(Trigger, "reset")(timer(1.0)(lambda _: None))
+
+
+def test_a_service_without_type_or_name_is_explained():
+    with pytest.raises(InvalidDeclaration, match=r"@service needs a service type.* not '~/reset'"):
+        service("~/reset")
+    with pytest.raises(InvalidDeclaration, match=r"@service\(Trigger, …\) needs the service's name"):
+        service(Trigger)
+
+
+def test_a_swapped_subscription_is_put_right():
+    with pytest.raises(InvalidDeclaration, match=r'write subscription\(Int64, "numbers"\)'):
+        subscription("numbers", Int64)

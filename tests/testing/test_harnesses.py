@@ -15,6 +15,7 @@ from busflow.errors import (
     BusflowError,
     Deadlock,
     IncompatibleType,
+    InvalidDeclaration,
     InvalidParameter,
     LaunchError,
     NodeFailed,
@@ -672,3 +673,15 @@ def test_endless_wait_is_a_deadlock_with_names():
 
     with pytest.raises(Deadlock, match=r"asyncio.Event\(\).wait\(\)"):
         main()
+
+
+@virtual_time
+async def test_swapped_topic_and_type_are_explained():
+    async with harness(Counter, Doubler) as lab:
+        for publish in (lab.publish, lab.graph.publish):
+            with pytest.raises(InvalidDeclaration, match=r"publish\(topic, message\) needs the topic's name"):
+                publish(Int64(data=1), "numbers")
+        with pytest.raises(InvalidDeclaration, match="needs the topic's name, a text, not"):
+            lab.received(Int64, "numbers")
+        with pytest.raises(InvalidDeclaration, match=r"graph.subscribe\(Type, topic\) needs a message type"):
+            lab.subscribe("numbers", Int64)
