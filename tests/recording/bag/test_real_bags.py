@@ -88,21 +88,6 @@ def test_a_recorded_definition_hashes_as_in_ros2(folder: Path, topic: str, type_
         assert channel.type.type_hash == type_hash
 
 
-def test_service_events_are_read_from_the_services_definition():
-    with Bag(BAGS / "add_two_ints/topics_and_services.mcap") as bag:
-        events = [each.channel.plain(each.payload) for each in bag.entries(["/add_two_ints/_service_event"])]
-    asked = [(each["info"]["sequence_number"], *each["request"], *each["response"]) for each in events]
-    assert asked == [
-        (1, {"a": 1, "b": 3}),
-        (1, {"sum": 4}),
-        (2, {"a": 2, "b": 3}),
-        (2, {"sum": 5}),
-        (3, {"a": 3, "b": 3}),
-        (3, {"sum": 6}),
-    ]
-    assert {len(each["info"]["client_gid"]) for each in events} == {16}
-
-
 def test_bag_info_lists_the_contents(capsys: pytest.CaptureFixture[str]):
     assert main(["bag", "info", str(BAGS / "talker/talker.mcap")]) == 0
     out = capsys.readouterr().out

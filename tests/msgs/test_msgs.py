@@ -6,7 +6,6 @@ Tests of `builtin_interfaces.py`, `diagnostic_msgs.py`, `geometry_msgs.py`, `nav
 
 import copy
 import json
-import math
 import pickle
 import pkgutil
 import subprocess
@@ -34,8 +33,6 @@ from busflow.interfaces.message import (
     is_ros_type,
     type_name,
 )
-from busflow.msgs import sensor_msgs
-from busflow.msgs.sensor_msgs import BatteryState
 
 PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
 TYPES = [
@@ -51,7 +48,7 @@ ALL = MESSAGES | PARTS
 ROS = get_typestore(Stores.LATEST)
 CASES = {
     case["id"]: case
-    for case in json.loads((Path(__file__).parent / "cases/ros2_interfaces.json").read_text("utf-8"))["cases"]
+    for case in json.loads((Path(__file__).parents[1] / "cases/ros2_interfaces.json").read_text("utf-8"))["cases"]
 }
 ZEROS = {"bool": False, "string": "", "float64": 0.0, "float32": 0.0}
 
@@ -188,24 +185,3 @@ def test_finding_a_type_imports_only_its_package():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"
-
-
-def test_naming_a_type_reads_only_its_file():
-    code = (
-        "import sys; from busflow.msgs import sensor_msgs; sensor_msgs.LaserScan;"
-        "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.sensor_msgs.')))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['busflow.msgs.sensor_msgs.ranging']"
-
-
-def test_large_package_lists_only_its_types():
-    assert {*sensor_msgs.__all__} <= {*dir(sensor_msgs)}
-    with pytest.raises(AttributeError, match="has no attribute 'Imuu'"):
-        sensor_msgs.Imuu  # noqa: B018 - naming it is what is tested
-
-
-def test_what_a_battery_does_not_measure_is_nan():
-    state = BatteryState(temperature=math.nan)
-    assert math.isnan(state.temperature)
-    assert state == BatteryState(temperature=math.nan)

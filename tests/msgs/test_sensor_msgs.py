@@ -1,0 +1,35 @@
+"""`sensor_msgs` reads a file when one of its types is named; `test_msgs.py` compares every field with ROS 2's.
+
+Tests of `camera.py`, `environment.py`, `joystick.py`, `motion.py`, `points.py`, `power.py`, `ranging.py` and
+`satellite.py`.
+"""
+
+import math
+import subprocess
+import sys
+
+import pytest
+
+from busflow.msgs import sensor_msgs
+from busflow.msgs.sensor_msgs import BatteryState
+
+
+def test_naming_a_type_reads_only_its_file():
+    code = (
+        "import sys; from busflow.msgs import sensor_msgs; sensor_msgs.LaserScan;"
+        "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.sensor_msgs.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['busflow.msgs.sensor_msgs.ranging']"
+
+
+def test_large_package_lists_only_its_types():
+    assert {*sensor_msgs.__all__} <= {*dir(sensor_msgs)}
+    with pytest.raises(AttributeError, match="has no attribute 'Imuu'"):
+        sensor_msgs.Imuu  # noqa: B018 - naming it is what is tested
+
+
+def test_what_a_battery_does_not_measure_is_nan():
+    state = BatteryState(temperature=math.nan)
+    assert math.isnan(state.temperature)
+    assert state == BatteryState(temperature=math.nan)
