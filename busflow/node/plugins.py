@@ -253,14 +253,14 @@ def _importing(name: str, folder: Path | None = None, file: Path | None = None) 
     """Turns what the plugin's own code raises into a `PluginError`, and forgets what it had imported."""
     importlib.invalidate_caches()  # a file written a moment ago is not in the finders' listings yet
     before = set(sys.modules)
-    try:
-        with slow_import_named(name, folder):
+    with slow_import_named(name, folder):
+        try:
             yield
-    except BaseException as error:
-        _forget(sys.modules.keys() - before, folder)
-        if isinstance(error, (Exception, SystemExit)) or _raised_by_statement(error):
-            raise PluginError(_import_problem(name, folder, file, error)) from error
-        raise
+        except BaseException as error:
+            _forget(sys.modules.keys() - before, folder)
+            if isinstance(error, (Exception, SystemExit)) or _raised_by_statement(error):
+                raise PluginError(_import_problem(name, folder, file, error)) from error
+            raise
 
 
 def _forget(names: Iterable[str], folder: Path | None) -> None:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import FrameSummary, extract_stack
 
-from busflow.errors import ExitCode
+from busflow.errors import ExitCode, InvalidInput, Problem
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
 from busflow.validation.tracebacks import shown
@@ -25,9 +25,13 @@ _SKIPPED = (str(Path(__file__).parents[1]) + os.sep, "<frozen importlib", str(Pa
 
 @contextmanager
 def slow_import_named(name: str, folder: Path | None) -> Generator[None]:
-    """Watch the import of a plugin in this thread, whose own lines are below `folder`."""
+    """Watch the import of a plugin in this thread, whose own lines are below `folder`.
+
+    Raises:
+        InvalidInput: The limit that the environment states is no duration.
+    """
     ended = threading.Event()
-    arguments = (name, folder, threading.get_ident(), ended)
+    arguments = (name, folder, threading.get_ident(), ended, _limit_s())
     threading.Thread(target=_watch, args=arguments, name="busflow.import", daemon=True).start()
     try:
         yield
@@ -35,8 +39,7 @@ def slow_import_named(name: str, folder: Path | None) -> Generator[None]:
         ended.set()
 
 
-def _watch(name: str, folder: Path | None, thread: int, ended: threading.Event) -> None:
-    limit_s = _limit_s()
+def _watch(name: str, folder: Path | None, thread: int, ended: threading.Event, limit_s: float) -> None:
     if ended.wait(min(WARN_S, limit_s)):
         return
     if limit_s > WARN_S:
@@ -51,10 +54,12 @@ def _watch(name: str, folder: Path | None, thread: int, ended: threading.Event) 
 
 
 def _limit_s() -> float:
+    stated = os.environ.get(LIMIT, math.inf)
     try:
-        return parse_duration(os.environ.get(LIMIT, math.inf))
+        return parse_duration(stated)
     except ValueError:
-        return math.inf
+        text = f"{LIMIT} must be a duration with its unit, got {printable(repr(stated), limit=60)}"
+        raise InvalidInput(Problem("import-limit", text, f"write {LIMIT}=1min, or unset it")) from None
 
 
 def _write(text: str) -> None:
