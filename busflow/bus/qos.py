@@ -65,14 +65,33 @@ from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 
-from busflow.errors import Fault, InvalidDeclaration
+from busflow.errors import Fault, InvalidDeclaration, InvalidParameter
 from busflow.text import did_you_mean, printable
 from busflow.validation.durations import PATTERN, parse_duration
 from busflow.validation.faults import faults
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _InWords
+else:
+
+    class _InWords(type(BaseModel)):
+        """The class of `QoS`: a call with wrong values ends in busflow's words, a file's values in `qos_faults`."""
+
+        def __call__(cls, **stated: object) -> Any:
+            try:
+                return super().__call__(**stated)
+            except ValidationError as error:
+                found = [
+                    replace(each, fix=did_you_mean(str(each.path[-1]), cls.model_fields))
+                    if each.code == "unknown"
+                    else each
+                    for each in faults(error, cls, stated, noun="field")
+                ]
+            raise InvalidDeclaration(f"QoS: {InvalidParameter(found)}")
 
 
 class _Word(StrEnum):
@@ -169,13 +188,16 @@ def _said(default: object, description: str, key: str | None = None) -> Any:
     return Field(default=default, description=description, validation_alias=alias)
 
 
-class QoS(BaseModel):
+class QoS(BaseModel, metaclass=_InWords):
     """A quality-of-service profile. Another layer can set the fields that are not stated: see `merge`.
 
     In YAML the durations are `deadline`, `lifespan`, `lease`, `block_timeout`: seconds, or text with a unit.
 
     >>> QoS.model_validate({"depth": 5, "deadline": "50ms"}).deadline_s
     0.05
+    >>> QoS(depth=0)
+    Traceback (most recent call last):
+    busflow.errors.InvalidDeclaration: QoS: depth must be at least 1, got 0 (allowed: at least 1)
     """
 
     model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid")

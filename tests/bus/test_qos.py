@@ -92,9 +92,14 @@ def test_each_case_runs_or_has_a_reason():
 
 @pytest.mark.parametrize("depth", [0, -1, True, "5", 2.0, None])
 def test_a_depth_is_a_whole_number_above_zero(depth):
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidDeclaration, match="QoS: depth must be "):
         QoS(depth=depth)
     assert [fault.path for fault in qos_faults({"depth": depth})] == [("depth",)]
+
+
+def test_a_misspelt_qos_field_is_put_right():
+    with pytest.raises(InvalidDeclaration, match=r"^QoS: unknown field deadlne_s \(did you mean 'deadline_s'\?\)$"):
+        QoS(deadlne_s=1)
 
 
 def test_a_profile_cannot_change():
