@@ -44,7 +44,7 @@ class NodeLifetime:
         self._running = 0
         self._tasks: anyio.abc.TaskGroup | None = None
         self._awaited: list[Awaitable[None]] = []
-        """What of the node's own code is being awaited."""
+        """The awaitables of the node's own code that are being awaited."""
 
     def be_called(self, name: str, log: FilteringBoundLogger) -> None:
         """Set the node's full name and its log."""

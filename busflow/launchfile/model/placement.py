@@ -38,9 +38,9 @@ class ProcessLayout(StrEnum):
     """Rule that puts nodes into processes."""
 
     FILE = "file"
-    """As the launch file says."""
+    """Nodes are placed as the launch file says."""
     ONE = "one"
-    """All in the main process."""
+    """All nodes are in the main process."""
     AUTO = "auto"
     """Each in its own process, unless the file names one."""
 

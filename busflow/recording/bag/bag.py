@@ -27,7 +27,7 @@ _DIGESTED = Struct("<IIIQQ")
 class Bag:
     """A recording, opened for reading.
 
-    Nothing of it is read but its beginning and its end, until somebody asks for what only its messages tell.
+    Only its beginning and its end are read until a caller asks for something that stands in the messages.
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -90,7 +90,7 @@ class McapFile:
                         times += found.get(known, ())
                         found[known] = min(times), max(times)
         except BagError:
-            return None  # whoever reads the messages is told
+            return None  # reading the messages reports the damage
         return found if all(each in found for each, count in overview.counts.items() if count) else None
 
     @staticmethod
@@ -174,7 +174,7 @@ class McapFile:
                 if not self._take_next(file):
                     break
         except BagError:
-            return  # whoever reads the messages is told
+            return  # reading the messages reports the damage
 
     def _take_next(self, file: RecordFile) -> bool:
         """Read a record; False where it is of the messages."""

@@ -90,7 +90,7 @@ class OrderedMessages:
             reading = self._reading = self._reading or self._read_ahead(self._thread)
             await asyncio.wait([reading])
             if reading is not self._reading:
-                continue  # somebody else has taken it in meanwhile, or has sought
+                continue  # another task has taken it in meanwhile, or a seek has dropped it
             self._reading = None
             self._take_in(reading.result())
             if not self._is_read:

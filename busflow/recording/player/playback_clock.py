@@ -77,14 +77,14 @@ class PlaybackClock:
         self._paused = False
 
     def jump(self, moment_ns: int) -> None:
-        """Let it be another moment, earlier or later."""
+        """Set the clock to another moment, earlier or later."""
         self._set(moment_ns)
 
     async def sleep_until(self, moment_ns: int) -> bool:
         """Wait until it is a moment of the recording.
 
-        False, at once, where it is paused, or as soon as it is paused, sped up, slowed down or set to another moment:
-        whoever waits looks again what is next.
+        Return False at once where the clock is paused, or as soon as it is paused, sped up, slowed down or set to
+        another moment: the caller then looks again for the next message.
         """
         while (left_ns := moment_ns - self.now_ns()) > 0:
             if self._paused:

@@ -1,7 +1,7 @@
 """`Recorder`: writes a run into a file as it happens: messages, parameters, calls, log, and what all came to.
 
-It hears of each message before any queue has it, and nobody waits for it: whatever becomes of the recording, nothing
-else in the run is otherwise. It gives every message its number first of all, so that one that is missing is a gap.
+It receives each message before any queue, and no node waits for it: a recording that fails changes nothing else in the
+run. It numbers every message first, so that a missing one shows as a gap.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class Recorder(Extension):
         self._parameters = ParameterTrack(graph.clock)
         self._seen: set[str] = set()
         self._taps: list[tuple[Topic[Any], Callable[[Any], None]]] = []
-        self._lock = threading.Lock()  # whoever logs may do so in a thread of its own
+        self._lock = threading.Lock()  # log lines may come from other threads
         self._sequence = 0
         self._missed = 0
         self._why = ""
@@ -133,7 +133,7 @@ class Recorder(Extension):
 
     def end(self) -> None:
         """End the file with what the run came to."""
-        with self._lock:  # whoever logs in a thread of its own is before the account, or not in the file at all
+        with self._lock:  # a line of another thread comes before the account, or not into the file
             spool, self._spool = self._spool, None
         if spool is None:
             return
@@ -218,7 +218,7 @@ class Recorder(Extension):
             if node is None or (node not in share.nodes and recorder == share.process):
                 self._write(track, message)
             elif node not in share.nodes and recorder is None:
-                self._miss(f"nobody was to record what {node} publishes on {topic.name} from outside the run")
+                self._miss(f"no process records what {node} publishes on {topic.name} from outside the run")
 
         return record
 
@@ -260,7 +260,7 @@ class Recorder(Extension):
         problem = ""
         try:
             payload = track.encode(message)
-        except Exception as error:  # noqa: BLE001  # whoever publishes is not to blame for what cannot be recorded
+        except Exception as error:  # noqa: BLE001  # a message that cannot be recorded is no fault of its publisher
             payload, problem = b"", f"a message on {track.topic} cannot be put into bytes: {error}"
         with self._lock:
             spool = self._spool

@@ -20,16 +20,16 @@ class Share:
     nodes: frozenset[str]
     """The nodes of the whole run: messages of a node are recorded in its own process."""
     outside: Mapping[str, str]
-    """By topic, the process that records messages from outside: of a terminal or a node of ROS 2."""
+    """The process that records messages from outside, of a terminal or a node of ROS 2, by topic."""
 
     def as_words(self) -> dict[str, Any]:
-        """It as JSON can have it."""
+        """Return the share as plain data for JSON."""
         words = {"process": self.process, "file": str(self.file), "spec": asdict(self.spec)}
         return {**words, "nodes": sorted(self.nodes), "outside": dict(self.outside)}
 
     @classmethod
     def of_words(cls, words: Mapping[str, Any]) -> Self:
-        """It as it was.
+        """Return the share that `as_words` wrote.
 
         Raises:
             ValueError, TypeError, LookupError: These are no words of a share.

@@ -23,13 +23,13 @@ class DifferenceKind(StrEnum):
     CONTENT = "content"
     TIME = "time"
     MISSING = "missing"
-    """It was recorded, and not published in the replay."""
+    """A recorded message that the replay did not publish."""
     EXTRA = "extra"
-    """It was published in the replay alone."""
+    """A message that only the replay published."""
     FAILURE = "failure"
     """A node failed in the replay."""
     UNCOMPARED = "uncompared"
-    """One of the two came so much later that the other was not kept till then."""
+    """A message that came after its counterpart had been discarded."""
 
 
 @dataclass(frozen=True, slots=True)

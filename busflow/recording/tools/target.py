@@ -47,14 +47,14 @@ def _part_of(target: Path, make: Callable[[Path], None], remove: Callable[[Path]
         try:
             make(part)
         except FileExistsError:
-            fix = f"if nobody does any more, take {part} away"
-            raise BagError("somebody else writes it", file=str(target), fix=fix) from None
+            fix = f"if no other process does any more, take {part} away"
+            raise BagError("another process writes it", file=str(target), fix=fix) from None
         try:
             yield part
         finally:
             remove(part)
     except FileExistsError:
-        raise BagError("somebody else has made it meanwhile", file=str(target)) from None
+        raise BagError("another process has made it meanwhile", file=str(target)) from None
     except OSError as error:
         raise BagError(f"it cannot be written: {error.strerror or error}", file=str(target)) from None
 

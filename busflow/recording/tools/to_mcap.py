@@ -137,6 +137,6 @@ def _profiles(channel: Channel) -> str:
     """The offered QoS in this version's words, whatever version the bag has."""
     try:
         found = offered(channel.qos)
-    except BagError:  # nobody could have read it
+    except BagError:  # no reader could have used it either
         found = None
     return "" if found is None else offered_qos_profiles([found])

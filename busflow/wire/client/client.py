@@ -74,7 +74,7 @@ class Peer:
             patience_s: how long to wait for an answer, also for the first one.
 
         Raises:
-            InspectionUnavailable: nobody answers there.
+            InspectionUnavailable: no process answers there.
         """
         self.run = run
         self.session: zenoh.Session = run.open(patience_s)
@@ -114,7 +114,7 @@ class Peer:
         return [answer for answer, _ in self.ask_for_messages(question, **arguments)]
 
     def ask_for_messages(self, question: str, **arguments: Any) -> list[tuple[Any, list[Received]]]:
-        """As `ask`; with each answer the messages that came before it."""
+        """Ask as `ask` does; return with each answer the messages that came before it."""
         if question not in READ_ONLY_QUERIES:
             self.require(question.replace("_", " "))
         messages: dict[str, list[Received]] = {}
@@ -146,7 +146,7 @@ class Peer:
         """Return the tokens of every node and endpoint of the run, without this client's own."""
         found: list[Token] = []
         for reply in self.session.liveliness().get(f"{GRAPH}/{DOMAIN}/**", timeout=self._patience_s):
-            with suppress(MalformedMessage):  # somebody else's idea of a token is no reason to show nothing
+            with suppress(MalformedMessage):  # a foreign session's malformed token must not hide the rest
                 if reply.ok is not None:
                     found.append(Token.parse(str(reply.ok.key_expr)))
         return [token for token in found if token.session != self._zid]
@@ -165,9 +165,9 @@ class Peer:
         return view(*self.look())
 
     def look(self) -> tuple[list[Token], list[Any]]:
-        """What a view of the graph is made of: every token, and each process's answer to `graph`.
+        """Return the parts of a view of the graph: every token, and each process's answer to `graph`.
 
-        Those of others that only look are told by the run's processes: they have no link to this one.
+        Tokens of other clients come in the answers of the run's processes: clients have no link to each other.
         """
         tokens, answers = {str(token): token for token in self.tokens()}, self.ask("graph")
         for text in {text for answer in answers for text in answer.get("elsewhere", ())} - tokens.keys():
@@ -184,7 +184,7 @@ class Peer:
             MalformedMessage: the description that is offered is not the one its hash stands for.
         """
         from busflow.interfaces.encoding.foreign import (
-            ForeignType,  # whoever reads no message does not pay for the codec
+            ForeignType,  # a client that reads no message does not pay for the codec
         )
 
         key = name, type_hash
@@ -354,7 +354,7 @@ def run_called(name: str | None) -> FoundRun | RemoteRun:
     """
     if name is None or AT not in name:
         return find_run(name)
-    from busflow.wire.machines.remote import remote_run  # whoever looks on this machine does not pay for launch files
+    from busflow.wire.machines.remote import remote_run  # a client on this machine does not pay for launch files
 
     return remote_run(name)
 

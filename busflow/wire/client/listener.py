@@ -49,7 +49,7 @@ class Listener:
     def __init__(
         self, depth: int, *, most_bytes: int = MOST_BYTES, on_arrival: Callable[[], None] | None = None
     ) -> None:
-        """What waits is bounded by its number and its bytes.
+        """Make a queue that is bounded in messages and in bytes.
 
         Args:
             depth: how many messages may wait.

@@ -66,7 +66,7 @@ def matches(way: Any) -> bool:
 @contextmanager
 def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, gid: bytes) -> Generator[Speaker]:
     """A speaker while the block lasts, that keeps what it says where its `qos` wants that."""
-    from busflow.clock import SystemClock  # whoever only looks does not pay for asyncio
+    from busflow.clock import SystemClock  # a client that only looks does not pay for asyncio
 
     key, stated = topic_key(topic, type_.name, type_.type_hash), from_text(qos)
     drop = zenoh.CongestionControl.DROP

@@ -65,7 +65,7 @@ class Barrier:
 
         def on_sample(sample: zenoh.Sample) -> None:
             alive = sample.kind == zenoh.SampleKind.PUT
-            with suppress(RuntimeError):  # the loop has ended: there is nobody to tell
+            with suppress(RuntimeError):  # the loop has ended: nothing is left to notify
                 loop.call_soon_threadsafe(self._on_token, str(sample.key_expr), alive)
 
         self._mirror.presence.on_change.append(self._look_soon)

@@ -84,7 +84,7 @@ class Mirror:
         self._ids = 0
         self._nodes: dict[str, zenoh.LivelinessToken] = {}
         self._left: dict[str, set[str]] = {}
-        """By node, the topics that it has had and left."""
+        """The topics that each node had endpoints on and has left."""
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
         self._services = ServiceMirror(self._connection, self._token)
@@ -142,7 +142,7 @@ class Mirror:
         self._connection.sender.close()
         self._connection.replier.close()
 
-    # Whether all is there: for whoever has to wait for it.
+    # For callers that wait until all processes are there.
 
     @property
     def presence(self) -> Presence:
@@ -298,7 +298,7 @@ class Mirror:
         """Call a function on the event loop, from any thread."""
         loop = self._loop
         if loop is not None:
-            with suppress(RuntimeError):  # the loop has ended meanwhile: there is nobody to tell
+            with suppress(RuntimeError):  # the loop has ended meanwhile: nothing is left to notify
                 loop.call_soon_threadsafe(work, *arguments)
 
     def _log_bug(self, error: Exception) -> None:

@@ -35,7 +35,7 @@ class RemoteServer:
         """Accept the service's calls from now on.
 
         Raises:
-            DuplicateServer: somebody answers it already.
+            DuplicateServer: another server answers it already.
         """
         self.token = token
         self._service, self._key, self._gid = service, key, gid

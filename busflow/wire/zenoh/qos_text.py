@@ -84,7 +84,7 @@ def from_text(text: str) -> WireQoS:
 
 def as_qos(stated: WireQoS, *, most_depth: int = 1 << 31) -> QoS:
     """Convert a token's QoS into a profile, with its depth limited to `most_depth`. Each that was parsed can be one."""
-    from busflow.bus.qos import QoS  # whoever only shows a token does not pay for pydantic
+    from busflow.bus.qos import QoS  # a client that only shows tokens does not pay for pydantic
 
     limits = {"deadline": stated.deadline_ns, "lifespan": stated.lifespan_ns, "lease": stated.lease_ns}
     words: dict[str, object] = {word: limit / _NS_PER_S for word, limit in limits.items() if limit}

@@ -140,7 +140,7 @@ def _linked(own: Sequence[str], network: Network) -> dict[str, Any]:
         "listen/endpoints": [*own, *map(str, network.listens)],
         "connect/endpoints": [str(end) for end in network.dials],
         "connect/timeout_ms": -1,  # go on for ever: a machine may come at any time
-        "scouting/delay": 1,  # milliseconds; nobody is scouted for
+        "scouting/delay": 1,  # milliseconds; multicast scouting is off
         "timestamping/enabled": False,
         "adminspace/enabled": False,
     }

@@ -30,7 +30,9 @@ def test_what_fails_half_way_leaves_nothing(tmp_path, new):
 def test_another_writers_part_is_left_alone(tmp_path, new):
     with new(tmp_path / "out"):
         part = tmp_path / ".out.part"
-        with pytest.raises(BagError, match=rf"somebody else writes it; if nobody does any more, take {part} away"):
+        with pytest.raises(
+            BagError, match=rf"another process writes it; if no other process does any more, take {part} away"
+        ):
             new(tmp_path / "out").__enter__()
         assert part.exists()
     assert (tmp_path / "out").exists()
@@ -47,7 +49,7 @@ def test_file_of_another_program_is_not_overwritten(tmp_path, links, request):
             part.write_text("ours")
             target.write_text("theirs")
 
-    with pytest.raises(BagError, match="somebody else has made it meanwhile"):
+    with pytest.raises(BagError, match="another process has made it meanwhile"):
         write()
     assert [each.read_text() for each in tmp_path.iterdir()] == ["theirs"]
 
