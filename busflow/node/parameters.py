@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, cast
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -38,6 +38,15 @@ class Parameters(StrictModel):
         """Refuse values without an annotation."""
         super().__init_subclass__(**kwargs)
         refuse_bare(cls)
+
+    if not TYPE_CHECKING:  # to type checkers an assignment stays the error of a frozen class
+
+        def __setattr__(self, name: str, value: object) -> None:
+            """Refuse to change one value: parameters are replaced as a whole, once they are checked."""
+            if name in type(self).model_fields:
+                fix = f'write graph.set_parameters("node", {{"{name}": …}}), or busflow param set'
+                raise InvalidParameter([Fault((name,), f"{name} cannot be assigned: parameters are frozen", fix)])
+            super().__setattr__(name, value)
 
 
 class _ReadOnlyMark:

@@ -190,7 +190,7 @@ def test_a_default_outside_its_range_is_a_fault():
 
 def test_parameters_cannot_be_changed_in_place():
     parameters = validate(RobotParameters, {})
-    with pytest.raises(ValidationError):
+    with pytest.raises(InvalidParameter):
         parameters.rate_hz = 5.0  # type: ignore[misc]  # that is the point
 
 
@@ -276,3 +276,15 @@ def test_parameter_without_annotation_is_refused_with_advice():
 
         class Bare(Parameters):
             rate_hz = 10
+
+
+def test_an_assigned_parameter_is_refused_with_advice():
+    class Sensor(Parameters):
+        a: int = 1
+
+    sensor = Sensor()
+    with pytest.raises(InvalidParameter, match=r"a cannot be assigned: .*graph\.set_parameters\("):
+        sensor.a = 2
+    with pytest.raises(ValidationError):
+        sensor.b = 2
+    assert sensor == Sensor(a=1)
