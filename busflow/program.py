@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import sys
 from collections.abc import Generator, Mapping, Sequence
@@ -10,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, Problem, Stray
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NodeFailed, NotRunning, Problem, Stray
 from busflow.launchfile.check.machine import on_machine
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.placement import placed
@@ -87,7 +88,9 @@ def run(
 
     Raises:
         LaunchError: the graph cannot run.
+        NotRunning: an event loop runs in this thread already, as in a notebook.
     """
+    _refuse_in_a_loop()
     outer = dict(os.environ)
     ready = [described(each, args) if isinstance(each, str | Path) else each for each in what]
     descriptions = [each for each in ready if isinstance(each, LaunchDescription)]
@@ -112,6 +115,22 @@ def run(
         _check_that_it_can_be_spread(what, spread[0], inspect)
         group = _process_group(graph, spread[0], inspect, outer, args or {}, record, event_loop)
         return _run_to_end(graph, new_loop, group)
+
+
+def _refuse_in_a_loop() -> None:
+    """Refuse to run a graph to its end inside of a running event loop.
+
+    Raises:
+        NotRunning: the message names the way out.
+    """
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return
+    raise NotRunning(
+        "busflow.run(…) is a whole program, and an event loop runs here already, as in a notebook: write "
+        "graph = await busflow.launch(…).start(), and at the end await graph.stop()"
+    )
 
 
 def _observed(graph: Graph, record: Wanted | None, inspect: bool | str) -> Graph:

@@ -8,8 +8,9 @@ import pytest
 
 import busflow
 from busflow import LaunchError, Node, publisher
-from busflow.errors import ExitCode
+from busflow.errors import ExitCode, NotRunning
 from busflow.msgs.std_msgs import Int64
+from busflow.testing import virtual_time
 
 
 class Failing(Node):
@@ -29,6 +30,19 @@ def test_run_prints_a_failure_and_returns_its_code(capsys):
     shown = capsys.readouterr().err
     assert "error: node /failing failed in Failing.start" in shown
     assert "ValueError: no sensor" in shown
+
+
+@virtual_time
+async def test_run_in_a_notebook_names_launch():
+    with pytest.raises(NotRunning, match=r"graph = await busflow\.launch\(…\)\.start\(\)"):
+        busflow.run(Counting, inspect=False)
+
+
+@virtual_time
+async def test_start_returns_the_graph():
+    graph = busflow.launch(Counting)
+    assert await graph.start() is graph
+    await graph.stop()
 
 
 def test_run_refuses_a_graph_that_cannot_run():

@@ -133,8 +133,8 @@ class Graph:
             self._plan = preflight.plan(self.descriptions, self._nodes)
         return self._plan
 
-    async def start(self) -> None:
-        """Check the graph and start its nodes; returns when every `start` has returned.
+    async def start(self) -> Self:
+        """Check the graph and start its nodes; returns the graph when every `start` has returned.
 
         Raises:
             LaunchError: the graph cannot run, with every problem.
@@ -176,6 +176,7 @@ class Graph:
         if self.failures or self._duration_s is not None:
             await self.stop()
             await self.wait()
+        return self
 
     async def dismiss(self, names: Collection[str]) -> None:
         """Stop some of the nodes for good, while the others go on."""
