@@ -21,6 +21,7 @@ from pydantic_core import core_schema as cs
 
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces import arrays
+from busflow.text import printable
 
 _FLOAT32 = struct.Struct("<f")  # the native "f" would turn what is too large into infinity
 _TAKES: dict[type, Any] = {
@@ -29,6 +30,8 @@ _TAKES: dict[type, Any] = {
     int: (int, np.integer),
     float: (float, int, np.floating, np.integer),
 }
+_EXACT = 2**53
+"""Up to here a float has the value of every integer."""
 _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
@@ -74,6 +77,8 @@ class Primitive:
             plain = self.python(value)
         except OverflowError:
             raise ValueError(f"{self.name} cannot hold so large a number") from None
+        if self.python is float and isinstance(value, _TAKES[int]) and plain != int(value):
+            raise ValueError(f"no {self.name} is {printable(value, limit=40)}; the nearest is {plain}")
         return round_float32(plain) if self.name == "float32" else plain
 
     def array_check(self, kind: ArrayKind, size: int) -> Callable[[Any], arrays.AnyArray]:
@@ -97,7 +102,7 @@ class Primitive:
             # A strict float alone takes whatever has __float__: numpy's booleans, decimals.
             number = cs.float_schema(strict=True)
             floats = cs.chain_schema([cs.is_instance_schema(float), number])
-            integers = cs.chain_schema([cs.int_schema(strict=True), number])
+            integers = cs.chain_schema([cs.int_schema(strict=True, ge=-_EXACT, le=_EXACT), number])
             fast = [cs.json_or_python_schema(number, floats), integers]
         schema = cs.union_schema(
             [*fast, cs.no_info_plain_validator_function(self.check)],

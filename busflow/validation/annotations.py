@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from inspect import get_annotations
@@ -23,8 +24,8 @@ _VALUES = (bool, int, float, complex, str, bytes, list, tuple, dict, set, NoneTy
 
 _EXACT = 2**53
 """Up to here a float has the value of every integer."""
-_WHOLE = 2**64
-"""Beyond this nothing is a number of a file, and is refused as such."""
+_LARGEST = sys.float_info.max
+"""An integer beyond this has no nearest float, and pydantic refuses it."""
 
 
 class Bounds(NamedTuple):
@@ -205,8 +206,9 @@ def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
 def _exact(value: object) -> object:
     """Return the value of a field that is a float; refuse an integer that no float has as its value."""
     value = python_scalar(value)
-    if type(value) is int and _EXACT < abs(value) <= _WHOLE and float(value) != value:
-        raise ValueError(f"no float is {value}; write the nearest, {float(value):.1f}, or make it a whole number")
+    if type(value) is int and _EXACT < abs(value) <= _LARGEST and float(value) != value:
+        shown = printable(value, limit=40)
+        raise ValueError(f"no float is {shown}; write the nearest, {float(value)}, or make it a whole number")
     return value
 
 

@@ -173,6 +173,12 @@ def test_nan_and_infinity_are_values(annotation):
     assert math.isnan(hold(annotation, np.float32("nan")))
 
 
+@pytest.mark.parametrize("value", [2**53 + 1, -(2**65) - 1, np.int64(2**53 + 1)])
+def test_an_integer_that_no_float_is_is_refused(value):
+    assert refuse(float64, value)["type"] == "float64"
+    assert hold(float64, 2**60) == 2**60
+
+
 def test_a_float32_is_rounded_when_given():
     assert hold(float32, 0.1) == float(np.float32(0.1)) != 0.1
     assert hold(float32, 16777217) == 16777216

@@ -129,6 +129,11 @@ def test_nan_is_accepted_without_a_declared_range():
             "limit: no float is 9007199254740993; write the nearest, 9007199254740992.0, or make it a whole number",
             None,
         ),
+        (
+            {"limit": 2 * 10**21 + 1},
+            "limit: no float is 2000000000000000000001; write the nearest, 2e+21, or make it a whole number",
+            None,
+        ),
         ({"count": "10"}, "count must be a whole number, got text '10'", "remove the quotes"),
         ({"count": 10.0}, "count must be a whole number, got 10.0", "write 10"),
         ({"count": 10.5}, "count must be a whole number, got 10.5", None),
