@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, cast
 
 from busflow.msgs.rcl_interfaces import (
@@ -14,6 +16,7 @@ from busflow.msgs.rcl_interfaces import (
     ParameterType,
     ParameterValue,
 )
+from busflow.validation.annotations import UNBOUNDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from busflow.clock import Time
     from busflow.node.parameter_store import ParameterChange
     from busflow.node.parameters import ParameterInfo
+    from busflow.validation.annotations import Bounds
 
 INT64 = range(-(1 << 63), 1 << 63)
 
@@ -109,8 +113,7 @@ def plain_value(message: ParameterValue) -> object:
 def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDescriptor:
     """The descriptor of a parameter as ROS 2 sends it; a range without an end has the type's own limit there."""
     kind = _TYPES.get(info.type.removesuffix(" or null")) or type_of(info.default if value is None else value, info)
-    low, high, step = info.bounds.minimum, info.bounds.maximum, info.bounds.step
-    bounded = (low, high, step) != (None, None, None)
+    bounded = info.bounds != UNBOUNDED
     integers, floats = kind == ParameterType.PARAMETER_INTEGER, kind == ParameterType.PARAMETER_DOUBLE
     constraints = [str(info.bounds)] if bounded else []
     if info.choices:
@@ -121,30 +124,48 @@ def descriptor_message(info: ParameterInfo, value: object = None) -> ParameterDe
         description=info.description,
         additional_constraints="; ".join(constraints),
         read_only=info.read_only,
-        floating_point_range=(_floating_point_range(low, high, step),) if bounded and floats else (),
-        integer_range=(_integer_range(low, high, step),) if bounded and integers else (),
+        floating_point_range=(_floating_point_range(info.bounds),) if bounded and floats else (),
+        integer_range=(_integer_range(info.bounds),) if bounded and integers else (),
     )
 
 
-def _floating_point_range(low: float | None, high: float | None, step: float | None) -> FloatingPointRange:
+def _floating_point_range(bounds: Bounds) -> FloatingPointRange:
+    low = float("-inf") if bounds.minimum is None else bounds.minimum
+    high = float("inf") if bounds.maximum is None else bounds.maximum
+    step = bounds.step or 0.0
     return FloatingPointRange(
-        from_value=float("-inf") if low is None else _from(low, step),
-        to_value=float("inf") if high is None else high,
-        step=step or 0.0,
+        from_value=float(_end(low, step, excluded=bounds.exclusive_minimum, into=1)),
+        to_value=float(_end(high, step, excluded=bounds.exclusive_maximum, into=-1)),
+        step=step,
     )
 
 
-def _integer_range(low: float | None, high: float | None, step: float | None) -> IntegerRange:
+def _integer_range(bounds: Bounds) -> IntegerRange:
+    low = INT64.start if bounds.minimum is None else bounds.minimum
+    high = INT64.stop - 1 if bounds.maximum is None else bounds.maximum
+    step = int(bounds.step or 0)
     return IntegerRange(
-        from_value=int(_from(INT64.start if low is None else int(low), int(step or 0))),
-        to_value=INT64.stop - 1 if high is None else int(high),
-        step=int(step or 0),
+        from_value=int(_end(low, step or 1, excluded=bounds.exclusive_minimum, into=1)),
+        to_value=int(_end(high, step or 1, excluded=bounds.exclusive_maximum, into=-1)),
+        step=step,
     )
 
 
-def _from(low: float, step: float | None) -> float:
-    """The first value of a range: ROS 2 counts steps from there, and `multiple_of` counts them from zero."""
-    return -(-low // step) * step if step else low
+def _end(limit: float, step: float, *, excluded: bool, into: int) -> float | Fraction:
+    """The outermost allowed value of a range: ROS 2 counts steps from the first, and `multiple_of` from zero.
+
+    Args:
+        limit: The limit that is declared.
+        step: What allowed values are multiples of; 0 for any value.
+        excluded: Whether the limit itself is not allowed.
+        into: The direction into the range, 1 from its lower end and -1 from its upper.
+    """
+    if not step or math.isinf(limit):
+        return limit
+    each = Fraction(str(step))  # 0.1 as it is written, or the third step would be 0.30000000000000004
+    steps = Fraction(str(limit)) / each
+    count = into * math.ceil(into * steps)
+    return (count + into if excluded and count == steps else count) * each
 
 
 def event_message(

@@ -85,13 +85,52 @@ def test_steps_count_from_an_allowed_value(low, first):
     assert (floats.from_value, floats.step) == (float("-inf") if low is None else first, 2.0)
 
 
+@pytest.mark.parametrize(
+    ("limits", "ends"),
+    [
+        ({"gt": 2, "lt": 8}, (4, 6)),
+        ({"gt": 1, "lt": 9}, (2, 8)),
+        ({"ge": -3, "le": 9}, (-2, 8)),
+        ({"le": 9}, (-(2**63), 8)),
+    ],
+)
+def test_a_range_ends_at_allowed_steps(limits, ends):
+    class Stepped(Parameters):
+        count: int = Field(default=4, multiple_of=2, **limits)
+        rate_hz: float = Field(default=4, multiple_of=2, **limits)
+
+    count, rate = (descriptor_message(info) for info in describe(Stepped))
+    (integers,), (floats,) = count.integer_range, rate.floating_point_range
+    assert (integers.from_value, integers.to_value) == ends
+    assert (floats.from_value, floats.to_value) == (ends[0] if ends[0] > -9 else float("-inf"), ends[1])
+
+
+def test_a_range_of_tenths_has_exact_ends():
+    class Tenths(Parameters):
+        gain: float = Field(default=0.5, ge=0.3, lt=0.7, multiple_of=0.1)
+        free: float = Field(default=0.5, ge=0.3, le=float("inf"), multiple_of=0.1)
+
+    gain, free = (descriptor_message(info).floating_point_range[0] for info in describe(Tenths))
+    assert (gain.from_value, gain.to_value) == (0.3, 0.6)
+    assert (free.from_value, free.to_value) == (0.3, float("inf"))
+
+
+def test_an_integer_range_excludes_its_limits():
+    class Count(Parameters):
+        count: int = Field(default=4, gt=0, lt=9)
+
+    (info,) = describe(Count)
+    (integers,) = descriptor_message(info).integer_range
+    assert (integers.from_value, integers.to_value, integers.step) == (1, 8, 0)
+
+
 def test_a_descriptor_says_what_is_declared():
     rate, count = descriptor_message(INFOS["rate_hz"]), descriptor_message(INFOS["count"])
     (floats,), (integers,) = rate.floating_point_range, count.integer_range
     assert (rate.name, rate.description, rate.type) == ("rate_hz", "How often.", ParameterType.PARAMETER_DOUBLE)
     assert (floats.from_value, floats.to_value, floats.step) == (0.0, 1000.0, 0.0)
     assert rate.additional_constraints == "greater than 0, at most 1000"
-    assert (integers.from_value, integers.to_value, integers.step) == (0, 2**63 - 1, 2)
+    assert (integers.from_value, integers.to_value, integers.step) == (0, 2**63 - 2, 2)
     assert descriptor_message(INFOS["frame"]).read_only
     assert descriptor_message(INFOS["mode"]).additional_constraints == "one of slow, fast"
     kinds = {name: descriptor_message(info).type for name, info in INFOS.items()}
