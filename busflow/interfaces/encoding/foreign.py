@@ -11,8 +11,9 @@ from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding import json_form
 from busflow.interfaces.encoding import msg_text as definition
 from busflow.interfaces.encoding.description import TypeDescription, check, rihs01
-from busflow.interfaces.encoding.plain_reader import decoder_from_description
+from busflow.interfaces.encoding.plain_reader import decoder_from_description, measure_from_description
 from busflow.interfaces.encoding.plain_writer import encoder_from_description
+from busflow.interfaces.encoding.viewer_schema import recorded_definition
 
 
 class ForeignType:
@@ -42,10 +43,10 @@ class ForeignType:
 
     @cached_property
     def definition(self) -> str:
-        """The description as text: the `.msg` file with those it needs, or the JSON Schema."""
+        """The description as text, as recordings hold it: the `.msg` file with those it needs, or the JSON Schema."""
         if self.is_ros:
             return definition.ros2msg(cast("TypeDescription", self.description))
-        return json.dumps(self.description, indent=2)
+        return recorded_definition(self.description)
 
     @cached_property
     def decode(self) -> Callable[[bytes | bytearray | memoryview], Any]:
@@ -53,6 +54,20 @@ class ForeignType:
         if self.is_ros:
             return decoder_from_description(self.description)
         return lambda payload: json_form.decode(payload, self.name)
+
+    def without_surplus(self, payload: bytes) -> bytes:
+        """The message that the bytes begin with; what follows it is left out.
+
+        Some viewers send the whole buffer in which they have written. Raises MalformedMessage where there is none.
+        """
+        if self.is_ros:
+            return payload[: self._measure(payload)]
+        self.decode(payload)  # JSON ends where it ends: what follows is an error
+        return payload
+
+    @cached_property
+    def _measure(self) -> Callable[[bytes], int]:
+        return measure_from_description(self.description)
 
     @cached_property
     def encode(self) -> Callable[[Mapping[str, Any]], bytes]:

@@ -16,7 +16,7 @@ import sys
 from array import array
 from collections.abc import Callable
 from struct import Struct
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.cdr_layout import BIG_ENDIAN, HEADER, HEADER_SIZE, SPARE, padding
@@ -80,6 +80,7 @@ class _Cursor:
 
 Reader: TypeAlias = Callable[[_Cursor], Any]
 Payload: TypeAlias = bytes | bytearray | memoryview
+Result = TypeVar("Result")
 
 
 def decoder_from_description(description: TypeDescription) -> Callable[[Payload], dict[str, Any]]:
@@ -91,31 +92,51 @@ def decoder_from_description(description: TypeDescription) -> Callable[[Payload]
     Raises:
         MalformedMessage: The description is none.
     """
+    return _reading(description, _whole)
+
+
+def measure_from_description(description: TypeDescription) -> Callable[[Payload], int]:
+    """A function that returns the size of the message which bytes begin with, whatever follows it.
+
+    It raises MalformedMessage where they begin with none.
+
+    Raises:
+        MalformedMessage: The description is none.
+    """
+    return _reading(description, lambda data, read: _begun(data, read)[1].offset)
+
+
+def _reading(description: TypeDescription, take: Callable[[bytes, Reader], Result]) -> Callable[[Payload], Result]:
+    """A function that takes something of a message of the described type, and says what it cannot read."""
     types = types_in(check(description))
     name = description["type_description"]["type_name"]
     read = _Readers(types).of(name)
 
-    def decode(payload: Payload) -> dict[str, Any]:
-        data = bytes(payload)
+    def reading(payload: Payload) -> Result:
         try:
-            return _whole(data, read)
+            return take(bytes(payload), read)
         except _Unreadable as fault:
             where = tuple(reversed(fault.path))
             raise MalformedMessage(fault.reason, type_name=name, path=where, offset=fault.offset) from None
 
-    return decode
+    return reading
 
 
 def _whole(data: bytes, read: Reader) -> Any:
     """The message that is all of `data`."""
+    value, cursor = _begun(data, read)
+    if (left := len(data) - cursor.offset) > SPARE:
+        raise _Unreadable(f"{left} bytes follow the message", cursor.offset)
+    return value
+
+
+def _begun(data: bytes, read: Reader) -> tuple[Any, _Cursor]:
+    """The message that `data` begins with, and where it ends."""
     little = data[:2] == HEADER[:2]
     if len(data) < HEADER_SIZE or not (little or data[:2] == BIG_ENDIAN):
         raise _Unreadable(f"{data[:4].hex(' ') or 'nothing'} is no header of plain CDR", 0)
     cursor = _Cursor(data, little=little)
-    value = read(cursor)
-    if (left := len(data) - cursor.offset) > SPARE:
-        raise _Unreadable(f"{left} bytes follow the message", cursor.offset)
-    return value
+    return read(cursor), cursor
 
 
 class _Readers:

@@ -24,6 +24,7 @@ from busflow.interfaces.encoding.description import (
     rihs01,
     service_types,
 )
+from busflow.interfaces.encoding.viewer_schema import recorded_definition
 from busflow.interfaces.fields import ArrayKind, FieldType
 from busflow.interfaces.message import (
     Message,
@@ -115,7 +116,7 @@ class TypeSupport:
         """The description as text, as recordings hold it: the `.msg` file with those it needs, or the JSON Schema."""
         if self.is_ros:
             return definition.ros2msg(cast("TypeDescription", self.description))
-        return json.dumps(self.description)
+        return recorded_definition(self.description)
 
     @cached_property
     def encode(self) -> Callable[[Message], bytes]:

@@ -144,9 +144,10 @@ def _json_type(channel: Channel) -> ForeignType:
 
     from busflow.interfaces.encoding import json_form
     from busflow.interfaces.encoding.foreign import ForeignType
+    from busflow.interfaces.encoding.viewer_schema import source_schema
 
     try:
-        schema = json.loads(channel.definition or "{}")
+        schema = source_schema(json.loads(channel.definition or "{}"))
         type_hash = json_form.type_hash(schema)
     except (ValueError, AttributeError, TypeError, RecursionError):
         raise channel._unreadable("is described by no JSON Schema") from None  # noqa: SLF001  # the same file

@@ -34,7 +34,7 @@ def test_messages_in_json_are_read_and_written():
     peer = foreign(support)
     assert peer.decode(support.encode(Maybe(value=3))) == {"value": 3}
     assert support.decode(peer.encode({"value": 4})) == Maybe(value=4)
-    assert json.loads(peer.definition) == support.description
+    assert peer.definition == support.definition
 
 
 def test_a_description_of_another_hash_is_refused():
@@ -69,3 +69,19 @@ def test_a_schema_deeper_than_python_allows_is_refused():
         ForeignType("a/msg/B", "JSON01_" + "0" * 64, description)
     while description:  # taken apart by hand: Python itself would end the process over so deep a value
         description = description.pop("items")
+
+
+def test_what_follows_a_message_is_left_out():
+    support = TypeSupport(Header)
+    peer = foreign(support)
+    data = support.encode(Header(frame_id="map"))
+    assert peer.without_surplus(data + b"\7" * 80) == data
+    with pytest.raises(MalformedMessage, match="4 bytes of text are announced and 2 bytes are left"):
+        peer.without_surplus(data[:-2])
+
+
+def test_json_has_no_surplus():
+    peer = foreign(TypeSupport(Maybe))
+    assert peer.without_surplus(b'{"value": 4}') == b'{"value": 4}'
+    with pytest.raises(MalformedMessage):
+        peer.without_surplus(b'{"value": 4}}')

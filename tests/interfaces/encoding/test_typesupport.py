@@ -7,6 +7,7 @@ from pydantic import Field
 
 from busflow.interfaces.encoding.description import fields_of, rihs01
 from busflow.interfaces.encoding.typesupport import TypeSupport, describe
+from busflow.interfaces.encoding.viewer_schema import source_schema
 from busflow.interfaces.message import Message, ServiceType
 from busflow.msgs.rcl_interfaces import Log
 from busflow.msgs.sensor_msgs import Image, Imu, JointState
@@ -64,4 +65,4 @@ def test_definition_of_another_message_is_its_json_schema():
         scores: dict[str, float] = Field(default_factory=dict)
 
     support = TypeSupport(Scored)
-    assert json.loads(support.definition) == support.description == Scored.model_json_schema()
+    assert source_schema(json.loads(support.definition)) == support.description == Scored.model_json_schema()

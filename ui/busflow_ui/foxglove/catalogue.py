@@ -5,7 +5,6 @@ Looking asks the run and waits; it is a step of its own, so that it can be taken
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -191,6 +190,4 @@ def _answered(graph: GraphView) -> list[TopicView]:
 
 def _encoding(type_: ForeignType) -> dict[str, str]:
     """Return the encoding of a type's messages, and its definition."""
-    # Viewers get the JSON Schema without the line breaks that make it legible.
-    schema = type_.definition if type_.is_ros else json.dumps(type_.description)
-    return {"encoding": type_.encoding, "schemaEncoding": type_.definition_encoding, "schema": schema}
+    return {"encoding": type_.encoding, "schemaEncoding": type_.definition_encoding, "schema": type_.definition}

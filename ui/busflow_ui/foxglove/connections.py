@@ -11,11 +11,13 @@ if TYPE_CHECKING:
 
 Ends: TypeAlias = Mapping[str, tuple[str, ...]]
 """Nodes by the name of the topic or service."""
+_OF_PARAMETERS = "rcl_interfaces/srv/"
+"""Types of the six services for parameters that each node has; drawn, they would hide all other lines."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connections:
-    """Nodes at the endpoints of each topic and service, hidden ones left out."""
+    """Nodes at the endpoints of each topic and service; hidden ones and services for parameters are left out."""
 
     published: Ends = field(default_factory=dict[str, tuple[str, ...]])
     subscribed: Ends = field(default_factory=dict[str, tuple[str, ...]])
@@ -33,7 +35,11 @@ class Connections:
         return cls(
             {topic.name: found for topic in shown if (found := nodes(topic.publishers))},
             {topic.name: found for topic in shown if (found := nodes(topic.subscriptions))},
-            {each.name: found for each in graph.services.values() if (found := nodes(each.publishers))},
+            {
+                each.name: found
+                for each in graph.services.values()
+                if not each.type.startswith(_OF_PARAMETERS) and (found := nodes(each.publishers))
+            },
         )
 
     def since(self, former: Connections) -> Mapping[str, Any]:

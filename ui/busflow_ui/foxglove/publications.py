@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from busflow.cli.commands import ForeignType, GraphView, Peer, Speaker
     from busflow_ui.foxglove.protocol import ClientChannel
 
-ENCODINGS = ("cdr", "json")
-"""Encodings that viewers may publish in, the preferred one first."""
+ENCODINGS = ("json", "cdr")
+"""Encodings that viewers may publish in. Lichtblick takes the first that it knows, and writes JSON without surplus."""
 _MOST = 100
 """Most topics that one viewer may publish."""
 _LATCHED = "transient_local"
@@ -82,8 +82,7 @@ class Publications:
         if found.is_json and found.type.is_ros:
             found.speaker.publish(decode_json(payload, found.type.name))
         else:
-            found.type.decode(payload)  # what cannot be read is told to who sent it, and not to the nodes
-            found.speaker.publish_bytes(payload)
+            found.speaker.publish_bytes(found.type.without_surplus(payload))
 
     def end(self, id_: int) -> None:
         """Stop publishing a topic."""

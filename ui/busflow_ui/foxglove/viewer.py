@@ -290,20 +290,23 @@ class Viewer:
         task.add_done_callback(self._calls.discard)
 
     async def _call(self, request: protocol.CallService) -> None:
+        offer = self._run.catalogue.services.get(request.service)
         try:
             self._require_writable("call services")
-            offer = self._run.catalogue.services.get(request.service)
             if offer is None:
                 raise NoSuchTarget("the service has gone")
             if request.encoding != offer.encoding:
                 raise MalformedMessage(f"its requests are {offer.encoding}, not {printable(request.encoding)!r}")
             if len(self._calls) > _MOST_CALLS:
                 raise ServiceUnavailable(f"{_MOST_CALLS} calls are under way")
-            question = partial(self._run.peer.call_bytes, offer.kind, request.payload, timeout_s=_CALL_S)
+            payload = offer.kind.request.without_surplus(request.payload)
+            question = partial(self._run.peer.call_bytes, offer.kind, payload, timeout_s=_CALL_S)
             payload = await self._run.call(question)
         except BusflowError as error:
             ids = {"serviceId": request.service, "callId": request.call}
             self.send(protocol.text("serviceCallFailure", **ids, message=str(error)))
+            # Lichtblick shows no failed call, and its panel waits for ever.
+            self.send_status(Level.ERROR, f"{offer.kind.name}: {error}" if offer else str(error))
         else:
             self.send(protocol.call_answered(request.service, request.call, offer.encoding, payload))
 

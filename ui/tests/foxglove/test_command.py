@@ -288,6 +288,7 @@ def test_topics_come_and_go(served: Served, lab1: Any):
     assert {"name": "/imu/data", "publisherIds": ["/sensor_publisher"]} in whole["publishedTopics"]
     assert {"name": "/imu/data", "subscriberIds": ["/sensor_processor"]} in whole["subscribedTopics"]
     assert {"name": "/sensor_publisher/reset", "providerIds": ["/sensor_publisher"]} in whole["advertisedServices"]
+    assert not [each["name"] for each in whole["advertisedServices"] if "parameters" in each["name"]]
     command = [sys.executable, "-m", "busflow", "topic", "pub", "-r", "5", "chatter", "std_msgs/String", "{data: hi}"]
     with subprocess.Popen(
         command, env=lab1[0].environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
@@ -395,7 +396,32 @@ def test_a_call_that_cannot_be_answered_says_why(served: Served):
     assert client.call("/gone", b"")["message"] == "the service has gone"
 
 
+def test_a_failed_call_is_shown_as_a_status(served: Served):
+    client = served.client()
+    name = "/sensor_publisher/get_parameters"
+    client.call(name, b"\0\1\0\0\xff\xff\xff\xff")
+    assert client.status(name)["level"] == 2
+
+
+def test_surplus_bytes_of_a_request_are_left_out(served: Served):
+    answer = served.client().call("/sensor_publisher/reset", TRIGGER + bytes(80))
+    assert TypeSupport(Trigger.Response).decode(answer["payload"]).success
+
+
 # Publishing.
+
+
+def test_surplus_bytes_of_a_message_are_left_out(served_odds: Served):
+    client = served_odds.client()
+    client.subscribe("/commanded")
+    row = {"id": 3, "topic": "/cmd", "encoding": "cdr", "schemaName": "std_msgs/msg/Float64"}
+    client.ask("advertise", channels=[row])
+    client.publish(3, TypeSupport(Float64).encode(Float64(data=0.5)) + bytes(24))
+    assert TypeSupport(Float64).decode(client.message()["payload"]) == Float64(data=0.5)
+
+
+def test_viewers_are_offered_json_first(served: Served):
+    assert served.client().info["supportedEncodings"] == ["json", "cdr"]
 
 
 @pytest.mark.parametrize(
