@@ -21,11 +21,12 @@ from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage
 from busflow.text import counted, printable
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.connections import Connections
+from busflow_ui.foxglove.kept_log import ROSOUT, kept_log
 from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import Publications
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from websockets.asyncio.server import ServerConnection
 
@@ -73,6 +74,8 @@ class _Subscription:
     channel: OfferedTopic
     listener: Listener
     ending: ExitStack
+    kept: Collection[bytes]
+    """Messages that were sent before the listener's own, which may have them too."""
 
 
 class Viewer:
@@ -190,6 +193,8 @@ class Viewer:
             received = each.listener.get(0)
             if received is not None and each.id in self._subscriptions:
                 found = True
+                if received.payload in each.kept:
+                    continue
                 stamp_ns = max(0, received.stamp_ns)
                 await self._connection.send(protocol.message_data(each.id, stamp_ns, received.payload))
                 await self._send_answers()
@@ -216,7 +221,7 @@ class Viewer:
         match request:
             case protocol.Subscribe(pairs):
                 for id_, channel in pairs:
-                    self._subscribe(id_, channel)
+                    await self._subscribe(id_, channel)
             case protocol.Unsubscribe(ids):
                 for id_ in ids:
                     self._unsubscribe(id_)
@@ -310,7 +315,7 @@ class Viewer:
         else:
             self.send(protocol.call_answered(request.service, request.call, offer.encoding, payload))
 
-    def _subscribe(self, id_: int, channel_id: int) -> None:
+    async def _subscribe(self, id_: int, channel_id: int) -> None:
         channel = self._run.catalogue.channels.get(channel_id)
         if channel is None:
             self.send_status(Level.WARNING, f"there is no channel {channel_id} any more")
@@ -323,8 +328,18 @@ class Viewer:
                 channel.topic, channel.type, depth=_DEPTH, most_bytes=_MOST_BYTES, on_arrival=self._call_to_send
             )
             listener = ending.enter_context(listening)
-            self._subscriptions[id_] = _Subscription(id_, channel, listener, ending.pop_all())
+            kept = await self._send_kept(id_, channel)
+            self._subscriptions[id_] = _Subscription(id_, channel, listener, ending.pop_all(), kept)
         self._wake.set()
+
+    async def _send_kept(self, id_: int, channel: OfferedTopic) -> Collection[bytes]:
+        """Send what the run keeps of its log, and return it: `/rosout` itself begins with the next line."""
+        if channel.topic.name != ROSOUT:
+            return ()
+        lines: dict[bytes, int] = await self._run.ask(kept_log, self._run.peer, channel.type)
+        for payload, stamp_ns in lines.items():
+            self.send(protocol.message_data(id_, stamp_ns, payload))
+        return lines.keys()
 
     def _unsubscribe(self, id_: int) -> None:
         found = self._subscriptions.get(id_)

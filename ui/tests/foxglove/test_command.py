@@ -333,6 +333,12 @@ def test_slow_client_alone_loses_messages(odd_lab: Any):
     assert re.search(r"has gone; it missed \d+ messages", printed)
 
 
+def test_the_log_begins_with_kept_lines(served: Served):
+    client = served.client()
+    client.subscribe("/rosout")
+    assert b"All sensors operational" in client.message()["payload"]
+
+
 # Parameters.
 
 
