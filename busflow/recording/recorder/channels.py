@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -27,13 +27,26 @@ class Announcer:
         self._schemas: dict[tuple[str, str], int] = {}
         self._channels = 0
 
-    def announce(self, spool: Spool, topic: str, type_: TypeSupport | ForeignType, offered: Iterable[QoS]) -> int:
-        """Declare a channel, and its type if it is new; return its number, 0 if nothing can be written."""
+    def announce(
+        self,
+        spool: Spool,
+        topic: str,
+        type_: TypeSupport | ForeignType,
+        offered: Iterable[QoS],
+        nodes: Collection[str] = (),
+    ) -> int:
+        """Declare a channel that these nodes publish, and its type if it is new.
+
+        Returns:
+            Its number, 0 if nothing can be written.
+        """
         number, key = self._channels + 1, (type_.name, type_.type_hash)
         known = self._schemas.get(key)
         schema = known or len(self._schemas) + 1
         # What ROS 2's recorder writes beside a channel.
         metadata = {"offered_qos_profiles": offered_qos_profiles(offered), "topic_type_hash": type_.type_hash}
+        if nodes:
+            metadata["callerid"] = ", ".join(nodes)  # the name under which viewers draw a topic's publisher
 
         def announce(file: McapWriter) -> None:
             if known is None:
@@ -56,6 +69,8 @@ class Track:
     """Gives a large message in parts, of which none is copied."""
     offered: list[QoS] = field(default_factory=list["QoS"])
     """The offered QoS by publisher, so far."""
+    nodes: list[str] = field(default_factory=list[str])
+    """The nodes that have a publisher, so far."""
     number: int = 0
     """The number of its channel; 0 before its first message."""
 
@@ -86,7 +101,7 @@ class Tracks:
 
     def announce(self, spool: Spool, track: Track) -> bool:
         """Declare a track before its first message; False if nothing can be written any more."""
-        track.number = self._announcer.announce(spool, track.topic, track.support, track.offered)
+        track.number = self._announcer.announce(spool, track.topic, track.support, track.offered, track.nodes)
         return track.number > 0
 
 

@@ -193,6 +193,8 @@ class Recorder(Extension):
             track = self._tracks.by_topic.get(topic.name)
             if track is not None and isinstance(attached, Publisher) and not track.number and self._is_own(attached):
                 track.offered.append(attached.endpoint.qos)
+                if attached.endpoint.node not in track.nodes:
+                    track.nodes.append(attached.endpoint.node)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:
         """True if messages of a publisher may be recorded here."""

@@ -509,6 +509,16 @@ async def test_rosbags_reads_it_as_it_reads_ros2_s(tmp_path):
     assert qos["/imu/data"][0].depth == 5
 
 
+@virtual_time
+async def test_a_channel_names_its_publishers(tmp_path):
+    path = tmp_path / "run.mcap"
+    async with harness(LAB, record=path) as lab:
+        await lab.advance(1.0)
+    with path.open("rb") as stream:
+        channels = make_reader(stream).get_summary().channels.values()
+    assert {each.topic: each.metadata.get("callerid") for each in channels}["/imu/data"] == "/sensor_publisher"
+
+
 def named_status(**fields):
     body = {"__annotations__": dict.fromkeys(fields, int64), "__module__": __name__, **fields}
     return type(Message)("Status", (Message,), body, package="lab")
