@@ -11,6 +11,7 @@ import click
 
 import busflow
 from busflow.cli.root import Root
+from busflow.cli.ros_words import instead_of_option
 from busflow.cli.terminal.output import colour, print_message
 from busflow.errors import BusflowError, ExitCode, InvalidInput, LaunchError, PluginError
 from busflow.text import did_you_mean
@@ -161,8 +162,8 @@ def _usage(error: click.ClickException) -> str:
 def _option_meant(name: str, context: click.Context) -> str:
     """Return a hint for an unknown option; an option of a group's verbs, such as `--run`, goes after the verb."""
     group = context.command
-    if name.startswith("--qos-") and group.name == "echo":
-        return "it receives what is published, whatever its QoS; leave it out"
+    if instead := instead_of_option(group.name, name):
+        return instead
     verbs = group.list_commands(context) if isinstance(group, click.Group) else []
     for verb in verbs if context.parent else []:
         command = group.get_command(context, verb) if isinstance(group, click.Group) else None

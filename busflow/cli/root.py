@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.ros_words import instead_of_verb
 from busflow.errors import PluginError, Problem, Severity, how_to_install
 from busflow.node.entry_points import entry_points, source_of
 from busflow.text import printable
@@ -71,6 +72,15 @@ class Root(LazyGroup):
         for problem in self.problems():
             formatter.write_paragraph()
             formatter.write_text(problem.render().replace("\n", ";"))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Resolve the command; for one of ROS 2's that is not here, the error says what to write."""
+        instead = instead_of_verb(args[0])
+        if instead and not ctx.resilient_parsing and args[0] not in self.list_commands(ctx):
+            ctx.fail(f"there is no command {args[0]!r}: {instead}")
+        return super().resolve_command(ctx, args)
 
     def owner(self, verb: str | None) -> str:
         """Return the name of the distribution that provides a command: busflow, or another one."""

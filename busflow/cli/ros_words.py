@@ -1,0 +1,54 @@
+"""Words of ROS 2's command line that busflow does not have, each with what to write instead. Pure data."""
+
+from __future__ import annotations
+
+_VERBS = {
+    "component": "nodes share a process unless the launch file says `process:`; busflow node list shows them",
+    "daemon": "there is none to start or stop; busflow ps lists what runs",
+    "launch": "write busflow run FILE",
+    "lifecycle": "a node starts and stops with its run; busflow node list -v shows its state",
+    "multicast": "busflow doctor checks the running graphs and what they need on this machine",
+    "pkg": "busflow plugins lists the plugins, busflow interface packages the packages of types; busflow new makes one",
+}
+_PARAMETER = "write --set nodes.NODE.parameters.NAME=VALUE, or NAME:=VALUE for an argument of the launch file"
+_REMAP = "write --set nodes.NODE.remap.OLD=NEW"
+_READS_ALL = "it receives what is published, whatever its QoS; leave it out"
+_OPTIONS = {
+    ("run", "--ros-args"): f"leave it out; {_PARAMETER}",
+    ("run", "-p"): _PARAMETER,
+    ("run", "--param"): _PARAMETER,
+    ("run", "--params-file"): "write --set nodes.NODE.parameters_from=FILE",
+    ("run", "-r"): _REMAP,
+    ("run", "--remap"): _REMAP,
+    ("run", "--log-level"): "write --verbose for debug lines; busflow log --level shows the lines from a level on",
+    ("run", "--show-args"): "write busflow run FILE --help",
+    ("run", "-s"): "write busflow run FILE --help, which shows the arguments",
+    ("run", "--print"): "write busflow config FILE",
+    ("play", "--start-offset"): "write --start 3s",
+    ("play", "--playback-duration"): "write --duration 5s",
+    **{(verb, "--qos-"): _READS_ALL for verb in ("echo", "hz", "bw", "delay")},
+    ("record", "--qos-"): "it records what is published, whatever its QoS; leave it out",
+    ("play", "--qos-"): "it publishes with the QoS that was recorded; leave it out",
+}
+"""What to write instead of an option, by command and option; one that ends with `-` stands for all that begin so."""
+
+
+def instead_of_verb(name: str) -> str | None:
+    """What to write instead of a command of ROS 2.
+
+    >>> instead_of_verb("launch")
+    'write busflow run FILE'
+    """
+    return _VERBS.get(name)
+
+
+def instead_of_option(command: str | None, option: str) -> str | None:
+    """What to write instead of an option of ROS 2.
+
+    >>> instead_of_option("play", "--start-offset")
+    'write --start 3s'
+    >>> instead_of_option("echo", "--qos-depth")
+    'it receives what is published, whatever its QoS; leave it out'
+    """
+    family = option[: option.find("-", 2) + 1]
+    return _OPTIONS.get((command or "", option)) or _OPTIONS.get((command or "", family))
