@@ -10,9 +10,13 @@ from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
     from busflow.bus.bus import Bus
     from busflow.bus.statistics import ClientStatistics, ServerStatistics, TimerStatistics
     from busflow.errors import ExitCode
+
+_COLUMNS = ("topic", "type", "published", "subscription", "delivered", "dropped", "queued")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +129,17 @@ class Report:
         ledger = sum(line.dropped for topic in self.topics for line in topic.subscriptions)
         return ledger + self.inbox_dropped + self.inbox_refused
 
+    def _repr_html_(self) -> str:
+        """The topics as a table, which a notebook shows: a row for each subscription, names escaped."""
+        from html import escape
+
+        def row(tag: str, cells: Iterable[object]) -> str:
+            return f"<tr>{''.join(f'<{tag}>{escape(str(cell))}</{tag}>' for cell in cells)}</tr>"
+
+        caption = escape(f"{self.name}: {self.duration_s:.3f} s of {self.clock} time, seed {self.seed}")
+        rows = "".join(row("td", cells) for topic in self.topics for cells in _topic_cells(topic))
+        return f"<table><caption>{caption}</caption>{row('th', _COLUMNS)}{rows}</table>"
+
     def as_json(self) -> dict[str, Any]:
         """The report as `--report FILE` writes it."""
         return {
@@ -168,6 +183,12 @@ def service_reports(bus: Bus) -> tuple[ServiceReport, ...]:
         ServiceReport(each.service, type_name(bus.services[each.service].type), each.servers, each.clients)
         for each in (bus.services[name].statistics() for name in sorted(bus.services))
     )
+
+
+def _topic_cells(topic: TopicReport) -> Sequence[tuple[object, ...]]:
+    own = topic.name, topic.type, topic.published
+    lines = [(*own, each.node, each.delivered, each.dropped, each.queued) for each in topic.subscriptions]
+    return lines or [(*own, "", "", "", "")]
 
 
 def _topic_json(topic: TopicReport) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -47,6 +48,21 @@ def report() -> Report:
         return graph.report()
 
     return run()
+
+
+def test_a_notebook_shows_the_topics_as_a_table(report):
+    html = report._repr_html_()
+    line = report.topics[0].subscriptions[0]
+    row = ["/numbers", "test/msg/Number", 50, "/slow", line.delivered, line.dropped, line.queued]
+    assert "".join(f"<td>{each}</td>" for each in row) in html
+    assert html.startswith("<table><caption>")
+
+
+def test_a_table_escapes_names(report):
+    hostile = replace(report, name="<script>", topics=(replace(report.topics[0], name="<b>", subscriptions=()),))
+    html = hostile._repr_html_()
+    assert "<script>" not in html
+    assert "<td>&lt;b&gt;</td>" in html
 
 
 def test_report_has_every_promised_key(report):
