@@ -39,7 +39,7 @@ class Parameters(StrictModel):
         super().__init_subclass__(**kwargs)
         refuse_bare(cls)
 
-    if not TYPE_CHECKING:  # to type checkers an assignment stays the error of a frozen class
+    if not TYPE_CHECKING:  # pragma: no branch  # to type checkers an assignment stays the error of a frozen class
 
         def __setattr__(self, name: str, value: object) -> None:
             """Refuse to change one value: parameters are replaced as a whole, once they are checked."""

@@ -54,7 +54,8 @@ FATES = [
 ]
 
 
-@pytest.mark.parametrize("when", ["run", *(pytest.param(each, marks=pytest.mark.long) for each in ("import", "start"))])
+@pytest.mark.long
+@pytest.mark.parametrize("when", ["run", "import", "start"])
 def test_every_unasked_end_is_restarted(start, project, when):
     (project / "lives").touch()
     text = RUN.replace("WHEN", when).replace("POLICY", "on-failure")
