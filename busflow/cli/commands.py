@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from busflow.bus.names import check_full_topic_name, full_topic_name_fault
     from busflow.bus.patterns import Selection
+    from busflow.cli.log import kept_lines
     from busflow.cli.options.run import (
         complete_nodes,
         complete_runs,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "bus.names": ("check_full_topic_name", "full_topic_name_fault"),
     "bus.patterns": ("Selection",),
+    "cli.log": ("kept_lines",),
     "cli.options.run": (
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
@@ -70,6 +72,7 @@ __all__ = [
     "full_topic_name_fault",
     "joined",
     "joins",
+    "kept_lines",
     "known_type",
     "print_answer",
     "print_line",

@@ -55,11 +55,11 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         name = _known(peer, node)
         wanted = _FOLLOWED if follow and count is None else _KEPT if count is None else count
         if not follow:
-            for line in _kept(peer, wanted, name, least):
+            for line in kept_lines(peer, wanted, node=name, level=least):
                 show(line)
             return
         with peer.listen(peer.graph().topic(_TOPIC)) as listener:
-            kept = _kept(peer, wanted, name, least)
+            kept = kept_lines(peer, wanted, node=name, level=least)
             for line in kept:
                 show(line)
             for line in _following(peer, listener, kept):
@@ -76,15 +76,15 @@ def _known(peer: Peer, node: str | None) -> str | None:
     if node is None or node == "busflow":
         return node
     full = f"/{node.removeprefix('/')}"
-    logged = {line["node"] for line in _kept(peer, _KEPT, None, 0)}
+    logged = {line["node"] for line in kept_lines(peer)}
     nodes = {each.name for each in peer.graph().nodes.values() if not each.hidden} | logged
     if full not in nodes:
         raise NoSuchTarget(f"there is no node {printable(full)}; {did_you_mean(full, nodes)}")
     return full
 
 
-def _kept(peer: Peer, count: int, node: str | None, level: int) -> list[Line]:
-    """Return the last lines of every process of the run, sorted by time."""
+def kept_lines(peer: Peer, count: int = _KEPT, *, node: str | None = None, level: int = 0) -> list[Line]:
+    """Return the last lines of every process of the run, each once, sorted by time."""
     answers = peer.ask("log", count=count, node=node, level=level)
     # The main process also has the lines of its machine's other processes, which did log them: they go first.
     answers.sort(key=lambda answer: answer.get("process", _MAIN).endswith(_MAIN))
