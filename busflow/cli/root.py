@@ -7,7 +7,7 @@ when the verb is used, not when it is listed. No distribution replaces a verb of
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -73,14 +73,9 @@ class Root(LazyGroup):
             formatter.write_paragraph()
             formatter.write_text(problem.render().replace("\n", ";"))
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Resolve the command; for one of ROS 2's that is not here, the error says what to write."""
-        instead = instead_of_verb(args[0])
-        if instead and not ctx.resilient_parsing and args[0] not in self.list_commands(ctx):
-            ctx.fail(f"there is no command {args[0]!r}: {instead}")
-        return super().resolve_command(ctx, args)
+    def advice(self, name: str, known: Sequence[str]) -> str:
+        """Return what to write instead of an unknown command, which may be one of ROS 2's."""
+        return instead_of_verb(name) or super().advice(name, known)
 
     def owner(self, verb: str | None) -> str:
         """Return the name of the distribution that provides a command: busflow, or another one."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -84,5 +84,9 @@ class LazyGroup(click.Group):
         if name not in self._lazy and not ctx.resilient_parsing:
             known = self.list_commands(ctx)
             if name not in known:
-                ctx.fail(f"there is no command {name!r}: {did_you_mean(name, known)}")
+                ctx.fail(f"there is no command {name!r}: {self.advice(name, known)}")
         return super().resolve_command(ctx, args)
+
+    def advice(self, name: str, known: Sequence[str]) -> str:
+        """Return what to write instead of an unknown command: by default the nearest of the known ones."""
+        return did_you_mean(name, known)
