@@ -22,6 +22,7 @@ from pydantic_core import core_schema as cs
 from busflow.errors import InvalidDeclaration
 from busflow.interfaces import arrays
 from busflow.text import printable
+from busflow.validation.annotations import EXACT
 
 _FLOAT32 = struct.Struct("<f")  # the native "f" would turn what is too large into infinity
 _TAKES: dict[type, Any] = {
@@ -30,8 +31,6 @@ _TAKES: dict[type, Any] = {
     int: (int, np.integer),
     float: (float, int, np.floating, np.integer),
 }
-_EXACT = 2**53
-"""Up to here a float has the value of every integer."""
 _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
@@ -102,7 +101,7 @@ class Primitive:
             # A strict float alone takes whatever has __float__: numpy's booleans, decimals.
             number = cs.float_schema(strict=True)
             floats = cs.chain_schema([cs.is_instance_schema(float), number])
-            integers = cs.chain_schema([cs.int_schema(strict=True, ge=-_EXACT, le=_EXACT), number])
+            integers = cs.chain_schema([cs.int_schema(strict=True, ge=-EXACT, le=EXACT), number])
             fast = [cs.json_or_python_schema(number, floats), integers]
         schema = cs.union_schema(
             [*fast, cs.no_info_plain_validator_function(self.check)],

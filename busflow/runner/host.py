@@ -38,12 +38,16 @@ class Outside:
 
     def publish(self, topic: str, message: Message) -> None:
         """Publish a message from any thread, as a publisher with the topic's default QoS."""
-        publisher = self._publishers.get(checked_name(topic, "graph.publish(topic, message)", "topic"))
+        try:
+            publisher = self._publishers.get(topic)
+        except TypeError:  # a message in the topic's place has no hash
+            publisher = None
         if publisher is None:  # whichever thread comes first, the publisher is made on the loop's
             publisher = self._bus.call(lambda: self._publisher(type(message), topic))
         publisher.publish(message)
 
     def _publisher(self, message_type: type[M], topic: str) -> Publisher[M]:
+        topic = checked_name(topic, "graph.publish(topic, message)", "topic")
         if topic not in self._publishers:
             self._refuse_misspelt(message_type, topic)
             self._publishers[topic] = self.advertise(message_type, topic)

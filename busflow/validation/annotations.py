@@ -22,7 +22,7 @@ from busflow.text import printable
 _VALUES = (bool, int, float, complex, str, bytes, list, tuple, dict, set, NoneType, Enum, FieldInfo, BaseModel)
 
 
-_EXACT = 2**53
+EXACT = 2**53
 """Up to here a float has the value of every integer."""
 _LARGEST = sys.float_info.max
 """An integer beyond this has no nearest float, and pydantic refuses it."""
@@ -206,7 +206,7 @@ def _each_strict(schemas: Any, resolve: Callable[[Any], Any]) -> Any:
 def _exact(value: object) -> object:
     """Return the value of a field that is a float; refuse an integer that no float has as its value."""
     value = python_scalar(value)
-    if type(value) is int and _EXACT < abs(value) <= _LARGEST and float(value) != value:
+    if type(value) is int and EXACT < abs(value) <= _LARGEST and float(value) != value:
         shown = printable(value, limit=40)
         raise ValueError(f"no float is {shown}; write the nearest, {float(value)}, or make it a whole number")
     return value
