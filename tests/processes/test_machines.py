@@ -206,6 +206,7 @@ def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: st
     assert arm.topic("/numbers")["losses"] == {}
 
 
+@pytest.mark.long
 def test_a_viewer_looks_and_changes_nothing(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)
