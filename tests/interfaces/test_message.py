@@ -46,6 +46,7 @@ from busflow.msgs.sensor_msgs import Image, Imu, JointState
 from busflow.msgs.std_msgs import Empty, Header
 from busflow.msgs.std_srvs import Trigger
 from busflow.msgs.trajectory_msgs import JointTrajectoryPoint
+from tests.new_interpreter import printed_by
 
 
 class Sample(Message, package="tests"):
@@ -412,8 +413,7 @@ def test_a_plugins_type_has_the_outer_folders_name(tmp_path):
     folder = tmp_path / "Walking Robot/plugins"
     folder.mkdir(parents=True)
     (folder / "talker.py").write_text(PRINTS_ITS_TYPE, encoding="utf-8")
-    done = subprocess.run([sys.executable, "-c", code, str(folder)], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "walking_robot/msg/Sample"
+    assert printed_by(code, str(folder)) == "walking_robot/msg/Sample"
 
 
 # Services, constants, finding

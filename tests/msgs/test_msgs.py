@@ -8,16 +8,12 @@ import copy
 import json
 import pickle
 import pkgutil
-import subprocess
-import sys
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as npst
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
@@ -33,6 +29,8 @@ from busflow.interfaces.message import (
     is_ros_type,
     type_name,
 )
+from tests.interfaces.any_message import messages
+from tests.new_interpreter import printed_by
 
 PACKAGES = sorted(module.name for module in pkgutil.iter_modules(busflow.msgs.__path__))
 TYPES = [
@@ -121,31 +119,6 @@ def test_type_is_found_by_full_and_short_name(name):
     assert find_type(f"{package}/{word}") in TYPES
 
 
-def values_of(field):
-    """Values that a field can hold."""
-    if not isinstance(field.base, str):
-        items = messages(field.base)
-    else:
-        primitive = PRIMITIVES[field.base]
-        if primitive.dtype and field.array is not ArrayKind.NONE:
-            sizes = {ArrayKind.FIXED: (field.size, field.size), ArrayKind.BOUNDED: (0, field.size)}
-            low, high = sizes.get(field.array, (0, 4))
-            return st.integers(low, high).flatmap(lambda size: npst.arrays(primitive.dtype, size))
-        items = {
-            int: st.integers(primitive.low, primitive.high),
-            float: st.floats(width=32 if field.base == "float32" else 64),
-            bool: st.booleans(),
-            str: st.text(max_size=5),
-        }[primitive.python]
-    if field.array is ArrayKind.NONE:
-        return items
-    return st.lists(items, min_size=field.size if field.array is ArrayKind.FIXED else 0, max_size=field.size or 2)
-
-
-def messages(cls):
-    return st.builds(cls, **{field.name: values_of(field) for field in fields_of(cls)})
-
-
 @each_type
 def test_any_message_survives_dump_json_and_pickle(cls):
     @settings(max_examples=5, deadline=None)
@@ -174,8 +147,7 @@ def test_json_schema_describes_a_dump(cls):
 def test_the_package_itself_imports_nothing_heavy():
     """Naming `busflow.msgs` costs nothing; a package of messages is read when it is named."""
     code = "import sys, busflow.msgs; print([m for m in ('numpy', 'pydantic') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert printed_by(code) == "[]"
 
 
 def test_finding_a_type_imports_only_its_package():
@@ -183,5 +155,4 @@ def test_finding_a_type_imports_only_its_package():
         "import sys; from busflow.interfaces.message import find_type; find_type('std_msgs/Header');"
         "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.')))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"
+    assert printed_by(code) == "['busflow.msgs.builtin_interfaces', 'busflow.msgs.std_msgs']"

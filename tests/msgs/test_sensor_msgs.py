@@ -5,13 +5,12 @@ Tests of `camera.py`, `environment.py`, `joystick.py`, `motion.py`, `points.py`,
 """
 
 import math
-import subprocess
-import sys
 
 import pytest
 
 from busflow.msgs import sensor_msgs
 from busflow.msgs.sensor_msgs import BatteryState
+from tests.new_interpreter import printed_by
 
 
 def test_naming_a_type_reads_only_its_file():
@@ -19,8 +18,7 @@ def test_naming_a_type_reads_only_its_file():
         "import sys; from busflow.msgs import sensor_msgs; sensor_msgs.LaserScan;"
         "print(sorted(m for m in sys.modules if m.startswith('busflow.msgs.sensor_msgs.')))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['busflow.msgs.sensor_msgs.ranging']"
+    assert printed_by(code) == "['busflow.msgs.sensor_msgs.ranging']"
 
 
 def test_large_package_lists_only_its_types():

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.new_interpreter import printed_by
+
 ROOT = Path(__file__).parents[2]
 PLUGIN = "busflow.testing.plugin"
 
@@ -217,5 +219,4 @@ def test_the_plugin_costs_pytest_nothing_at_its_start():
         "import sys, pytest; before = set(sys.modules); import busflow.testing.plugin; "
         "print(sorted(name for name in set(sys.modules) - before if not name.startswith('busflow')))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert printed_by(program) == "[]"

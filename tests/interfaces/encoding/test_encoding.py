@@ -20,7 +20,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as npst
 from pydantic import Field, field_validator
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -60,6 +59,7 @@ from busflow.msgs.builtin_interfaces import Time
 from busflow.msgs.geometry_msgs import Point, Point32, Polygon, Vector3
 from busflow.msgs.sensor_msgs import Image, Imu, PointCloud2
 from busflow.msgs.std_msgs import Bool, Empty, Float64MultiArray, Header, Int32, String, UInt8MultiArray
+from tests.interfaces.any_message import messages
 
 FOLDER = Path(__file__).parents[2] / "cases"
 ROS = get_typestore(Stores.LATEST)
@@ -233,31 +233,6 @@ def test_the_options_of_a_header_are_ignored():
 
 
 # Any message
-
-
-def values_of(field):
-    """Values that a field can hold."""
-    if not isinstance(field.base, str):
-        items = messages(field.base)
-    else:
-        primitive = PRIMITIVES[field.base]
-        if primitive.dtype and field.array is not ArrayKind.NONE:
-            sizes = {ArrayKind.FIXED: (field.size, field.size), ArrayKind.BOUNDED: (0, field.size)}
-            low, high = sizes.get(field.array, (0, 4))
-            return st.integers(low, high).flatmap(lambda size: npst.arrays(primitive.dtype, size))
-        items = {
-            int: st.integers(primitive.low, primitive.high),
-            float: st.floats(width=32 if field.base == "float32" else 64),
-            bool: st.booleans(),
-            str: st.text(st.characters(codec="utf-8"), max_size=field.string_bound or 5),
-        }[primitive.python]
-    if field.array is ArrayKind.NONE:
-        return items
-    return st.lists(items, min_size=field.size if field.array is ArrayKind.FIXED else 0, max_size=field.size or 3)
-
-
-def messages(cls):
-    return st.builds(cls, **{field.name: values_of(field) for field in fields_of(cls)})
 
 
 def big_endian(message):

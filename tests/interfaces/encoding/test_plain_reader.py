@@ -1,8 +1,5 @@
 """A message is read by its description alone, as plain values; what is a message is tested beside the codec."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -13,6 +10,7 @@ from busflow.interfaces.encoding.typesupport import TypeSupport, describe
 from busflow.msgs.geometry_msgs import PoseStamped
 from busflow.msgs.sensor_msgs import Image, JointState
 from busflow.msgs.std_msgs import Empty, Float64MultiArray, UInt8MultiArray
+from tests.new_interpreter import printed_by
 
 
 def read(message):
@@ -90,5 +88,4 @@ def test_reading_and_writing_plain_values_imports_nothing_heavy():
         "import sys, busflow.interfaces.encoding.foreign;"
         "print([m for m in ('numpy', 'pydantic', 'structlog', 'asyncio', 'rich') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert printed_by(code) == "[]"
