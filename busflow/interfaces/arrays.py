@@ -43,7 +43,7 @@ _USUAL: dict[str, type] = {"f": float, "i": int, "u": int, "b": bool}
 
 
 def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Gives `array` up to a message without copying it: freezes it and the arrays it is a view of.
+    """Give `array` up to a message without copying it: freezes it and the arrays it is a view of.
 
     A message copies a writeable array, which is right for a few numbers and dear for an image. Who will not
     write any more takes the copy out: `Image(data=take(frame))`. Views made earlier, through which somebody
@@ -68,17 +68,17 @@ def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
 
 
 def zeros(length: int = 0) -> Any:
-    """The default of a field of numbers, that many zeros of its type; typed so that a type checker agrees."""
+    """Return the default of a field of numbers: that many zeros of its type, typed for a type checker."""
     return frozen(np.zeros(length, np.uint8))
 
 
 def array(values: Sequence[float]) -> Any:
-    """The default of an array field, these values; typed so that a type checker agrees."""
+    """Return these values as the default of an array field, typed for a type checker."""
     return frozen(np.array(values))
 
 
 def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`value` itself if it cannot be written to, else a frozen copy."""
+    """Return `value` itself if it cannot be written to, else a frozen copy."""
     if is_frozen(value):
         return value
     if not value.flags.writeable and value.base is None:
@@ -90,7 +90,7 @@ def frozen(value: NDArray[Scalar]) -> NDArray[Scalar]:
 
 
 def is_frozen(value: AnyArray) -> bool:
-    """True if `value` is a view that can neither be written through nor opened again."""
+    """Return whether `value` is a view that cannot be written to and cannot be made writable again."""
     while not value.flags.writeable:
         base: Any = value.base
         if type(base) is bytes:
@@ -106,7 +106,7 @@ def is_frozen(value: AnyArray) -> bool:
 def checker(
     dtype: DTypeLike, *, low: int = 0, high: int = 0, exactly: int | None = None, at_most: int | None = None
 ) -> Callable[[Any], AnyArray]:
-    """A function that turns what a constructor is given into a frozen one-dimensional array of `dtype`."""
+    """Return a function that turns a constructor's argument into a frozen one-dimensional array of `dtype`."""
     wanted = np.dtype(dtype)
     ndarray, is_bytes = np.ndarray, wanted == np.uint8
 
@@ -131,12 +131,12 @@ def checker(
 
 
 def same(left: AnyArray, right: AnyArray) -> bool:
-    """True if two arrays hold the same values, NaN counting as equal to NaN."""
+    """Return whether two arrays hold the same values, NaN counting as equal to NaN."""
     return np.array_equal(left, right, equal_nan=left.dtype.kind == "f")
 
 
 def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
-    """A new or flattened array of `dtype` with the values of `value`, each of which must fit exactly."""
+    """Return a new or flattened array of `dtype` with the values of `value`, each of which must fit exactly."""
     if isinstance(value, _LISTS):
         values = cast("Sequence[Any]", value)
         return _from_list(values, dtype, low, high) if values else np.empty(0, dtype)
@@ -180,7 +180,7 @@ def _from_list(values: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArr
 
 
 def _refuse_others(values: Sequence[Any], dtype: np.dtype[Any]) -> None:
-    """Names the first of the values that is no number of the kind that the array takes, if there is one."""
+    """Raise for the first value that is not a number of the array's kind."""
     classes, _, words = _ACCEPTED[dtype.kind]
     for kind in {*map(type, values)}:
         if not issubclass(kind, classes) or (kind is bool and dtype.kind != "b"):
@@ -202,7 +202,7 @@ def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:
 
 
 def _narrow(values: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
-    """`values` rounded to `dtype`; a finite value must stay finite."""
+    """Return `values` rounded to `dtype`; a finite value must stay finite."""
     if np.can_cast(values.dtype, dtype):
         return values.astype(dtype)
     with np.errstate(over="ignore"):

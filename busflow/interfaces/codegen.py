@@ -20,7 +20,7 @@ _WORD = re.compile(r"[a-z][a-z0-9_]*")
 
 
 class FunctionSource:
-    """The lines of a function in the making, and what they use."""
+    """A function under construction: its lines, and the objects that they use."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -30,34 +30,34 @@ class FunctionSource:
         self._depth = 1
 
     def add(self, *lines: str) -> None:
-        """Appends lines at the present indentation."""
+        """Append lines at the present indentation."""
         self._lines += ["    " * self._depth + line for line in lines]
 
     def indent(self, by: int) -> None:
-        """Goes in, or out again."""
+        """Indent the next lines, or, with a negative number, the reverse."""
         self._depth += by
 
     def new(self, prefix: str) -> str:
-        """A name that nothing has yet."""
+        """Return an unused name."""
         self._count += 1
         return f"{prefix}{self._count}"
 
     def give(self, value: Any) -> str:
-        """A name by which the lines can use `value`."""
+        """Return a name by which the lines can use `value`."""
         if id(value) not in self._names:
             self._names[id(value)] = name = self.new("_given")
             self._given[name] = value  # and so it lives as long as its id is remembered
         return self._names[id(value)]
 
     def function(self, parameter: str) -> Callable[[Any], Any]:
-        """The function of one parameter whose body the lines are."""
+        """Compile the lines as the body of a function with one parameter."""
         text = "\n".join([f"def function({parameter}):", *self._lines])
         exec(text, self._given)  # noqa: S102 - see above
         return self._given["function"]
 
 
 def word(name: str) -> str:
-    """A field's name, which can stand in a line.
+    """Return a field's name if it may stand in generated code.
 
     Raises:
         InvalidDeclaration: The name is no plain word.

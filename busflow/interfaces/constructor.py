@@ -42,7 +42,7 @@ def fill(message: BaseModel, data: Mapping[str, Any]) -> None:
 
 
 def fill_with(message: BaseModel, /, *values: object, **data: Any) -> None:
-    """The constructor of a class that has rules of its own, or fields that ROS cannot describe."""
+    """Return the constructor of a class that has rules of its own, or fields that ROS cannot describe."""
     if values:
         refuse_nameless(message, values)
     fill(message, data)
@@ -62,7 +62,7 @@ def refuse_nameless(message: BaseModel, values: Sequence[object]) -> None:
 
 
 def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., None]:
-    """An `__init__` for `cls`, written for it where it has no more rules than the class `plain`."""
+    """Return an `__init__` for `cls`, written for it where it has no more rules than the class `plain`."""
     if (fields := _plain_fields(cls, plain)) is None:
         return fill_with
     source = FunctionSource()
@@ -87,7 +87,7 @@ def constructor(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., N
 
 
 def late_maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
-    """Has the first dict that becomes a `cls` within another message write its `maker`, in the same place."""
+    """Generate the `maker` of `cls` when the first dict becomes a nested `cls`."""
 
     def of_keys(**data: Any) -> Any:
         known: Any = cls
@@ -98,7 +98,7 @@ def late_maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., An
 
 
 def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
-    """A function that makes a nested message of `cls` from a dict's keys, in half the time of calling the class.
+    """Return a function that makes a nested message of `cls` from a dict's keys, in half the time of calling the class.
 
     What it does not take raises ValueError or TypeError, and then pydantic says why.
     """
@@ -114,7 +114,7 @@ def maker(cls: type[BaseModel], plain: type[BaseModel]) -> Callable[..., Any]:
 
 
 def _plain_fields(cls: type[BaseModel], plain: type[BaseModel]) -> list[FieldType] | None:
-    """The fields, where ROS can describe all of them and the class has no rules beyond their types."""
+    """Return the fields; None if ROS cannot describe all of them, or the class has rules beyond their types."""
     known: Any = cls
     fields = [*known.__ros_fields__.values()]
     return None if None in fields or has_rules(cls, plain) else fields
@@ -135,21 +135,21 @@ def _check(source: FunctionSource, fields: Sequence[FieldType], defaults: Mappin
 
 
 def blank() -> type[BaseModel]:
-    """The class of what becomes a message of some class.
+    """Return a class for messages under construction.
 
-    A frozen model refuses to have its attributes set. A blank takes them at the full speed of Python, being plain and
-    having them in one order always, and then changes its class: the quickest way where nothing is made yet.
+    A frozen model refuses new attributes. A blank takes them at the full speed of Python, since it is plain and its
+    attributes always have one order. Then its class is changed: the quickest way to make a new message.
     """
 
     class Blank(BaseModel):
         __setattr__ = object.__setattr__
-        __delattr__ = object.__delattr__  # or else Python would not take the above for plain
+        __delattr__ = object.__delattr__  # without it Python does not use the fast path for __setattr__
 
     return Blank
 
 
 def has_rules(cls: type[BaseModel], plain: type[BaseModel]) -> bool:
-    """True if messages of the class obey more than the types of their fields, unlike those of the class `plain`."""
+    """Return whether the class has rules beyond the types of its fields; the class `plain` has none."""
     known: Any = cls
     decorators = known.__pydantic_decorators__
     return bool(
@@ -167,7 +167,7 @@ def has_rules(cls: type[BaseModel], plain: type[BaseModel]) -> bool:
 
 
 def _checked(field: FieldType, default: str, give: Callable[[Any], str]) -> tuple[str, ...]:
-    """The lines that see whether an argument is what the field holds, and otherwise make it that or raise."""
+    """Return the lines that check an argument of a field, and convert it or raise if it does not fit."""
     name, kind = word(field.name), f"{give(type)}({field.name})"
     primitive = PRIMITIVES[field.base] if isinstance(field.base, str) else None
     if field.array is not ArrayKind.NONE:
@@ -201,7 +201,7 @@ def _text_check(bound: int | None) -> Callable[[Any], str]:
 
 
 def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
-    """A function that makes a tuple of the value given for a sequence of texts or messages."""
+    """Return a function that makes a tuple of the value given for a sequence of texts or messages."""
     text = None if isinstance(field.base, type) else _text_check(field.string_bound)
     kind = field.base if isinstance(field.base, type) else str
     least, most = field.size if field.array is ArrayKind.FIXED else 0, field.size
@@ -227,7 +227,7 @@ def _items_check(field: FieldType) -> Callable[[Any], tuple[Any, ...]]:
 
 
 def _fault(error: ErrorDetails, errors: Sequence[ErrorDetails], cls: type[BaseModel], data: object) -> Fault:
-    """One of the errors that pydantic found, in words."""
+    """Return the text of one error that pydantic found."""
     path, value = located(error, errors, cls, data)
     name, kind, reason = dotted(path), error["type"], error["msg"]
     if kind == "extra_forbidden":
@@ -245,7 +245,7 @@ def _fault(error: ErrorDetails, errors: Sequence[ErrorDetails], cls: type[BaseMo
 
 
 def _stamp(value: Any, message: type[BaseModel]) -> Any:
-    """The message that a clock's time or duration makes of itself, where the field takes such."""
+    """Return the message for a time or duration of a clock, if the field takes one."""
     made = value.to_msg() if getattr(message, "__takes_to_msg__", False) and hasattr(value, "to_msg") else None
     if type(made) is not message:
         raise ValueError

@@ -1,4 +1,4 @@
-"""ROS field types: what an annotation means, and how pydantic checks a value of it at full speed.
+"""ROS field types: the meaning of an annotation, and the pydantic schema that checks its values.
 
 A scalar goes through pydantic's own check first, in Rust; only what that refuses (numpy's scalars) reaches
 Python. So a message of plain floats costs what pydantic costs.
@@ -62,7 +62,7 @@ class Primitive:
         return {float: "a number", bool: "true or false", str: "text"}[self.python]
 
     def check(self, value: Any) -> Any:
-        """The value as a message holds it, a plain Python one. The whole rule; the schema is its fast path.
+        """Return the value as the plain Python value that a message holds. The schema is a fast path of this rule.
 
         Raises:
             ValueError: The value is of another kind or out of range.
@@ -81,14 +81,14 @@ class Primitive:
         return round_float32(plain) if self.name == "float32" else plain
 
     def array_check(self, kind: ArrayKind, size: int) -> Callable[[Any], arrays.AnyArray]:
-        """A function that makes a frozen array of the value given for a sequence of it."""
+        """Return a function that makes a frozen array from the value of a sequence."""
         exactly = size if kind is ArrayKind.FIXED else None
         at_most = size if kind is ArrayKind.BOUNDED else None
         dtype = cast("type[np.generic]", self.dtype)
         return arrays.checker(dtype, low=self.low, high=self.high, exactly=exactly, at_most=at_most)
 
     def schema(self, bound: int | None = None) -> CoreSchema:
-        """The schema with which pydantic checks one value; `bound` limits a string's characters."""
+        """Return the schema with which pydantic checks one value; `bound` limits a string's characters."""
         if self.python is str:
             # A length limit, even an idle one, makes pydantic refuse text that UTF-8 cannot express.
             return cs.str_schema(strict=True, min_length=0, max_length=bound)
@@ -113,7 +113,7 @@ class Primitive:
         return cs.no_info_after_validator_function(round_float32, schema) if self.name == "float32" else schema
 
     def json_schema(self) -> JsonSchemaValue:
-        """The JSON Schema of one value."""
+        """Return the JSON Schema of one value."""
         limits = {"minimum": self.low, "maximum": self.high} if self.python is int else {}
         return {"type": _JSON_WORDS[self.python], **limits}
 
@@ -212,7 +212,7 @@ class FieldType:
         return f"{base}{bound}{array} {self.name}"
 
     def rest(self, value: Any) -> Any:
-        """A default as the message holds it.
+        """Return a default as the message holds it.
 
         Raises:
             InvalidDeclaration: The field does not take the value.
@@ -269,7 +269,7 @@ class FieldType:
 
 
 def round_float32(value: float) -> float:
-    """The nearest number that 32 bits hold; a finite number stays finite.
+    """Return the nearest number that 32 bits hold; a finite number stays finite.
 
     Raises:
         ValueError: The number is too large.
@@ -281,7 +281,7 @@ def round_float32(value: float) -> float:
 
 
 def understand(name: str, info: FieldInfo) -> FieldType | None:
-    """The ROS type of a field's annotation, None if ROS has none; sets pydantic's schema too.
+    """Return the ROS type of a field's annotation, None if ROS has none; sets pydantic's schema too.
 
     Raises:
         InvalidDeclaration: The annotation is a mistake, or the default does not fit it.
@@ -309,7 +309,7 @@ def understand(name: str, info: FieldInfo) -> FieldType | None:
 
 
 def is_message(annotation: object) -> bool:
-    """True if an annotation is a message class, and not the one that is being made: ROS knows no recursion."""
+    """Return whether an annotation is a complete message class; ROS has no recursive types."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel) and "__ros_fields__" in vars(annotation)
 
 
@@ -318,7 +318,7 @@ def _name_of(message: type[BaseModel]) -> str:
 
 
 def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
-    """The meaning of an annotation and its metadata."""
+    """Return the meaning of an annotation and its metadata."""
     base: Any
     while (origin := get_origin(annotation) or annotation) is Annotated or hasattr(origin, "__value__"):
         if origin is Annotated:
@@ -347,7 +347,7 @@ def _read(annotation: Any, metadata: Sequence[Any]) -> FieldType | None:
 
 
 def _read_sequence(annotation: Any, kind: ArrayKind, size: int) -> FieldType | None:
-    """The meaning of a sequence of text or messages."""
+    """Return the meaning of a sequence of text or messages."""
     items = get_args(annotation)
     if len(items) != (2 if get_origin(annotation) is tuple else 1) or items[1:] not in ((), (Ellipsis,)):
         return None
@@ -365,7 +365,7 @@ def _read_sequence(annotation: Any, kind: ArrayKind, size: int) -> FieldType | N
 
 
 def _of_dtype(annotation: Any) -> Primitive:
-    """The primitive that a numpy array annotation states."""
+    """Return the primitive that a numpy array annotation states."""
     scalar = get_args(get_args(annotation)[1])[0] if len(get_args(annotation)) == 2 else None
     known = _OF_DTYPE.get(np.dtype(scalar).name) if isinstance(scalar, type) else None
     if known is None:
@@ -374,7 +374,7 @@ def _of_dtype(annotation: Any) -> Primitive:
 
 
 def _refuse_mistakes(annotation: Any) -> None:
-    """Catches what looks like a ROS type and is none."""
+    """Raise for an annotation that looks like a ROS type and is not one."""
     if is_message(annotation) and not hasattr(annotation, "__ros_name__"):
         raise InvalidDeclaration("Message is what message classes are made from; write one of those")
     if annotation is bytes or annotation is bytearray:
@@ -385,7 +385,7 @@ def _refuse_mistakes(annotation: Any) -> None:
 
 
 def _nested(message: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:
-    """The schema of a nested message; where its class says so, what `to_msg` makes into one is taken too."""
+    """Return the schema of a nested message; some classes also take a value with `to_msg`."""
     schema = handler.generate_schema(message)
     if not getattr(message, "__takes_to_msg__", False):
         return schema

@@ -1,4 +1,4 @@
-"""`Message`: what travels on a topic, a frozen pydantic model of ROS field types; a service is a pair of them.
+"""`Message`: a frozen pydantic model of ROS field types, which topics carry; a service is a pair of them.
 
 Equality compares values, arrays too, and NaN equals NaN, so that what was recorded can be compared with what
 was replayed. A message cannot change, therefore it is handed to every subscriber by reference.
@@ -127,13 +127,13 @@ class Message(BaseModel, metaclass=_Frozen):
             raise InvalidDeclaration(f"{cls.__name__}: {str(error).splitlines()[0]}") from None
 
     def replace(self, **changes: Any) -> Self:
-        """A message like this one but for these fields, checked like a new one."""
+        """Return a copy with other values in these fields, checked like a new message."""
         return type(self)(**{**self.__dict__, **changes})
 
     __replace__ = replace
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """The message itself, or `replace`: pydantic's own would let wrong values in."""
+        """Return the message itself, or `replace`: pydantic's own would let wrong values in."""
         copied = deepcopy(self) if deep else self
         return copied.replace(**update) if update else copied
 
@@ -223,14 +223,14 @@ class Constant:
 
 
 def type_name(cls: type[Message | ServiceType]) -> str:
-    """The full name of a message or service type: `sensor_msgs/msg/Imu`."""
+    """Return the full name of a message or service type: `sensor_msgs/msg/Imu`."""
     if not hasattr(cls, "__ros_name__"):
         raise InvalidDeclaration(f"{cls!r} is no message type; write one: class Balance(Message): …")
     return cls.__ros_name__
 
 
 def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:
-    """The fields of a message type in order, as ROS describes them.
+    """Return the fields of a message type in order, as ROS describes them.
 
     Raises:
         InvalidDeclaration: ROS has no word for one of them; such a message travels as JSON.
@@ -245,7 +245,7 @@ def fields_of(cls: type[Message]) -> tuple[FieldType, ...]:
 
 
 def is_ros_type(cls: type[Message]) -> bool:
-    """True if ROS can describe the message type, the messages inside it included."""
+    """Return whether ROS can describe the message type and the types inside it."""
     return all(
         field is not None and (isinstance(field.base, str) or is_ros_type(cast("type[Message]", field.base)))
         for field in cls.__ros_fields__.values()
@@ -253,15 +253,15 @@ def is_ros_type(cls: type[Message]) -> bool:
 
 
 def constants_of(cls: type[Message]) -> tuple[Constant, ...]:
-    """The constants of a message type: its class variables of a ROS type, as in `OK: ClassVar[byte] = 0`."""
+    """Return the constants of a message type: its class variables of a ROS type, as in `OK: ClassVar[byte] = 0`."""
     return cls.__ros_constants__
 
 
 def find_type(name: str) -> type[Message | ServiceType]:
-    """The standard type of this name, `sensor_msgs/msg/Imu` or `sensor_msgs/Imu`; imports only its package.
+    """Return the standard type of this name, `sensor_msgs/msg/Imu` or `sensor_msgs/Imu`; imports only its package.
 
     Raises:
-        UnknownType: There is none.
+        UnknownType: there is no such type.
     """
     msgs = importlib.import_module("busflow.msgs")
     packages = [module.name for module in pkgutil.iter_modules(msgs.__path__)]
@@ -284,7 +284,7 @@ def _understood(cls: type[Message], name: str) -> FieldType | None:
 
 
 def _set_constructor(cls: type[Message]) -> None:
-    """Gives the class an `__init__`; the first message of the class has one written for it."""
+    """Give the class an `__init__`; the first message of the class has one written for it."""
     if "__init__" in vars(cls):
         raise InvalidDeclaration(f"{cls.__name__} has an __init__; write a class method that makes one")
 
@@ -303,7 +303,7 @@ def _become_constructor(cls: type[Message], made: Any) -> None:
 
 
 def _constants(cls: type[Message]) -> Iterator[Constant]:
-    """The class variables whose annotation is a ROS type."""
+    """Yield the class variables whose annotation is a ROS type."""
     for name, annotation in get_annotations(cls).items():
         if name.startswith("_") or "ClassVar" not in str(annotation):
             continue
@@ -328,7 +328,7 @@ def _check_field_name(cls: type[Message], name: str) -> None:
 
 
 def _full_name(cls: type, kind: str, package: str | None) -> str:
-    """`package/kind/Class`, or an error that says which part is wrong."""
+    """Return `package/kind/Class`; raise an error that names the wrong part."""
     if not _TYPE_NAME.fullmatch(cls.__name__):
         raise InvalidDeclaration(f"{cls.__name__}: a message type is named in letters and digits, a capital first")
     given = _package_of(cls.__module__) if package is None else package
@@ -341,7 +341,7 @@ def _full_name(cls: type, kind: str, package: str | None) -> str:
 
 
 def _package_of(module_name: str) -> str:
-    """The package that the types of a module belong to unless they say otherwise."""
+    """Return the package that the types of a module belong to unless they say otherwise."""
     top = module_name.partition(".")[0]
     module = sys.modules.get(top)
     name = top
@@ -358,7 +358,7 @@ def _package_of(module_name: str) -> str:
 
 
 def _restore(cls: type[Message], values: dict[str, Any]) -> Message:
-    """A message from a pickle, checked, its arrays frozen again."""
+    """Return a checked message from pickled values, its arrays frozen again."""
     return cls(**values)
 
 
@@ -368,7 +368,7 @@ def _unchangeable(message: Message, name: str) -> InvalidMessage:
 
 
 def _same(left: Any, right: Any) -> bool:
-    """True if two values of a field are equal, NaN being equal to NaN."""
+    """Return whether two values of a field are equal, NaN being equal to NaN."""
     if left is right:
         return True
     if isinstance(left, np.ndarray):
@@ -383,7 +383,7 @@ def _same(left: Any, right: Any) -> bool:
 
 
 def _shown(value: Any) -> Any:
-    """The text of a field's value in a printed message."""
+    """Return the text of a value in a printed message."""
     if isinstance(value, np.ndarray):
         numbers = cast("arrays.AnyArray", value)
         items = ", ".join(map(str, numbers[:_SHOWN].tolist()))
@@ -396,7 +396,7 @@ def _shown(value: Any) -> Any:
 
 
 class _Text(str):
-    """Text that prints as it is."""
+    """Text that is printed unquoted."""
 
     __slots__ = ()
     __repr__ = str.__str__

@@ -30,10 +30,10 @@ class Comments:
 
 
 class BuiltinTypes:
-    """Every type there is, by its full name."""
+    """The built-in types by full name."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        """The types that the build hook has written."""
+        """Return the types that the build hook wrote."""
         self._types: Mapping[str, IndividualDescription] = data["types"]
         self._comments: Mapping[str, Mapping[str, Any]] = data["comments"]
         self.messages: list[str] = sorted(name for name in self._types if "/msg/" in name)
@@ -42,7 +42,7 @@ class BuiltinTypes:
         """The names of the services."""
 
     def description(self, name: str) -> TypeDescription:
-        """The description of a message, or of a service's `…_Request` or `…_Response`."""
+        """Return the description of a message, or of a service's `…_Request` or `…_Response`."""
         types: dict[str, IndividualDescription] = {}
         waiting = [name]
         while waiting:
@@ -54,13 +54,13 @@ class BuiltinTypes:
         return assemble(name, types)
 
     def comments(self, name: str) -> Comments:
-        """The docstrings of a message, of a service, or of one half of a service."""
+        """Return the docstrings of a message, of a service, or of one half of a service."""
         return Comments(**self._comments[name])
 
 
 @cache
 def builtin_types() -> BuiltinTypes:
-    """The types, read once.
+    """Return the built-in types; the file is read once.
 
     Raises:
         UnknownType: They have not been written, or not from these sources.
@@ -69,7 +69,7 @@ def builtin_types() -> BuiltinTypes:
 
 
 def read(file: Path, sources: Path) -> Mapping[str, Any]:
-    """The description that the build hook has written of these sources.
+    """Return the description that the build hook wrote for these sources.
 
     Raises:
         UnknownType: It has not, or the sources have been changed since.
@@ -84,7 +84,7 @@ def read(file: Path, sources: Path) -> Mapping[str, Any]:
 
 
 def fingerprint(sources: Path) -> str:
-    """The SHA-256 of the files below a folder."""
+    """Return the SHA-256 of the files below a folder."""
     found = hashlib.sha256()
     for path in sorted(sources.rglob("*.py")):
         content = path.read_bytes()

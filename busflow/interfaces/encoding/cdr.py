@@ -36,21 +36,21 @@ class Codec:
 
     @cached_property
     def encode(self) -> Callable[[Message], bytes]:
-        """The message in bytes. Raises MalformedMessage where text is too long for ROS 2, which bounds its bytes."""
+        """Encode a message. Raises MalformedMessage if a text is too long for ROS 2, which bounds its bytes."""
         return encoder(self._cls, self._explain_value)
 
     @cached_property
     def decode(self) -> Callable[[bytes | bytearray | memoryview], Message]:
-        """The message that the bytes are; arrays are views of them. Raises MalformedMessage where they are none."""
+        """Decode bytes to a message whose arrays are views of them. Raises MalformedMessage if they are not one."""
         return decoder(self._cls, "little", self._decode_other, self._explain_bytes)
 
     @cached_property
     def encode_in_parts(self) -> Callable[[Message], list[Any]]:
-        """The parts that `encode` joins; a large array is a part itself and is not copied."""
+        """Encode a message into parts that `encode` joins; a large array is a part itself and is not copied."""
         return parts_encoder(self._cls, self._explain_value)
 
     def _decode_other(self, data: bytes | bytearray | memoryview) -> Message:
-        """Decodes what is in another kind of memory, or begins with another header."""
+        """Decode bytes in another kind of memory, or with another header."""
         if type(data) is not bytes:
             return self.decode(bytes(data))
         if data[:2] != BIG_ENDIAN:
@@ -85,7 +85,7 @@ class Codec:
 
 
 def _bounded_texts(cls: type[Message], message: Message, path: KeyPath) -> Iterator[tuple[KeyPath, str, int, bool]]:
-    """All text of a message that has a bound: where it is, its bound, and whether it is wide."""
+    """Yield each bounded text of a message: its path, its bound, and whether it is wide."""
     for field in fields_of(cls):
         value: Any = getattr(message, field.name)
         where = (*path, field.name)

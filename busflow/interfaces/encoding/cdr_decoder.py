@@ -41,7 +41,7 @@ _TRUTH = (False, True)
 def decoder(
     cls: type[Message], order: str, other: Callable[[Any], Message], explain: Callable[[bytes, Exception], Exception]
 ) -> Callable[[Any], Message]:
-    """The function that decodes messages of `cls` in the byte order "little" or "big".
+    """Return the function that decodes messages of `cls` in the byte order "little" or "big".
 
     What is no `bytes`, or has not the header of this order, goes to `other`; `explain` makes the error that is raised
     for a message that cannot be read.
@@ -51,14 +51,14 @@ def decoder(
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """A message that is read and not yet put together: its fields as expressions, or as messages likewise."""
+    """A message that is read but not yet built: its fields as expressions, or as messages of this kind."""
 
     cls: type[Message]
     fields: tuple[tuple[str, str | _Parts], ...]
 
 
 class _Decoder:
-    """The function in the making: where it is in the message, and what it has not read yet."""
+    """The decoder under construction: its offset in the message, and the values that it has not read yet."""
 
     def __init__(self, cls: type[Message], order: str) -> None:
         self._cls = cls
@@ -129,7 +129,7 @@ class _Decoder:
         return self._value(primitive.code, primitive.size, primitive.size)
 
     def _value(self, code: str, alignment: int, size: int) -> str:
-        """A name for a value of the next run."""
+        """Return a name for a value of the next run."""
         self._run.append(Item(code, alignment, size))
         self._names.append(self._source.new("value"))
         return self._names[-1]
@@ -163,14 +163,14 @@ class _Decoder:
         return name
 
     def _start(self) -> str:
-        """The name for the present offset when it is about to change."""
+        """Return the name for the present offset when it is about to change."""
         if self._at is not None:
             return str(self._at)
         self._source.add("start = offset")
         return "start"
 
     def _take(self, start: str, size: str) -> None:
-        """Goes on by `size` bytes, which have to be there."""
+        """Advance by `size` bytes, and check that they exist."""
         self._source.add(f"offset = {start} + {size}", f"if offset > {self._size}:", f"    raise {self._fault}")
         self._at = None
 
@@ -192,7 +192,7 @@ class _Decoder:
         return name
 
     def _array(self, base: str, data: str) -> str:
-        """The expression of an array that has the bytes `data` for its own."""
+        """Return the expression of an array whose memory is the bytes `data`."""
         give, dtype = self._source.give, _dtype_of(base)
         if base == "bool":
             return f"{give(_truths)}({data})"
@@ -201,7 +201,7 @@ class _Decoder:
         return f"{give(np.frombuffer)}({data}, {give(dtype)})"
 
     def _each(self, field: FieldType, count: str) -> str:
-        """Decodes item after item."""
+        """Decode item after item."""
         source, give = self._source, self._source.give
         self._unpack()
         source.add(f"if {count} * {_least(field)} > {self._size} - {self._offset}:", f"    raise {self._fault}")
@@ -218,7 +218,7 @@ class _Decoder:
         return f"{give(tuple)}({items})"
 
     def _texts(self, count: str) -> str:
-        """Decodes text after text in a loop of its own, which knows that each begins where its length is aligned."""
+        """Decode several texts in a loop, which relies on each length being aligned."""
         source, name = self._source, self._source.new("texts")
         self._unpack()
         size = Struct(f"{_ORDERS[self._order]}I").unpack_from
@@ -227,7 +227,7 @@ class _Decoder:
         return name
 
     def _unpack(self) -> None:
-        """Unpacks what waits for it."""
+        """Unpack the pending values."""
         run, source = self._run, self._source
         if not run:
             return
@@ -250,7 +250,7 @@ class _Decoder:
         self._run, self._names = [], []
 
     def _made(self, parts: str | _Parts) -> str:
-        """Puts a message together; its name."""
+        """Build a message, and return the name of its variable."""
         if isinstance(parts, str):
             return parts
         source, give, cls = self._source, self._source.give, parts.cls
@@ -270,7 +270,7 @@ class _Decoder:
 
 
 def _least(field: FieldType) -> int:
-    """The fewest bytes that one item of a field takes, padding left out."""
+    """Return the fewest bytes that one item of a field takes, padding left out."""
     if isinstance(field.base, str):
         return PRIMITIVES[field.base].size or 4
     fields = fields_of(cast("type[Message]", field.base))
@@ -281,7 +281,7 @@ def _least(field: FieldType) -> int:
 def _texts_decoder(
     unpack: Callable[[bytes, int], tuple[int]],
 ) -> Callable[[bytes, int, int], tuple[tuple[str, ...], int]]:
-    """A function that decodes so many texts of a field and returns where they end.
+    """Return a function that decodes a number of texts, and returns them with the offset behind them.
 
     It knows those of the message before, for the names of joints stay the same: equal bytes are equal texts.
     """
@@ -303,7 +303,7 @@ def _texts_decoder(
 def _texts(
     data: bytes, offset: int, count: int, unpack: Callable[[bytes, int], tuple[int]]
 ) -> tuple[tuple[str, ...], int]:
-    """So many texts, and where they end."""
+    """This many texts, and the offset behind them."""
     if count * 4 > len(data) - offset:
         raise ValueError
     texts: list[str] = []
@@ -327,5 +327,5 @@ def _swapped(data: bytes, dtype: np.dtype[Any]) -> AnyArray:
 
 
 def _dtype_of(base: str) -> np.dtype[Any]:
-    """The very dtype that arrays of a primitive have in messages; numpy has equal ones that are slower to compare."""
+    """Return the dtype object of a primitive's arrays; numpy compares equal ones that are not identical more slowly."""
     return np.dtype(cast("type[np.generic]", fields.PRIMITIVES[base].dtype))

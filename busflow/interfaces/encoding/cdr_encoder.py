@@ -33,14 +33,14 @@ FAULTS = (StructError, ArithmeticError, AssertionError, LookupError, TypeError, 
 
 
 def encoder(cls: type[Message], explain: Callable[[Any, Exception], Exception]) -> Callable[[Message], bytes]:
-    """The function that encodes messages of `cls`; `explain` makes the error that is raised for one that it cannot."""
+    """Return the function that encodes messages of `cls`; `explain` makes the error for a message that does not fit."""
     return _Encoder(cls).function(explain, b"".join)
 
 
 def parts_encoder(
     cls: type[Message], explain: Callable[[Any, Exception], Exception]
 ) -> Callable[[Message], list[bytes | np.ndarray[Any, Any]]]:
-    """Like `encoder`, but of a function that returns the parts; a large array is a part itself, since it is frozen."""
+    """Return a function like `encoder`'s that returns parts; a large array is a part itself, since it is frozen."""
     return _Encoder(cls).function(explain, list)
 
 
@@ -48,7 +48,7 @@ _Explain = Callable[[Any, Exception], Exception]
 
 
 class _Encoder:
-    """The function in the making: where it is in the message, and what it has not written yet."""
+    """The encoder under construction: its offset in the message, and the values that it has not written yet."""
 
     def __init__(self, cls: type[Message]) -> None:
         self._cls = cls
@@ -132,7 +132,7 @@ class _Encoder:
         self._added.append(f"{length}({name})")
 
     def _texts(self, name: str, *, fixed: bool) -> None:
-        """Encodes text after text in a loop of its own, which knows that each begins where its length is aligned."""
+        """Encode several texts in a loop, which relies on each length being aligned."""
         source, texts = self._source, self._source.new("texts")
         self._pack()
         if fixed:  # else the length before it has brought it into line
@@ -167,7 +167,7 @@ class _Encoder:
         self._added.append(f"{count} * {size}")
 
     def _align(self, size: int, count: str) -> None:
-        """Fills up to where an array may begin; one without items begins anywhere."""
+        """Pad to the alignment of an array's items; an empty array needs none."""
         source = self._source
         if not self._added:
             gap = source.give(bytes(padding(self._known, size)))
@@ -181,7 +181,7 @@ class _Encoder:
         self._added.append(f"{source.give(len)}({name})")
 
     def _each(self, field: FieldType, name: str) -> None:
-        """Encodes item after item."""
+        """Encode item after item."""
         self._pack()
         self._append()
         self._locate()
@@ -195,7 +195,7 @@ class _Encoder:
         self._source.indent(-1)
 
     def _pack(self) -> None:
-        """Packs what waits for it."""
+        """Pack the pending values."""
         run, source = self._run, self._source
         if not run:
             return
@@ -214,7 +214,7 @@ class _Encoder:
         self._run, self._values = [], []
 
     def _append(self) -> None:
-        """Appends what was packed to the list of parts, which begins here if it has not begun."""
+        """Append the packed bytes to the list of parts, and create the list if there is none."""
         if not self._appends:
             self._source.add(f"parts = [{', '.join([self._source.give(HEADER), *self._parts])}]")
             self._appends = True
@@ -223,14 +223,14 @@ class _Encoder:
         self._parts = []
 
     def _locate(self) -> None:
-        """Computes the offset where it is needed."""
+        """Add a line that computes the offset, unless the last line did."""
         if self._added != ["offset"] or self._known:
             self._source.add(f"offset = {' + '.join([str(self._known), *self._added])}")
         self._known, self._added = 0, ["offset"]
 
 
 def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
-    """A function that encodes the texts of a field and remembers the last message's: names of joints stay the same."""
+    """Return a function that encodes the texts of a field and caches the last result: names of joints stay the same."""
     known: tuple[Sequence[str], bytes] = ((), b"")  # in one, for other threads encode too
 
     def encode(texts: Sequence[str]) -> bytes:
@@ -245,7 +245,7 @@ def _texts_encoder() -> Callable[[Sequence[str]], bytes]:
 
 
 def _texts(texts: Sequence[str]) -> bytes:
-    """Texts one after the other, each filled up to where the next begins."""
+    """Encode texts one after the other, with padding between them."""
     parts: list[bytes] = []
     for text in texts:
         data = text.encode()
@@ -260,5 +260,5 @@ class TooLong(ValueError):
 
 
 def wide_bytes(text: str) -> bytes:
-    """Text in UTF-16, each unit in 32 bits, as ROS 2 writes it."""
+    """Encode text as UTF-16 with 32 bits for each unit, as ROS 2 does."""
     return np.array(array("H", text.encode(f"utf-16-{sys.byteorder[0]}e")), "<u4").tobytes()

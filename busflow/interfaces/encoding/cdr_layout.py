@@ -41,7 +41,7 @@ def padding(offset: int, alignment: int) -> int:
 
 
 def packed(items: Sequence[Item], offset: int, order: str) -> Struct:
-    """The `struct` format of the run when it begins at this offset, in the byte order `<` or `>`.
+    """Return the `struct` format of the run when it begins at this offset, in the byte order `<` or `>`.
 
     >>> run = [Item("B", 1, 1), Item("d", 8, 8)]
     >>> packed(run, 4, "<").format, packed(run, 7, "<").format
@@ -56,7 +56,7 @@ def packed(items: Sequence[Item], offset: int, order: str) -> Struct:
 
 
 def alignment(items: Sequence[Item]) -> int:
-    """The strictest alignment of a run: its padding is the same wherever it begins modulo this.
+    """Return the strictest alignment of a run: its padding is the same wherever it begins modulo this.
 
     >>> alignment([Item("B", 1, 1), Item("d", 8, 8)])
     8

@@ -119,7 +119,7 @@ class Count(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field as codecs want it."""
+    """A field in the form that codecs use."""
 
     name: str
     base: str
@@ -133,7 +133,7 @@ class Field:
     default: str = ""
 
     def describe(self) -> FieldDescription:
-        """The field in ROS 2's form."""
+        """Return the field in ROS 2's form."""
         bounded = _BOUNDED_TEXT if self.string_bound else {}
         # A `.msg` file's char is an IDL uint8, and that is what ROS 2 hashes.
         base = "uint8" if self.base == "char" else self.base
@@ -151,19 +151,19 @@ class Field:
 
 
 def fields_of(individual: IndividualDescription) -> tuple[Field, ...]:
-    """The fields of a type, the dummy of an empty one among them."""
+    """Return the fields of a type; an empty type has the dummy field."""
     return tuple(_field(each) for each in individual["fields"])
 
 
 def is_empty(individual: IndividualDescription) -> bool:
-    """True if the type has no field but the dummy."""
+    """Return whether the type has only the dummy field."""
     return [field["name"] for field in individual["fields"]] == [DUMMY]
 
 
 def individual(
     name: str, fields: list[FieldDescription], constants: list[ConstantDescription] | None = None
 ) -> IndividualDescription:
-    """One type; without a field it gets the dummy."""
+    """Return one type; without a field it gets the dummy."""
     described: IndividualDescription = {
         "type_name": name,
         "fields": fields or [Field(DUMMY, "uint8").describe()],
@@ -172,7 +172,7 @@ def individual(
 
 
 def assemble(name: str, types: Mapping[str, IndividualDescription]) -> TypeDescription:
-    """The description of one of `types`, with those of the others that it needs.
+    """Return the description of one of `types`, with those of the others that it needs.
 
     Raises:
         MalformedMessage: One of them is missing, a type holds itself, or they lie too deep within each other.
@@ -186,7 +186,7 @@ def assemble(name: str, types: Mapping[str, IndividualDescription]) -> TypeDescr
 
 
 def service_types(name: str) -> list[IndividualDescription]:
-    """The types of a service besides its request and response: the service itself and its event."""
+    """Return the types of a service besides its request and response: the service itself and its event."""
     request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
     fields = [
         Field("info", SERVICE_EVENT_INFO, nested=True),
@@ -205,13 +205,13 @@ def service_types(name: str) -> list[IndividualDescription]:
 
 
 def types_in(description: TypeDescription) -> dict[str, IndividualDescription]:
-    """All types of a description by name, the described one first."""
+    """Return all types of a description by name, the described one first."""
     types = [description["type_description"], *description["referenced_type_descriptions"]]
     return {each["type_name"]: each for each in types}
 
 
 def rihs01(description: TypeDescription) -> str:
-    """The type's hash as ROS 2 computes it: of its fields and those of all types within it, and of nothing else."""
+    """Return the type's hash as ROS 2 computes it: only from its fields and those of all types within it."""
     plain = {
         "type_description": _hashed(description["type_description"]),
         "referenced_type_descriptions": [_hashed(each) for each in description["referenced_type_descriptions"]],
@@ -220,7 +220,7 @@ def rihs01(description: TypeDescription) -> str:
 
 
 def is_rihs01(text: str) -> bool:
-    """True if `text` is written as a RIHS01 hash is."""
+    """Return whether `text` has the form of a RIHS01 hash."""
     return _HASH.fullmatch(text) is not None
 
 
@@ -228,7 +228,7 @@ def check(value: object) -> TypeDescription:
     """Check parsed JSON from another process and return it as a description.
 
     Raises:
-        MalformedMessage: It is none.
+        MalformedMessage: it is malformed.
     """
     given = _mapping(value, ())
     main = _individual(given.get("type_description"), ("type_description",))
@@ -241,7 +241,7 @@ def check(value: object) -> TypeDescription:
 
 
 def brief(value: object) -> str:
-    """A value as an error shows it, however long or deep it is."""
+    """Return a value as an error shows it, however long or deep it is."""
     try:
         return reprlib.repr(value)
     except ValueError:  # Python does not print integers of thousands of digits
@@ -249,7 +249,7 @@ def brief(value: object) -> str:
 
 
 def _hashed(individual: IndividualDescription) -> dict[str, object]:
-    """The parts of a type that its hash covers, in order."""
+    """Return the parts of a type that its hash covers, in order."""
     fields = [{"name": each["name"], "type": each["type"]} for each in individual["fields"]]
     return {"type_name": individual["type_name"], "fields": fields}
 
@@ -268,7 +268,7 @@ def _field(field: FieldDescription) -> Field:
 def _height(
     name: str, types: Mapping[str, IndividualDescription], heights: dict[str, int], around: tuple[str, ...]
 ) -> int:
-    """The depth of nested types from this one on."""
+    """Return the depth of nested types from this one on."""
     if name in around:
         raise _refused(f"{name} holds itself", ())
     if name not in types:

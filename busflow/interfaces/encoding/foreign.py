@@ -20,7 +20,7 @@ class ForeignType:
     """Reads and writes messages as plain values, by a description that is checked against its hash.
 
     Raises:
-        MalformedMessage: The description is none, or not the one that the hash stands for.
+        MalformedMessage: the description is malformed, or does not match the hash.
     """
 
     def __init__(self, name: str, type_hash: str, description: object) -> None:
@@ -50,13 +50,13 @@ class ForeignType:
 
     @cached_property
     def decode(self) -> Callable[[bytes | bytearray | memoryview], Any]:
-        """The plain value that the bytes are. Raises MalformedMessage where they are none."""
+        """Decode bytes to a plain value. Raises MalformedMessage if they are not a message."""
         if self.is_ros:
             return decoder_from_description(self.description)
         return lambda payload: json_form.decode(payload, self.name)
 
     def without_surplus(self, payload: bytes) -> bytes:
-        """The message that the bytes begin with; what follows it is left out.
+        """Return the message at the start of the bytes, without the bytes that follow it.
 
         Some viewers send the whole buffer in which they have written. Raises MalformedMessage where there is none.
         """
@@ -71,7 +71,7 @@ class ForeignType:
 
     @cached_property
     def encode(self) -> Callable[[Mapping[str, Any]], bytes]:
-        """The bytes of a message, given as a mapping. Raises MalformedMessage where a value does not fit.
+        """Encode a mapping as a message. Raises MalformedMessage if a value does not fit.
 
         The receiver checks whether JSON fits its schema.
         """

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def finite(data: Any) -> Any:
-    """The data with infinity and NaN as the text that a launch file has for them: JSON has no such numbers.
+    """Return the data with infinity and NaN as text, as a launch file writes them: JSON has no such numbers.
 
     >>> finite({"range": [1.0, float("-inf")]})
     {'range': [1.0, '-.inf']}
@@ -43,7 +43,7 @@ _NAMED = {"properties", "$defs", "patternProperties", "dependentSchemas"}
 
 
 def schema_of(cls: type[Message]) -> dict[str, Any]:
-    """The JSON Schema of a message class.
+    """Return the JSON Schema of a message class.
 
     Raises:
         InvalidDeclaration: A field has none.
@@ -57,7 +57,7 @@ def schema_of(cls: type[Message]) -> dict[str, Any]:
 
 
 def type_hash(schema: Mapping[str, Any]) -> str:
-    """The hash of a type that this schema describes: the same whatever its titles, descriptions and defaults are.
+    """Return the hash of a schema's type, which does not depend on titles, descriptions and defaults.
 
     >>> type_hash({"type": "integer", "title": "X"}) == type_hash({"type": "integer"})
     True
@@ -72,7 +72,7 @@ def type_hash(schema: Mapping[str, Any]) -> str:
 
 
 def codec(cls: type[Message], name: str) -> tuple[Callable[[Message], bytes], Callable[[Any], Message]]:
-    """An encoder and a decoder for messages of a class; both raise MalformedMessage for values that do not fit."""
+    """Return an encoder and a decoder for messages of a class; both raise MalformedMessage for unfit values."""
 
     def encode(message: Message) -> bytes:
         try:
@@ -90,7 +90,7 @@ def codec(cls: type[Message], name: str) -> tuple[Callable[[Message], bytes], Ca
 
 
 def decode(payload: bytes | bytearray | memoryview, name: str) -> Any:
-    """The plain value that a message is.
+    """Return a message as a plain value.
 
     Raises:
         MalformedMessage: It is no JSON, lies too deep within itself, or its text is no Unicode.
@@ -104,13 +104,13 @@ def decode(payload: bytes | bytearray | memoryview, name: str) -> Any:
 
 
 def _explained(error: ValueError, name: str) -> MalformedMessage:
-    """The first thing that pydantic found wrong."""
+    """Return the first error that pydantic found."""
     faults = cast("Any", error).errors()
     return MalformedMessage(faults[0]["msg"], type_name=name, path=faults[0]["loc"])
 
 
 def _canonical(schema: Any, names: dict[str, str]) -> Any:
-    """A schema without what is for people, its definitions named by the order in which they are needed.
+    """Return a schema without titles and texts, its definitions named by the order of their first use.
 
     Pydantic names a definition after its class, and after its module too where two classes share a name; neither is
     what the schema says, and plugins' modules have other names in other processes.
@@ -138,7 +138,7 @@ def _canonical(schema: Any, names: dict[str, str]) -> Any:
 
 
 def _definitions(definitions: Mapping[str, Any], names: dict[str, str]) -> dict[str, Any]:
-    """The definitions that are needed, those too that only they need."""
+    """Return the definitions that a schema refers to, directly or through others."""
     found: dict[str, Any] = {}
     while missing := [name for name in names if names[name] not in found]:
         for name in missing:

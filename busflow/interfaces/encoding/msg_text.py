@@ -34,14 +34,14 @@ _COMMENT = re.compile(r"""((?:[^#"']|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')*)#.*""
 
 
 def ros2msg(description: TypeDescription) -> str:
-    """The definition of a type, then of each type inside it."""
+    """Return the definition of a type, then of each type inside it."""
     others = description["referenced_type_descriptions"]
     inner = [f"{_RULE}\nMSG: {_short(each['type_name'])}\n{_text(each)}" for each in others]
     return "\n".join([_text(description["type_description"]), *inner])
 
 
 def parse(name: str, text: str) -> TypeDescription:
-    """The description of the type `name`, whose definition `text` is, those of the types inside it included.
+    """Parse a definition: return the description of the type `name` and of the types inside it.
 
     Raises:
         MalformedMessage: The text is no definition, or lacks one of the types inside.
@@ -62,7 +62,7 @@ def parse(name: str, text: str) -> TypeDescription:
 
 
 def _text(described: IndividualDescription) -> str:
-    """A type in the lines of a `.msg` file, its constants first."""
+    """Return a type in the lines of a `.msg` file, its constants first."""
     constants = [f"{each['type']} {each['name']}={each['value']}\n" for each in described.get("constants", [])]
     fields = () if is_empty(described) else fields_of(described)
     return "".join([*constants, *(f"{_type(field)} {field.name} {field.default}".rstrip() + "\n" for field in fields)])
@@ -81,13 +81,13 @@ def _type(field: Field) -> str:
 
 
 def _short(name: str) -> str:
-    """`std_msgs/msg/Header` as `std_msgs/Header`, the form that every reader of MCAP knows."""
+    """Return `std_msgs/msg/Header` as `std_msgs/Header`, the form that every reader of MCAP knows."""
     parts = name.split("/")
     return f"{parts[0]}/{parts[2]}" if len(parts) == 3 and parts[1] == "msg" else name
 
 
 def _long(name: str, around: str) -> str:
-    """A type's name in full, as it is meant within the type `around`."""
+    """Return the full name of a type that the definition of the type `around` mentions."""
     parts = name.split("/")
     if len(parts) == 1:
         return "std_msgs/msg/Header" if name == "Header" else f"{around.partition('/')[0]}/msg/{name}"

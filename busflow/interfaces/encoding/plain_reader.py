@@ -39,7 +39,7 @@ _WIDE = 4
 
 
 class _Unreadable(Exception):
-    """The bytes at an offset are not what the field needs; `path` grows from the inside out."""
+    """The error for bytes that do not fit a field; `path` grows from the inside out."""
 
     def __init__(self, reason: str, offset: int) -> None:
         self.reason, self.offset, self.path = reason, offset, list[str | int]()
@@ -66,7 +66,7 @@ class _Cursor:
         return start
 
     def length(self, least: int, most: int, what: str = "items") -> int:
-        """The announced number of items, of which each takes `least` bytes and of which there may be `most`."""
+        """Return the announced number of items, of which each takes `least` bytes and of which there may be `most`."""
         start = self.claim(1, 4)
         count = int.from_bytes(self.data[start : start + 4], "little" if self.little else "big")
         left = len(self.data) - self.offset
@@ -84,30 +84,30 @@ Result = TypeVar("Result")
 
 
 def decoder_from_description(description: TypeDescription) -> Callable[[Payload], dict[str, Any]]:
-    """A function that reads messages of the described type.
+    """Return a function that reads messages of the described type.
 
     Fields become a dictionary in their order; sequences of numbers are memoryviews of the message (or of a copy, where
-    it is big endian), other sequences tuples. It raises MalformedMessage where a message cannot be read.
+    it is big endian), other sequences tuples. It raises MalformedMessage if a message cannot be read.
 
     Raises:
-        MalformedMessage: The description is none.
+        MalformedMessage: the description is malformed.
     """
     return _reading(description, _whole)
 
 
 def measure_from_description(description: TypeDescription) -> Callable[[Payload], int]:
-    """A function that returns the size of the message which bytes begin with, whatever follows it.
+    """Return a function that returns the size of the message at the start of bytes.
 
-    It raises MalformedMessage where they begin with none.
+    It raises MalformedMessage if there is none.
 
     Raises:
-        MalformedMessage: The description is none.
+        MalformedMessage: the description is malformed.
     """
     return _reading(description, lambda data, read: _begun(data, read)[1].offset)
 
 
 def _reading(description: TypeDescription, take: Callable[[bytes, Reader], Result]) -> Callable[[Payload], Result]:
-    """A function that takes something of a message of the described type, and says what it cannot read."""
+    """Return a function that reads a part of a message of the described type, and raises for malformed bytes."""
     types = types_in(check(description))
     name = description["type_description"]["type_name"]
     read = _Readers(types).of(name)
@@ -123,7 +123,7 @@ def _reading(description: TypeDescription, take: Callable[[bytes, Reader], Resul
 
 
 def _whole(data: bytes, read: Reader) -> Any:
-    """The message that is all of `data`."""
+    """Return the message; `data` holds nothing else."""
     value, cursor = _begun(data, read)
     if (left := len(data) - cursor.offset) > SPARE:
         raise _Unreadable(f"{left} bytes follow the message", cursor.offset)
@@ -131,7 +131,7 @@ def _whole(data: bytes, read: Reader) -> Any:
 
 
 def _begun(data: bytes, read: Reader) -> tuple[Any, _Cursor]:
-    """The message that `data` begins with, and where it ends."""
+    """Return the message at the start of `data`, and the offset of its end."""
     little = data[:2] == HEADER[:2]
     if len(data) < HEADER_SIZE or not (little or data[:2] == BIG_ENDIAN):
         raise _Unreadable(f"{data[:4].hex(' ') or 'nothing'} is no header of plain CDR", 0)
@@ -148,7 +148,7 @@ class _Readers:
         self._least: dict[str, int] = {}
 
     def of(self, name: str) -> Reader:
-        """The reader of messages of this type."""
+        """Return the reader of messages of this type."""
         if name not in self._readers:
             fields = fields_of(self._types[name])
             readers = [(field.name, self._field(field)) for field in fields]
@@ -156,7 +156,7 @@ class _Readers:
         return self._readers[name]
 
     def least(self, field: Field) -> int:
-        """The fewest bytes that one item of the field takes, padding left out."""
+        """Return the fewest bytes that one item of the field takes, padding left out."""
         if not field.nested:
             return PRIMITIVES[field.base].size or 4
         if field.base not in self._least:

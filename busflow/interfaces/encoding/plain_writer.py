@@ -35,19 +35,19 @@ _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 
 
 class _Unfit(Exception):
-    """A value does not fit its field; `path` grows from the inside out."""
+    """The error for a value that does not fit its field; `path` grows from the inside out."""
 
     def __init__(self, reason: str) -> None:
         self.reason, self.path = reason, list[str | int]()
 
 
 def encoder_from_description(description: TypeDescription) -> Callable[[Mapping[str, Any]], bytes]:
-    """A function that writes messages of the described type, given as nested mappings and sequences.
+    """Return a function that writes messages of the described type, given as nested mappings and sequences.
 
     It raises MalformedMessage where a value does not fit.
 
     Raises:
-        MalformedMessage: The description is none, or one of its defaults does not fit.
+        MalformedMessage: the description is malformed, or one of its defaults does not fit.
     """
     name = description["type_description"]["type_name"]
     write = _Writers(types_in(check(description))).of(name)
@@ -71,7 +71,7 @@ class _Writers:
         self._writers: dict[str, Writer] = {}
 
     def of(self, name: str) -> Writer:
-        """The writer of messages of this type."""
+        """Return the writer of messages of this type."""
         if name not in self._writers:
             described = self._types[name]
             fields = fields_of(described)
@@ -117,7 +117,7 @@ def _message(name: str, fields: dict[str, tuple[Writer, Any]], *, empty: bool) -
 
 
 def _sized(field: Field, inner: Writer) -> Writer:
-    """Writes how many items there are, where that is not fixed, and then the items."""
+    """Write the number of items, unless it is fixed, and then the items."""
 
     def write(data: bytearray, value: Any) -> None:
         if isinstance(value, str | Mapping) or not hasattr(value, "__len__"):
@@ -172,7 +172,7 @@ def _number(base: str, code: str, size: int) -> Writer:
 
 
 def _check(base: str, code: str, value: Any) -> None:
-    """Refuses what is no number of this type, which `pack` would not always do."""
+    """Refuse a value that is not a number of this type; `pack` would let some pass."""
     accepted = bool if code == "?" else (float, int) if code in "fd" else int
     if not isinstance(value, accepted) or (isinstance(value, bool) and code != "?"):
         raise _Unfit(f"{brief(value)} is no {base}")
@@ -205,7 +205,7 @@ def _put(data: bytearray, size: int, value: bytes) -> None:
 
 
 def _default(field: Field, around: str) -> Any:
-    """The value of a field that is not given."""
+    """Return the value of a field that is not given."""
     zero: Any = {} if field.nested else "" if not PRIMITIVES[field.base].size else _zero(field.base)
     if field.default and not field.nested:
         try:
@@ -239,7 +239,7 @@ class _Repeated(Sequence[Any]):
 
 
 def _stated(field: Field) -> Any:
-    """A default as a `.msg` file states it."""
+    """Return the default that a `.msg` file states as text."""
     text = field.default.strip()
     if field.count is not Count.ONE:
         if field.base == "bool":

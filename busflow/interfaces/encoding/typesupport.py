@@ -1,4 +1,4 @@
-"""`TypeSupport`: what a message class is on the wire: its description, hash and schema, and how it is coded."""
+"""`TypeSupport`: the description, hash, schema and encoding of a message class."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class OpaqueMessage(Message, package="busflow"):
 
 
 def opaque(foreign: ForeignType) -> type[OpaqueMessage]:
-    """A class of messages of a type; another one each time, since a topic goes by the class."""
+    """Return a new class for messages of a type: a topic is identified by its class."""
     made = type("Opaque", (OpaqueMessage,), {"__module__": __name__}, package="busflow")
     made.__ros_name__ = foreign.name
     cls = cast("type[OpaqueMessage]", made)
@@ -120,17 +120,17 @@ class TypeSupport:
 
     @cached_property
     def encode(self) -> Callable[[Message], bytes]:
-        """The bytes of a message. Raises MalformedMessage for one that cannot be put into bytes."""
+        """Encode a message. Raises MalformedMessage if a value has no encoding."""
         return self._codec.encode
 
     @cached_property
     def decode(self) -> Callable[[bytes | bytearray | memoryview], Message]:
-        """The message that the bytes are. Raises MalformedMessage where they are none."""
+        """Decode bytes to a message. Raises MalformedMessage if they are not one."""
         return self._codec.decode
 
     @property
     def is_heavy(self) -> bool:
-        """True if a message may hold an array that is worth not being copied."""
+        """True if a message may hold an array so large that a copy is worth avoiding."""
         plain = self.is_ros and not issubclass(self.cls, ServiceType | OpaqueMessage)
         return plain and _holds_arrays(cast("type[Message]", self.cls))
 
@@ -162,7 +162,7 @@ class _Codec(NamedTuple):
 
 
 def _opaque_codec(cls: type[OpaqueMessage]) -> _Codec:
-    """Bytes stay what they are."""
+    """A codec that leaves bytes unchanged."""
 
     def encode(message: Any) -> bytes:
         return message.payload.tobytes()
@@ -174,7 +174,7 @@ def _opaque_codec(cls: type[OpaqueMessage]) -> _Codec:
 
 
 def describe(cls: type[Message | ServiceType]) -> TypeDescription:
-    """The description of a message class, or of a service.
+    """Return the description of a message class, or of a service.
 
     Raises:
         InvalidDeclaration: ROS has no word for one of its fields.
@@ -191,7 +191,7 @@ def describe(cls: type[Message | ServiceType]) -> TypeDescription:
 
 
 def _holds_arrays(cls: type[Message]) -> bool:
-    """True if a field of the class, or of one inside it, is an array of numbers of any length."""
+    """Return whether a field of the class, or of one inside it, is an array of numbers of any length."""
     return any(
         (field.array is ArrayKind.UNBOUNDED and field.base not in {"string", "wstring"})
         if isinstance(field.base, str)
@@ -201,7 +201,7 @@ def _holds_arrays(cls: type[Message]) -> bool:
 
 
 def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -> None:
-    """Adds the class and the classes inside it to `types`."""
+    """Add the class and the classes inside it to `types`."""
     name = type_name(cls)
     if name in types:
         return
@@ -230,7 +230,7 @@ def _field(field: FieldType) -> Field:
 
 
 def _default(field: FieldType, *, nested: bool) -> str:
-    """A default as `.msg` files write it, empty where it is what ROS assumes anyway."""
+    """Return a default as `.msg` files write it; empty for ROS's own default."""
     value: Any = field.default
     if nested or value is None:
         return ""

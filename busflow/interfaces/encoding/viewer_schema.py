@@ -20,7 +20,7 @@ _LEAVES = set(_TYPES.values())
 
 
 def viewer_schema(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """The schema as viewers read it.
+    """Return the schema in the form that viewers read.
 
     >>> optional = {"anyOf": [{"$ref": "#/$defs/P"}, {"type": "null"}]}
     >>> inner = {"type": "object", "properties": {"x": {"type": "number"}}}
@@ -31,17 +31,17 @@ def viewer_schema(schema: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def recorded_definition(schema: Mapping[str, Any]) -> str:
-    """The text of a definition in a recording: the schema as viewers read it, and in it the whole one."""
+    """Return the text of a recorded definition: the schema for viewers, which contains the whole one."""
     return json.dumps(viewer_schema(schema) | {SOURCE: schema})
 
 
 def source_schema(definition: Mapping[str, Any]) -> Any:
-    """The whole schema of a recorded definition, which is itself the whole one where busflow has not recorded it."""
+    """Return the whole schema of a recorded definition; the definition itself if busflow did not record it."""
     return definition.get(SOURCE, definition)
 
 
 class _Flattening:
-    """Flattening of one schema, whose definitions are put in the place of each reference."""
+    """The flattening of one schema: definitions take the place of references."""
 
     def __init__(self, definitions: Mapping[str, Any]) -> None:
         self._definitions = definitions
@@ -49,7 +49,7 @@ class _Flattening:
         self._fields_left = _MOST_FIELDS
 
     def flat(self, schema: Any, depth: int = 0) -> dict[str, Any] | None:
-        """The schema without references and choices; None where that leaves no single type."""
+        """Return the schema without references and choices; None where that leaves no single type."""
         if not isinstance(schema, Mapping) or depth > _MOST_DEPTH:  # true and false are schemas, too
             return None
         found = cast("Mapping[str, Any]", schema)
@@ -87,18 +87,18 @@ class _Flattening:
         return found
 
     def _same(self, schemas: Iterable[Any], depth: int) -> dict[str, Any] | None:
-        """The form that all these schemas share."""
+        """Return the form that all these schemas share."""
         forms = [self.flat(each, depth + 1) for each in schemas]
         return forms[0] if forms and all(each == forms[0] for each in forms) else None
 
 
 def _items(schema: Mapping[str, Any], key: str) -> list[Any]:
-    """The list under a key; an empty one where another process has put something else there."""
+    """Return the list under a key; an empty one if another program put another value there."""
     found = schema.get(key)
     return cast("list[Any]", found) if isinstance(found, list) else []
 
 
 def _type_of(values: list[object]) -> str | None:
-    """The type of an enumeration's values, which need not state it."""
+    """Return the type of an enumeration's values, which need not state it."""
     kinds = {_TYPES.get(type(each)) for each in values}
     return kinds.pop() if len(kinds) == 1 else None
