@@ -45,9 +45,9 @@ _USUAL: dict[str, type] = {"f": float, "i": int, "u": int, "b": bool}
 def take(array: NDArray[Scalar]) -> NDArray[Scalar]:
     """Give `array` up to a message without copying it: freezes it and the arrays it is a view of.
 
-    A message copies a writeable array, which is right for a few numbers and dear for an image. Who will not
-    write any more takes the copy out: `Image(data=take(frame))`. Views made earlier, through which somebody
-    may still write, are beyond numpy's reach: make none. Memory that numpy does not own (a mapped file, a
+    A message copies a writeable array, which is cheap for a few numbers and expensive for an image. A node that
+    will not write to it again avoids the copy: `Image(data=take(frame))`. numpy cannot freeze views that were made
+    earlier and are still writeable: make none. Memory that numpy does not own (a mapped file, a
     driver's buffer) can change behind its back and is copied.
 
     >>> frame = np.zeros(4, np.uint8)

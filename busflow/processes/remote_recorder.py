@@ -139,7 +139,7 @@ class RemoteRecorder:
         answers: list[Any] = []
         with suppress(
             BusflowError
-        ):  # whoever is blocked or leaving does not answer, which keeps nothing from being heard
+        ):  # a blocked or leaving process does not answer; its messages are recorded all the same
             answers = self._peer.ask(question)
         return answers[0] if len(answers) == 1 else {}
 

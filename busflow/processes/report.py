@@ -123,8 +123,8 @@ def _of(cls: type[T], values: Mapping[str, Any]) -> T:
 def _topics(reports: Iterable[_LifeReport]) -> Iterable[TopicReport]:
     """Merge topics: a message counts as published in its publisher's process, as received in a subscription's.
 
-    What a process published just before it was killed, what another machine did, and somebody outside, is known from
-    who heard it: there are as many as the process that heard most has seen, if not more.
+    Some publishers report nothing: a process just before it was killed, another machine, a program outside of the run.
+    Their count is what the process that received most of them has seen, which is a lower bound.
     """
     found: dict[str, TopicReport] = {}
     received = Counter[str]()

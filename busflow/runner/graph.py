@@ -170,7 +170,7 @@ class Graph:
         self._main = self._loop.create_task(self._live(), name=f"busflow.{self.name}")
         try:
             await self._ready.wait()
-        except asyncio.CancelledError:  # whoever waits no longer must not leave the nodes running
+        except asyncio.CancelledError:  # a cancelled wait must not leave the nodes running
             await self.stop()
             raise
         if self.failures or self._duration_s is not None:
@@ -268,7 +268,7 @@ class Graph:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         host, self._host = self._host, None
-        # A failure has cancelled the block, which is taken back here; somebody else may want the task to end as well.
+        # A failure cancelled the block, which is undone here; the task may have been cancelled by another caller too.
         taken_back = host is not None and self._host_called and host.uncancel() <= self._host_cancelling
         await self.stop()
         if (self.failures or self.given_up) and (error is None or (kind is asyncio.CancelledError and taken_back)):

@@ -66,7 +66,7 @@ class FileWatch(Extension):
             await self._graph.clock.sleep(POLL_S)
             if _times(files) == self._times:
                 continue
-            while (now := _times(files)) != self._times:  # until whoever writes has finished
+            while (now := _times(files)) != self._times:  # until the editor has finished writing
                 self._times = now
                 await self._graph.clock.sleep(POLL_S)
             contents = await asyncio.to_thread(_contents, files)

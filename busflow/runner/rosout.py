@@ -1,7 +1,7 @@
 """Rosout: publishes the run's log on `/rosout`, as ROS 2 does, while the topic has a subscription.
 
 It has a publisher from the first subscription on, or once the run can be looked into from outside. A line becomes a
-message only while somebody receives the topic.
+message only while the topic has a subscription.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Rosout:
         self._publishing.add(thread)
         try:
             publisher.publish(log_message(record))
-        except BusflowError:  # whoever logs is not to fail for it, and to log it would be the next line
+        except BusflowError:  # a log call must not fail for it, and logging it would come here again
             self.refused += 1
         finally:
             self._publishing.discard(thread)

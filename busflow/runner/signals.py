@@ -66,7 +66,7 @@ class SignalGuard:
 
     def __enter__(self) -> Self:
         if threading.current_thread() is not threading.main_thread():
-            return self  # signals are the main thread's: whoever runs us in another one takes care of them
+            return self  # signals belong to the main thread: a caller in another thread handles them itself
         self._reader, self._writer = socket.socketpair()
         self._writer.setblocking(False)
         for number in heeded():
@@ -106,7 +106,7 @@ class SignalGuard:
         if self._before:
             loop_fd = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
             if loop_fd not in {-1, self._writer.fileno()}:
-                self._loop_fd = os.dup(loop_fd)  # whose number is somebody else's once the loop has ended
+                self._loop_fd = os.dup(loop_fd)  # the loop's number may name another file once the loop has ended
 
     def end_after(self, seconds: float) -> None:
         """Start the countdown by itself after a time that the run is given, whatever blocks it then."""
@@ -157,7 +157,7 @@ class SignalGuard:
                 elif received[0] == _ENDED:
                     limited, more_s = False, 0.0
                     self._reader.settimeout(self._grace_s + self._around_s)
-                elif received[0] in CODES:  # a signal that is somebody else's wakes us too
+                elif received[0] in CODES:  # signals of other handlers wake this one too
                     limited, more_s = False, self._around_s
                     self._reader.settimeout(self._grace_s)
                     if asked:
@@ -193,7 +193,7 @@ def _end_process(code: ExitCode, why: str) -> None:
             where = f"; it was in {printable(entry.filename)}:{entry.lineno}, {printable(entry.name)}"
             break
     try:
-        os.set_blocking(2, False)  # whoever reads our standard error may be gone, or stand still
+        os.set_blocking(2, False)  # the reader of standard error may be gone or blocked
         os.write(2, f"busflow: {why}{where}\n".encode())
         if (multiprocessing := sys.modules.get("multiprocessing")) is not None:  # what a node forked would live on
             [child.kill() for child in multiprocessing.active_children()]

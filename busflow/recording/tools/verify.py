@@ -24,7 +24,7 @@ from busflow.text import counted
 _MOST_PER_CHANNEL = 3
 """The limit of printed findings about one channel; one fault is mostly a fault of all its messages."""
 _RECORDERS_OWN = {"/parameter_events", "/rosout"}
-"""Topics that the recorder writes itself, whether or not anybody publishes them."""
+"""Topics that the recorder writes itself, whether or not they have a publisher."""
 
 
 class FindingKind(StrEnum):

@@ -53,7 +53,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         schedule: The order of ready tasks and timers; None keeps asyncio's.
         horizon_s: Where virtual time ends, with an error that names who still waits.
         rate: Virtual seconds per real one; None is as fast as it goes.
-        follows: Time stands still but for `move_to`: somebody else says how late it is.
+        follows: Time moves by `move_to` alone: the caller decides how late it is.
         thread_s: Real seconds that one call in a worker thread may take while time stands still for it.
     """
 

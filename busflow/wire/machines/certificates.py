@@ -79,7 +79,7 @@ class Authority:
 
         for path in (folder / f"{AUTHORITY}.pem", folder / f"{AUTHORITY}.key"):
             if path.exists():
-                text = f"{path} exists already: whoever has a certificate of it would be locked out by another one"
+                text = f"{path} exists already: a new one would lock out the machines with its certificates"
                 raise CertificateError(f"{text}; choose another folder, or remove it first")
         key = _new_key()
         subject = _subject(f"busflow {folder.resolve().name}")

@@ -65,7 +65,7 @@ async def _tried(end: NetworkAddress, credentials: Credentials | None, machine: 
         if context is not None:
             owner = common_name(writer.get_extra_info("peercert") or {})
             if owner != machine:
-                return f"what listens at {end} is {owner or 'somebody without a name'}, not {machine}"
+                return f"what listens at {end} is {owner or 'a program without a name'}, not {machine}"
         with suppress(TimeoutError):
             async with asyncio.timeout(_ALERT_S):
                 await reader.read(1)

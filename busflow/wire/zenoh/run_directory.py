@@ -116,7 +116,7 @@ class RunDirectory:
             _remove(draft)
             draft.mkdir(mode=0o700)
             lock = os.open(draft / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-            _locked(lock, exclusive=True, wait=True)  # for whoever looks whether it is held
+            _locked(lock, exclusive=True, wait=True)  # for processes that check whether it is held
             for number in range(1, _ATTEMPTS):
                 path = folder / (fit if number == 1 else f"{fit}-{number}")
                 if _is_free(path):
@@ -135,7 +135,7 @@ class RunDirectory:
     def close(self) -> None:
         """Remove the directory, atomically for clients."""
         gone = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-        with suppress(OSError):  # somebody removed it while the run lasted, which is no fault of the run
+        with suppress(OSError):  # another program removed it while the run lasted, which is no fault of the run
             self.path.rename(gone)
         _remove(gone)
         self._let_go()
@@ -150,7 +150,7 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
     """Return this user's live runs on this machine, the oldest first; remains of dead runs are removed.
 
     Raises:
-        InspectionUnavailable: there is none, and a folder where one would be belongs to somebody else, or others can
+        InspectionUnavailable: there is no run, and a folder where one would be belongs to another user, or others can
             open it.
     """
     found: list[FoundRun] = []
@@ -159,7 +159,7 @@ def runs(environment: Mapping[str, str] = os.environ) -> list[FoundRun]:
         try:
             if os.path.lexists(folder):
                 found += _alive_runs(_own(folder))
-        except InspectionUnavailable as error:  # whoever takes our name in /tmp must not hide what runs elsewhere
+        except InspectionUnavailable as error:  # a foreign folder in /tmp must not hide runs in other folders
             unsafe.append(error)
     if unsafe and not found:
         raise unsafe[0]
@@ -262,7 +262,7 @@ def _writable_folder(environment: Mapping[str, str]) -> Path:
             raise InspectionUnavailable(f"{folder}: {unfit}; set BUSFLOW_RUNTIME_DIR to another one")
         try:
             folder.mkdir(mode=0o700, exist_ok=True)
-        except OSError as error:  # a runtime directory of somebody else's session, or none any more
+        except OSError as error:  # a runtime directory of another user's session, or one that is gone
             if not folder.is_symlink():
                 reason = f"{folder}: {error.strerror}"
                 continue

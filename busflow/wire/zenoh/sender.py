@@ -75,6 +75,6 @@ class SenderThread:
                 self._bytes -= size
             try:
                 work()
-            except Exception as error:  # noqa: BLE001  # the thread has more to do, and whoever owns it is told
+            except Exception as error:  # noqa: BLE001  # the thread goes on with the next, and its owner gets the error
                 self._on_error(error)
             del work  # what it holds is not to wait here for the next
