@@ -41,7 +41,7 @@ def new(folder: Path) -> None:
     authority = Authority.new(folder)
     shown = printable(folder)
     click.echo(f"Made {shown}/ca.pem and {shown}/ca.key, good until {authority.until:%Y-%m-%d}.")
-    click.echo("Anyone with ca.key can make certificates: keep it here, and copy it to no robot. Next, for each machine:")
+    click.echo("Anyone with ca.key can sign certificates: keep it here, copy it to no robot. Then, for each machine:")
     click.echo(f"  busflow certs add main {shown}\n  busflow certs add arm {shown} --address 192.0.2.7")
 
 
