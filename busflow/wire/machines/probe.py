@@ -31,9 +31,9 @@ async def why_not_linked(end: NetworkAddress, credentials: Credentials | None, m
     """Return why there is no link to a machine, as text for people; empty if nothing prevents it.
 
     Args:
-        end: where it is looked for.
-        credentials: what is shown there; None without encryption.
-        machine: who it has to be.
+        end: its address.
+        credentials: the certificate to show; None without encryption.
+        machine: its name, which its certificate must have.
     """
     try:
         async with asyncio.timeout(_PATIENCE_S):
@@ -68,7 +68,8 @@ async def _tried(end: NetworkAddress, credentials: Credentials | None, machine: 
                 return f"what listens at {end} is {owner or 'a program without a name'}, not {machine}"
         with suppress(TimeoutError):
             async with asyncio.timeout(_ALERT_S):
-                await reader.read(1)
+                if not await reader.read(1):  # a machine that accepts us waits for our first message
+                    return f"what listens at {end} ends the connection"
         return ""
     finally:
         writer.transport.abort()

@@ -43,7 +43,7 @@ class RemoteRun:
         """Join the run.
 
         Raises:
-            InspectionUnavailable: no machine can be reached, or none trusts who wants to join; it says why.
+            InspectionUnavailable: no machine can be reached, or none trusts the certificate; it says why.
         """
         network = Network([end for _, end in self.ways], credentials=self.credentials)
         try:
@@ -60,7 +60,7 @@ class RemoteRun:
         """Check that this identity may do more than look.
 
         Raises:
-            NotAllowed: they may not; the run would leave it unanswered.
+            NotAllowed: it may not; the run would not answer.
         """
         if self.role is not Role.ALL:
             raise NotAllowed(
@@ -84,7 +84,7 @@ def remote_run(text: str) -> RemoteRun:
     """Return the run that `viewer@robot.yaml` names: the launch file's, joined with that certificate.
 
     Raises:
-        NoSuchRun: the file names no machine that can be reached, or nobody of that name.
+        NoSuchRun: the file names no machine that can be reached, or admits no such identity.
         LaunchError: the file cannot be read, or the certificate will not do.
     """
     identity, _, stated = text.partition(AT)
@@ -92,13 +92,13 @@ def remote_run(text: str) -> RemoteRun:
     description, problems = examine(file)
     network = None if description is None else description.network
     if network is None:
-        if description is None:
-            raise LaunchError(problems)
+        if errors := [problem for problem in problems if problem.severity is Severity.ERROR]:
+            raise LaunchError(errors)  # the network section may be among what could not be read
         raise NoSuchRun(f"{printable(file)} has no network section: its runs are reached from their own machine alone")
     if identity not in network.allow and identity not in network.machines:
         known = [*network.allow, *network.machines]
         raise NoSuchRun(
-            f"{printable(file)} lets nobody in who is called {printable(identity)!r}; {did_you_mean(identity, known)}"
+            f"{printable(file)} admits nobody called {printable(identity)!r}; {did_you_mean(identity, known)}"
         )
     ways = tuple(_ways(network))
     if not ways:
