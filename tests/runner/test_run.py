@@ -1,0 +1,83 @@
+"""A graph as the whole program: it runs for its time or until its end, and its failure is the program's."""
+
+import asyncio
+
+import pytest
+
+import busflow
+from busflow import Node, timer
+from busflow.errors import ExitCode, LaunchError, NodeFailed
+from busflow.runner.run import run_graph
+from busflow.runner.simulation import simulated_graph
+
+
+class Ticker(Node):
+    ticks = 0
+
+    @timer(hz=10)
+    def tick(self) -> None:
+        self.ticks += 1
+
+
+class Failing(Node):
+    @timer(hz=1)
+    def tick(self) -> None:
+        raise ValueError("no contact")
+
+
+class Short(Node):
+    async def run(self) -> None:
+        self.log.info("done")
+
+
+class Unstartable(Node):
+    async def start(self) -> None:
+        raise OSError("no such port")
+
+
+def test_a_virtual_limit_ends_the_run():
+    with simulated_graph([Ticker]) as (graph, loop):
+        assert run_graph(graph, for_s=360.0, loop_factory=loop) is ExitCode.OK
+        assert graph.node(Ticker).ticks == 3600
+
+
+@pytest.mark.parametrize("for_s", [None, 60.0])
+def test_a_graph_without_work_ends_early(for_s: float | None):
+    with simulated_graph([Short]) as (graph, loop):
+        assert run_graph(graph, for_s=for_s, loop_factory=loop) is ExitCode.OK
+
+
+def test_a_failed_node_fails_the_program():
+    with simulated_graph([Ticker, Failing]) as (graph, loop):
+        with pytest.raises(NodeFailed, match="no contact"):
+            run_graph(graph, for_s=60.0, loop_factory=loop)
+        assert graph.exit_code is ExitCode.FAILED
+
+
+def test_a_node_that_cannot_start_fails_it():
+    with simulated_graph([Unstartable]) as (graph, loop), pytest.raises(NodeFailed, match="no such port"):
+        run_graph(graph, loop_factory=loop)
+
+
+def test_an_invalid_graph_starts_nothing():
+    class Doubtful(Ticker):
+        async def start(self) -> None:
+            raise AssertionError
+
+    with simulated_graph([Doubtful, Doubtful]) as (graph, loop), pytest.raises(LaunchError, match="/doubtful"):
+        run_graph(graph, loop_factory=loop)
+
+
+def test_the_nodes_run_on_the_given_loop():
+    made: list[asyncio.AbstractEventLoop] = []
+
+    class Seer(Node):
+        async def run(self) -> None:
+            assert [asyncio.get_running_loop()] == made
+
+    def factory() -> asyncio.AbstractEventLoop:
+        made.append(asyncio.new_event_loop())
+        return made[0]
+
+    assert run_graph(busflow.launch(Seer), loop_factory=factory) is ExitCode.OK
+    assert made
