@@ -1,0 +1,13 @@
+"""A run with a lamp, in a process of its own."""
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.wire.conftest import Robot
+from tests.wire.mirror.lamp import SERVER
+
+
+@pytest.fixture
+def room(robots: Callable[..., Robot]) -> Robot:
+    return robots(SERVER, "room").ready()
