@@ -156,9 +156,10 @@ def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator
     whole = description.resolved
     if description.record is None or whole is None:
         return
+    several = description.record.split is not None or (apart and not is_simulated(description))
     stated = whole.find(("record", "to")) or whole.find(("record",)) or whole
     try:
-        foresee(description.record.to, run=description.name, apart=apart and not is_simulated(description))
+        foresee(description.record.to, run=description.name, apart=several)
     except RecordingRefused as error:
         yield problem_at("cannot-record", str(error), None, stated.origin)
 

@@ -6,7 +6,6 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from busflow.errors import BagError
 from busflow.launchfile.model.description import OnDrop
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2 import LACKING, REPORT
-from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
+from busflow.recording.bag.rosbag2_metadata import FileCounts, file_counts, write_metadata
 from busflow.recording.recorder.destination import as_directory, named, refusal
 from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.share import Share
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import RecordSpec
     from busflow.launchfile.model.placement import Placement
-    from busflow.recording.bag.series import Series
     from busflow.runner.report import Report
 
 _SUFFIX = ".mcap"
@@ -130,13 +128,14 @@ class JointRecording(Extension):
         said = {Path(each["path"]).name: str(each["why"]) for each in recordings if each["why"]}
         try:
             with Bag(self.directory) as bag:
-                counted = [_counted(each) for each in bag.series]
-                read = {each.name for each in counted}
-                lacking += [f"there is nothing in {path.name}" for path in self._paths() if path.name not in read]
+                begun = [path.with_stem(f"{path.stem}_0") if self._spec.split else path for path in self._paths()]
+                by_name = {each.files[0].path.name: each for each in bag.series}
+                lacking += [f"there is nothing in {path.name}" for path in begun if path.name not in by_name]
+                counted = file_counts([by_name[path.name] for path in begun if path.name in by_name])
                 for each in bag.series:
-                    name = each.files[0].path.name
-                    reasons = [*each.incomplete()] or ([said[name]] if name in said else [])
-                    why += [f"{name}: {reason}" for reason in reasons]
+                    names = [file.path.name for file in each.files]
+                    reasons = [*each.incomplete()] or [said[name] for name in names if name in said]
+                    why += [f"{names[0]}: {reason}" for reason in reasons]
                 recorded, missed = bag.messages, bag.ledger.missed if bag.ledger else 0
             self._write(counted, report, "; ".join(lacking))
         except (BagError, OSError) as error:
@@ -148,12 +147,10 @@ class JointRecording(Extension):
         return [path for files in self._files.values() for path in files]
 
     def _write(self, counted: Sequence[FileCounts], report: Report, lacking: str) -> None:
-        by_name = {each.name: each for each in counted}
-        files = [by_name[path.name] for path in self._paths() if path.name in by_name]
         account = json.dumps(report.as_json())
         custom = {REPORT: account} if len(account) <= _LARGEST_REPORT else {}
         custom |= {LACKING: lacking} if lacking else {}
-        write_metadata(self.directory, files, qos=lambda channel: channel.qos or "", custom=custom)
+        write_metadata(self.directory, counted, qos=lambda channel: channel.qos or "", custom=custom)
 
     def _log_unmatched(self, report: Report) -> None:
         """Log the patterns that match no topic of any process."""
@@ -177,12 +174,6 @@ def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> di
                 for received in member.subscriptions:
                     found.setdefault(received.topic, process)
     return found
-
-
-def _counted(series: Series) -> FileCounts:
-    """Count the messages of a process's file that ROS 2 can read; a file without an end is read as a whole."""
-    counts = {channel: count for channel, count in series.overview().counts.items() if channel.encoding == "cdr"}
-    return FileCounts(series.files[0].path.name, replace(series.overview(), counts=counts))
 
 
 def _stem(process: str) -> str:

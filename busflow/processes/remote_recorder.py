@@ -24,7 +24,8 @@ from busflow.node.parameters import ParameterInfo
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Announcer
 from busflow.recording.recorder.destination import named, new_recording
-from busflow.recording.recorder.provenance import facts, ledger, library
+from busflow.recording.recorder.provenance import facts, library
+from busflow.recording.recorder.recording_file import RecordingFile
 from busflow.recording.recorder.spool import Spool
 from busflow.wire.client.graph_view import view
 from busflow.wire.client.known_type import known_type
@@ -72,7 +73,7 @@ class RemoteRecorder:
             file = McapWriter(destination, library=library(), compression=spec.compression)
             name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
             file.add_metadata(name, {**words, "heard": "from outside"})
-        self._spool = Spool(file, destination, threaded=True, on_failure=lambda _error: None)
+        self._spool = Spool(RecordingFile(destination, file), threaded=True, on_failure=lambda _error: None)
         self.nodes: int = self._write_parameters()
         """Number of nodes whose parameters at the beginning have been recorded."""
 
@@ -186,9 +187,8 @@ class RemoteRecorder:
             for listener in self._listeners.values():
                 if not listener.number:
                     self._announce(listener)
-            name, words = ledger(report, self.recorded, self.missed)
-            whole = self._spool.do(lambda file: file.add_metadata(name, words))
-            whole = self._spool.do(lambda file: file.finish()) and whole
+            recorded, missed = self.recorded, self.missed
+            whole = self._spool.do(lambda file: file.conclude(report, recorded, missed))
             self._complete = self._spool.close() and whole
 
 

@@ -55,6 +55,25 @@ def test_recording_matches_report_without_duplicates(tmp_path, monkeypatch, caps
         assert own & published.keys() == {"/imu/data", "/joint_states"}
 
 
+@pytest.mark.long
+def test_each_process_splits_its_own_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("split.yaml").write_text(f"include: [{LAB1}]\nrecord:\n  to: run.mcap\n  split: {{duration: 300ms}}\n")
+    assert main(["run", "split.yaml", "--for", "1s", "--report", "out.json"]) == 0
+    report = json.loads(Path("out.json").read_text())
+    assert report["recording"]["complete"], report["recording"]
+    with Bag("run") as bag:
+        names = [[file.path.name for file in each.files] for each in bag.series]
+        assert [found[:2] for found in names] == [["main_0.mcap", "main_1.mcap"], ["sensors_0.mcap", "sensors_1.mcap"]]
+        assert bag.survey().gaps == 0
+        assert bag.complete, bag.incomplete
+        assert bag.messages == report["recording"]["recorded"]
+    for path in ("run", "run/main_1.mcap"):
+        assert main(["bag", "verify", path]) == 0, capsys.readouterr().out
+    with AnyReader([Path("run")]) as reader:
+        assert reader.message_count >= bag.messages
+
+
 @pytest.fixture(scope="module")
 def lab1(tmp_path_factory):
     """A recording of lab 1 in two processes."""

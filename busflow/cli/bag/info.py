@@ -97,11 +97,17 @@ def _process(series: Series) -> dict[str, Any]:
     reasons = list(series.incomplete())
     return {
         "process": series.facts and series.facts.process,
-        "file": series.files[0].path.name,
+        "file": _files(series),
         "messages": series.overview().messages,
         "complete": not reasons,
         "incomplete_because": reasons,
     }
+
+
+def _files(series: Series) -> str:
+    """Return the name of a file, or of the first and last part."""
+    names = list(dict.fromkeys(series.files[place].path.name for place in (0, -1)))
+    return " … ".join(names)
 
 
 def _by_name(channels: Iterable[Channel]) -> Iterator[Channel]:
@@ -162,6 +168,8 @@ def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
     for each in contents["processes"]:
         state = "complete" if each["complete"] else "INCOMPLETE"
         yield "process", f"{each['process']}: {each['file']}, {counted(each['messages'], 'message')}, {state}"
+    if not contents["processes"] and len(bag.files) > 1:
+        yield "files", f"{len(bag.files)}: {_files(bag.series[0])}"
     yield "start", _date(contents["start_ns"])
     yield "duration", None if contents["duration_s"] is None else f"{contents['duration_s']:.3f} s"
     yield "messages", f"{contents['messages']}"

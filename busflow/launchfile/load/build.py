@@ -21,6 +21,7 @@ from busflow.launchfile.model.description import (
     ProcessSpec,
     RecordSpec,
     RemapSpec,
+    Split,
     TopicSpec,
 )
 from busflow.launchfile.model.keys import ORDER, LaunchKeys, NodeKeys, RecordKeys, RestartKeys
@@ -252,7 +253,8 @@ def _policy(keys: RestartKeys) -> RestartPolicy:
 
 def record_spec(keys: RecordKeys) -> RecordSpec:
     """Return the recording that the keys describe."""
-    return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression)
+    split = None if keys.split is None else Split(keys.split.size, keys.split.duration)
+    return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression, split)
 
 
 def _process_name_fault(name: str) -> names.NameFault | None:

@@ -43,6 +43,15 @@ class OnDrop(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Split:
+    """Limits of each part of a recording that is written as several files."""
+
+    size: int | None = None
+    """Bytes of a part in its file; None for no limit."""
+    duration_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class RecordSpec:
     """Topics to record from a run, and the file to write."""
 
@@ -51,6 +60,7 @@ class RecordSpec:
     exclude: tuple[str, ...] = ()
     on_drop: OnDrop = OnDrop.WARN
     compression: Compression = Compression.ZSTD
+    split: Split | None = None
 
 
 @dataclass(frozen=True, slots=True)

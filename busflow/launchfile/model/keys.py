@@ -12,11 +12,17 @@ from busflow.launchfile.model.description import HANG_S, ClockMode, Compression,
 from busflow.launchfile.model.network import Role
 from busflow.node.supervision import Condition, OnExit, Restart, RestartPolicy
 from busflow.validation.annotations import StrictModel
+from busflow.validation.byte_sizes import PATTERN as SIZE_PATTERN
+from busflow.validation.byte_sizes import parse_size
 from busflow.validation.durations import PATTERN, parse_duration
 
 _ANY_DURATION = [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": f"^{PATTERN}$"}]
 Seconds = Annotated[float, BeforeValidator(parse_duration), WithJsonSchema({"anyOf": _ANY_DURATION})]
 """A duration: `50ms`, `1.5s`, or a number of seconds."""
+
+_ANY_SIZE = [{"type": "integer", "minimum": 1}, {"type": "string", "pattern": f"^{SIZE_PATTERN}$"}]
+Bytes = Annotated[int, BeforeValidator(parse_size), WithJsonSchema({"anyOf": _ANY_SIZE})]
+"""A size: `64MiB`, `1.5GB`, or a number of bytes."""
 
 Qos = str | dict[str, Any]
 """Name of a profile, or fields of one. `busflow.bus.qos` checks them."""
@@ -266,6 +272,19 @@ Pattern = Annotated[str, AfterValidator(check_pattern)]
 """A pattern of topic names."""
 
 
+class SplitKeys(Section):
+    """When a recording goes on in another file; whichever limit comes first."""
+
+    size: Annotated[Bytes, Field(ge=1024)] | None = Field(default=None, description="The size of a part: 1GiB, 500MB.")
+    duration: Seconds | None = Field(default=None, description="The time of the messages in a part: 10min.")
+
+    @model_validator(mode="after")
+    def _says_when(self) -> Self:
+        if self.size is None and self.duration is None:
+            raise ValueError("a part ends at a size, a duration or both: split: {size: 1GiB, duration: 10min}")
+        return self
+
+
 class RecordKeys(Section):
     """Topics that `busflow run` records, and the file. `record: run.mcap` alone records all topics but hidden ones."""
 
@@ -280,6 +299,7 @@ class RecordKeys(Section):
         default=OnDrop.WARN, description="What follows if something is missing: a warning, or the end of the run."
     )
     compression: Compression = Field(default=Compression.ZSTD, description="How the file is made smaller.")
+    split: SplitKeys | None = Field(default=None, description="Writes a folder of several files, one after the other.")
 
 
 def _record_file(data: object) -> object:

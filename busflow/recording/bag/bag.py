@@ -7,6 +7,7 @@ What can be read of it is served, in the order in which it was recorded; where t
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -17,11 +18,13 @@ from typing import Self
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, Facts, RunOutcome, summed
+from busflow.recording.bag.facts import FACTS, PART, Facts, RunOutcome, summed
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
 _DIGESTED = Struct("<IIIQQ")
+_NUMBER = re.compile(r"_\d+(?=\.mcap$)")
+"""The number of a part, at the end of its name."""
 
 
 class Bag:
@@ -103,8 +106,8 @@ class Bag:
     def spans(self) -> Mapping[Channel, tuple[int, int]]:
         """The times of each channel's first and last message; empty where the whole bag would have to be read."""
         found: dict[Channel, tuple[int, int]] = {}
-        for each in self.files:
-            spans = each.spans()
+        for series in self.series:
+            spans = series.spans()
             if spans is None:
                 return {}
             for channel, (first, last) in spans.items():
@@ -205,8 +208,11 @@ class Bag:
         return tuple(files)
 
     def _grouped(self) -> tuple[Series, ...]:
-        groups = [[each] for each in self.files] if any(map(_process, self.files)) else [self.files]
-        return tuple(Series(each, str(self.path)) for each in groups)
+        groups: dict[str, list[BagFile]] = {}
+        apart = any(map(_process, self.files))
+        for each in self.files:
+            groups.setdefault(_undivided(each) if apart else "", []).append(each)
+        return tuple(Series(each, str(self.path)) for each in groups.values() or [self.files])
 
     def _overview(self) -> Survey:
         return Survey.of([each.overview() for each in self.series])
@@ -215,6 +221,12 @@ class Bag:
 def _process(file: BagFile) -> str:
     """The process that has recorded a file for itself alone."""
     return file.metadata.get(FACTS, {}).get("process", "")
+
+
+def _undivided(file: BagFile) -> str:
+    """The name of a process's file, which its parts have in common."""
+    name = file.path.name
+    return _NUMBER.sub("", name) if PART in file.metadata else name
 
 
 def _bounds(start_ns: int | None, end_ns: int | None) -> tuple[int, int]:

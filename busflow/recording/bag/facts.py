@@ -14,6 +14,9 @@ FACTS = "busflow"
 LEDGER = "busflow.ledger"
 """The name of the metadata at its end."""
 
+PART = "busflow.part"
+"""The name of the metadata at the beginning of a part of a recording that was split."""
+
 LAUNCH_FILE = "launch.yaml"
 """The name of the attachment."""
 
@@ -43,6 +46,21 @@ class Facts:
 
 
 @dataclass(frozen=True, slots=True)
+class BagPart:
+    """The place of a file among the parts of a recording that was split.
+
+    Repeats are the latched messages of earlier parts, which stand first in each, numbered 0: a reader of all parts
+    passes over them.
+    """
+
+    number: int
+    first: int
+    """The number of its first message."""
+    repeated: Mapping[str, int] = field(default_factory=dict[str, int])
+    """The number of repeats of each topic."""
+
+
+@dataclass(frozen=True, slots=True)
 class RunOutcome:
     """The end of a recorded run."""
 
@@ -56,6 +74,8 @@ class RunOutcome:
     """True if the recorder states that nothing is missing."""
     recovered: str | None = None
     """The statement of `busflow bag recover` about the damaged file."""
+    continued: bool = False
+    """True if another part follows."""
 
     @property
     def topics(self) -> Iterator[Mapping[str, Any]]:
@@ -88,7 +108,26 @@ def ledger_of(metadata: Mapping[str, str]) -> RunOutcome:
         missed=_number(metadata.get("missed")) or 0,
         complete=metadata.get("complete") == "true",
         recovered=metadata.get("recovered"),
+        continued=metadata.get("continued") == "true",
     )
+
+
+def part_of(metadata: Mapping[str, str]) -> BagPart:
+    """The place of a file in a metadata record; what is not understood there is left out."""
+    counts = json_object(metadata.get("repeated")).items()
+    repeated = {topic: count for topic, count in counts if isinstance(count, int)}
+    return BagPart(_number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1, repeated)
+
+
+def joined(ledgers: Sequence[Mapping[str, str]]) -> Mapping[str, str]:
+    """The ledger of a recording in words, from those of its parts in their order."""
+    last = dict(ledgers[-1])
+    for name in ("recorded", "missed"):
+        counts = [_number(each.get(name)) for each in ledgers]
+        if None not in counts:
+            last[name] = str(sum(count or 0 for count in counts))
+    complete = all(each.get("complete") == "true" for each in ledgers)
+    return last if complete else {**last, "complete": "false"}
 
 
 def summed(ledgers: Sequence[RunOutcome | None], report: Mapping[str, Any]) -> RunOutcome | None:

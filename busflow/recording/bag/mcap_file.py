@@ -18,12 +18,14 @@ from mcap.records import McapRecord
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, PART
 from busflow.recording.mcap.bounds import MOST_DECLARED
 from busflow.recording.mcap.chunks import TIMES, unpacked
 from busflow.recording.mcap.records import FRAME, MAGIC, MESSAGE, Frame, RecordFile, framed, named, parse
 from busflow.recording.mcap.summary import Summary, summary_of
 
+_KEPT = {FACTS, LEDGER, PART}
+"""The metadata that is kept."""
 _ATTACHMENTS_AT_THE_BEGINNING = 64
 _INDEX_HEAD, _INDEX_ENTRY = 6, 16
 """Bytes of a message index before its entries, and of each of them."""
@@ -149,14 +151,14 @@ class McapFile:
 
     def take(self, record: McapRecord) -> None:
         """Keep what busflow has written beside the messages."""
-        if isinstance(record, records.Metadata) and record.name in (FACTS, LEDGER):
+        if isinstance(record, records.Metadata) and record.name in _KEPT:
             self.metadata[record.name] = record.metadata
         elif isinstance(record, records.Attachment) and record.name == LAUNCH_FILE:
             self.launch_file = record.data.decode(errors="replace")
 
     def _find_details(self, file: RecordFile, summary: Summary) -> None:
         """Read what lies where the summary says."""
-        places = [each.offset for each in summary.metadata if each.name in (FACTS, LEDGER)]
+        places = [each.offset for each in summary.metadata if each.name in _KEPT]
         places += [each.offset for each in summary.attachments if each.name == LAUNCH_FILE]
         for offset in places[:_ATTACHMENTS_AT_THE_BEGINNING]:
             if not len(MAGIC) <= offset < file.size:

@@ -20,7 +20,7 @@ REPORT, LACKING = "busflow.report", "busflow.lacking"
 """The key of busflow's own JSON in the metadata's `custom_data`: the run's account, and what no file has."""
 
 INFORMATION = "rosbag2_bagfile_information"
-_LARGEST = 1 << 20
+_LARGEST = 8 << 20
 _DIGITS = re.compile(r"(\d+)")
 
 

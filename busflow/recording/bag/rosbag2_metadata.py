@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import yaml
 
 from busflow.recording.bag.bag_file import Survey
 from busflow.recording.bag.rosbag2 import INFORMATION, METADATA
+from busflow.recording.bag.series import Series
 
 if TYPE_CHECKING:
     from busflow.recording.bag.channel import Channel
@@ -27,6 +28,16 @@ class FileCounts:
 
     name: str
     found: Survey
+
+
+def file_counts(series: Iterable[Series]) -> list[FileCounts]:
+    """The contents of each file, as far as ROS 2 can read them; one without an end is read as a whole."""
+    found: list[FileCounts] = []
+    for file in (file for each in series for file in each.files):
+        contents = file.overview() or Series([file], str(file.path)).survey()
+        counts = {channel: count for channel, count in contents.counts.items() if channel.encoding == "cdr"}
+        found.append(FileCounts(file.path.name, replace(contents, counts=counts)))
+    return found
 
 
 def write_metadata(

@@ -9,13 +9,24 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
 from busflow.recording.bag.completeness import shortfalls
-from busflow.recording.bag.facts import FACTS, LEDGER, Facts, RunOutcome, facts_of, ledger_of
+from busflow.recording.bag.facts import (
+    FACTS,
+    LEDGER,
+    PART,
+    BagPart,
+    Facts,
+    RunOutcome,
+    facts_of,
+    joined,
+    ledger_of,
+    part_of,
+)
 from busflow.text import counted
 
 Numbered = tuple[int, Entry]
@@ -70,6 +81,8 @@ class Series:
         self.damage: Damage | None = None
         """The reason why it could not be read to its end; known after it was read that far."""
         self._place = place
+        self.parts: tuple[BagPart | None, ...] = tuple(_part(each) for each in self.files)
+        """The place of each file in a recording that was split; None in another one."""
         self._survey: Survey | None = None
         self._stated: Survey | None = None
 
@@ -84,19 +97,40 @@ class Series:
     @property
     def ledger(self) -> RunOutcome | None:
         """The run's account at its end; None without a busflow recording of the end."""
-        for file in reversed(self.files):
-            if LEDGER in file.metadata:
-                return ledger_of(file.metadata[LEDGER])
-        return None
+        words = [file.metadata[LEDGER] for file in self.files if LEDGER in file.metadata]
+        if not words or (self.parts[-1] is not None and LEDGER not in self.files[-1].metadata):
+            return None
+        return ledger_of(joined(words))
+
+    @property
+    def before(self) -> int:
+        """The number after which those of its messages begin: 0 but for a later part of a recording."""
+        first = self.parts[0] if self.parts else None
+        return 0 if first is None else first.first - 1
+
+    @property
+    def repeated(self) -> tuple[int, ...]:
+        """The number of messages in each file that an earlier part has too; they are read in the first file only."""
+        return tuple(0 if each is None else sum(each.repeated.values()) for each in self.parts)
+
+    @property
+    def whole(self) -> bool:
+        """True unless it is one part, or some parts, of a recording that was split."""
+        ledger = self.ledger
+        numbers = [each.number for each in self.parts if each is not None]
+        return numbers == list(range(len(numbers))) and not (ledger is not None and ledger.continued)
 
     def entries(
         self, wanted: Callable[[Channel], bool] = lambda _: True, since_ns: int = SINCE, until_ns: int = UNTIL
     ) -> Generator[Entry]:
         """The messages in the order in which they were recorded, up to where a file is damaged."""
         served = 0
-        for file in self.files:
+        for place, file in enumerate(self.files):
+            items = file.walk(wanted, since_ns, until_ns)
+            if place and self.parts[place] is not None:
+                items = _new(items)
             try:
-                for item in file.walk(wanted, since_ns, until_ns):
+                for item in items:
                     if type(item) is Entry:
                         served += 1
                         yield item
@@ -114,9 +148,27 @@ class Series:
         """The contents as the files' summaries state them, or, where one lacks it, as reading shows."""
         if self._survey is None and self._stated is None:
             found = [each.overview() for each in self.files]
-            stated = [each for each in found if each is not None]
+            stated = [
+                each if part is None or not place else _without(each, part.repeated)
+                for place, (each, part) in enumerate(zip(found, self.parts, strict=True))
+                if each is not None
+            ]
             self._stated = Survey.of(stated) if len(stated) == len(found) else None
         return self._survey or self._stated or self.survey()
+
+    def spans(self) -> Mapping[Channel, tuple[int, int]] | None:
+        """The times of each channel's first and last message; None where a whole file would have to be read."""
+        found: dict[Channel, tuple[int, int]] = {}
+        for place, (file, part) in enumerate(zip(self.files, self.parts, strict=True)):
+            spans = file.spans()
+            if spans is None:
+                return None
+            overview = file.overview() if place and part is not None else None
+            for channel, (first, last) in spans.items():
+                if overview is None or part is None or overview.counts[channel] > part.repeated.get(channel.topic, 0):
+                    known = found.get(channel, (first, last))
+                    found[channel] = min(first, known[0]), max(last, known[1])
+        return found
 
     def counts_by_topic(self) -> Mapping[str, int]:
         """The number of messages of each topic, over all offered QoS."""
@@ -135,18 +187,37 @@ class Series:
         if self.facts is not None or ledger is not None:
             gaps = 0 if self._survey is None else self._survey.gaps
             unfinished = any(each.unfinished for each in self.files)
-            for each in shortfalls(ledger, unfinished=unfinished, gaps=gaps, there=self.overview().messages):
+            if len(self.files) > 1 and not self.whole:
+                yield "parts of it are missing"
+            for each in shortfalls(
+                ledger, unfinished=unfinished, gaps=gaps, there=self.overview().messages - self.repeated[0]
+            ):
                 yield each.text
 
     def _surveyed(self) -> Survey:
         counts: Counter[Channel] = Counter()
-        first, last, before, gaps = None, None, 0, 0
+        first, last, before, gaps = None, None, self.before, 0
         for channel, sequence, log_time, _, _ in self.entries():
             counts[channel] += 1
             first = log_time if first is None or log_time < first else first
             last = log_time if last is None or log_time > last else last
             gaps += max(0, sequence - before - 1)
-            before = sequence
+            before = sequence or before  # a repeat has none
         for file in self.files:
             counts.update(dict.fromkeys(file.channels, 0))
         return Survey(counts, first, last, gaps if self.facts is not None else 0)
+
+
+def _part(file: BagFile) -> BagPart | None:
+    return part_of(file.metadata[PART]) if PART in file.metadata else None
+
+
+def _new(items: Iterable[object]) -> Iterator[object]:
+    """What an earlier part does not have: repeats have no number."""
+    return (item for item in items if type(item) is not Entry or item.sequence)
+
+
+def _without(found: Survey, repeated: Mapping[str, int]) -> Survey:
+    """The contents of a part without its repeats."""
+    counts = {channel: max(0, count - repeated.get(channel.topic, 0)) for channel, count in found.counts.items()}
+    return replace(found, counts=counts)

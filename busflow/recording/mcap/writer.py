@@ -109,6 +109,11 @@ class McapWriter:
         return sum(count for end, count in self._handed if size is None or end <= size)
 
     @property
+    def messages(self) -> int:
+        """The number of messages that were added."""
+        return sum(self._counts.values())
+
+    @property
     def open_chunk(self) -> bool:
         """True if messages wait in a chunk that is not in the file yet."""
         return self._chunk.count > 0
@@ -135,14 +140,18 @@ class McapWriter:
         self._counts[channel_id] = 0
         self._chunk.add_record(_record(channel))
 
-    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
-        """Write a message of a channel that is announced."""
+    def add_message(
+        self, channel_id: int, sequence: int, time_ns: int, payload: Payload, *, published_ns: int | None = None
+    ) -> None:
+        """Write a message of a channel that is announced; it was published at its time unless that is said."""
         self._counts[channel_id] += 1
         if self._first is None or time_ns < self._first:
             self._first = time_ns
         if time_ns > self._last:
             self._last = time_ns
-        self._chunk.add_message(channel_id, sequence, time_ns, payload)
+        self._chunk.add_message(
+            channel_id, sequence, time_ns, payload, time_ns if published_ns is None else published_ns
+        )
         if self._chunk.size >= self._chunk_bytes:
             self.cut()
 
@@ -222,7 +231,7 @@ class McapWriter:
             channel_count=len(self._channels),
             channel_message_counts={channel: count for channel, count in self._counts.items() if count},
             chunk_count=len(self._chunks),
-            message_count=sum(self._counts.values()),
+            message_count=self.messages,
             metadata_count=len(self._metadata),
             message_start_time=self._first or 0,
             message_end_time=self._last,
@@ -251,7 +260,7 @@ class _Chunk:
         self._parts.append(record)
         self.size += len(record)
 
-    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
+    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload, published_ns: int) -> None:
         size = size_of(payload)
         index = self._index.get(channel_id)
         if index is None:
@@ -263,7 +272,8 @@ class _Chunk:
             self.last = time_ns
         self.count += 1
         length = _MESSAGE_HEAD + size
-        head = _MESSAGE.pack(Opcode.MESSAGE, length, channel_id, sequence & _SEQUENCES, time_ns, time_ns)
+        number = (sequence - 1) % _SEQUENCES + 1 if sequence else 0  # which it stays: it means that there is none
+        head = _MESSAGE.pack(Opcode.MESSAGE, length, channel_id, number, time_ns, published_ns)
         self._parts.append(head)
         if isinstance(payload, bytes):
             self._parts.append(payload)

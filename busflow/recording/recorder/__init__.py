@@ -1,7 +1,7 @@
 """A recording of a graph that runs. Reads no bag.
 
 `Recorder` is no node: a node has a task, and one task more would change what a seed of `explore` finds. It is
-notified of every endpoint that comes to the bus, as the trace is, and taps each topic.
+notified of every endpoint that comes to the bus, as the trace is, and taps each topic (`capture`).
 
 1. The tap turns the message into bytes (`channels`; of a large array the array itself, in parts that are never
    joined), and under a lock gives it the recording's next number and the run's time.

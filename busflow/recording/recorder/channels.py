@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
-    from busflow.recording.mcap.writer import McapWriter
+    from busflow.recording.recorder.recording_file import RecordingFile
     from busflow.recording.recorder.spool import Spool
 
 
@@ -48,7 +48,7 @@ class Announcer:
         if nodes:
             metadata["callerid"] = ", ".join(nodes)  # the name under which viewers draw a topic's publisher
 
-        def announce(file: McapWriter) -> None:
+        def announce(file: RecordingFile) -> None:
             if known is None:
                 file.add_schema(schema, type_.name, type_.definition_encoding, type_.definition.encode())
             file.add_channel(number, topic, type_.encoding, schema, metadata)

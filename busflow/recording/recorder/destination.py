@@ -100,6 +100,25 @@ def new_recording(path: Path) -> Generator[Destination]:
         raise
 
 
+@contextmanager
+def new_directory(path: Path) -> Generator[Path]:
+    """A new directory for a recording of several files; it is taken away again where the first cannot be begun.
+
+    Raises:
+        RecordingRefused: it is there already, or cannot be made.
+    """
+    try:
+        path.mkdir()
+    except OSError as error:
+        raise refusal(path, error) from None
+    try:
+        yield path
+    except BaseException:
+        with suppress(OSError):  # it is not empty
+            path.rmdir()
+        raise
+
+
 def named(pattern: str, *, run: str) -> Path:
     """The path that a pattern stands for: `{name}` is the run's name, `{start}` the time, in UTC.
 
@@ -145,7 +164,7 @@ def foresee(pattern: str, *, run: str, apart: bool) -> None:
     Args:
         pattern: as `named` takes it.
         run: the run's name.
-        apart: it is that of several processes, which is a directory.
+        apart: it has several files, of parts or of processes, in a directory.
 
     Raises:
         RecordingRefused: it cannot.
@@ -169,7 +188,7 @@ def foresee(pattern: str, *, run: str, apart: bool) -> None:
 
 
 def as_directory(path: Path) -> Path:
-    """The directory that a recording of several processes is, whose name needs no suffix."""
+    """The directory that a recording of several files is, whose name needs no suffix."""
     return path.with_suffix("") if path.suffix == _SUFFIX else path
 
 

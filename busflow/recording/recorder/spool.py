@@ -9,16 +9,14 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from busflow.clock import perf_counter
-from busflow.recording.mcap.writer import McapWriter, Payload, size_of
+from busflow.recording.mcap.writer import Payload, size_of
+from busflow.recording.recorder.recording_file import RecordingFile
 
-if TYPE_CHECKING:
-    from busflow.recording.recorder.destination import Destination
-
-Work: TypeAlias = tuple[int, int, int, Payload] | Callable[[McapWriter], None]
-"""A message, as `McapWriter.add_message` takes it, or a function that does something rarer with the file."""
+Work: TypeAlias = tuple[int, int, int, Payload] | Callable[[RecordingFile], None]
+"""A message, as `RecordingFile.add_message` takes it, or a function that does something rarer with the file."""
 
 MOST_BYTES = 64 * 1024 * 1024
 """The number of bytes that may wait to be written."""
@@ -43,8 +41,7 @@ class Spool:
 
     def __init__(
         self,
-        file: McapWriter,
-        destination: Destination,
+        file: RecordingFile,
         *,
         threaded: bool,
         on_failure: Callable[[Exception], None],
@@ -53,15 +50,14 @@ class Spool:
         """Create a spool for a file, and start its thread.
 
         Args:
-            file: the writer.
-            destination: the open file on the disk.
+            file: the file on the disk.
             threaded: write in a thread and cut chunks by wall time; else write in the caller and cut by message time.
             on_failure: called once, in the thread, with the error after which nothing more is written.
             most_bytes: the number of bytes that may wait.
         """
         self.failure: Exception | None = None
         """The reason why nothing more is written."""
-        self._file, self._destination, self._on_failure = file, destination, on_failure
+        self._file, self._on_failure = file, on_failure
         self._most_bytes = most_bytes
         self._waiting: deque[Work] = deque()
         # Bytes: the callers change the first count only, the thread the second only, so neither needs a lock.
@@ -84,8 +80,8 @@ class Spool:
         self._try(lambda: self._do(work))
         return self.failure is None
 
-    def do(self, work: Callable[[McapWriter], None]) -> bool:
-        """Call a function with the writer after all earlier work; return False as `put` does."""
+    def do(self, work: Callable[[RecordingFile], None]) -> bool:
+        """Call a function with the file after all earlier work; return False as `put` does."""
         if self._thread is not None:
             return self._hand(work, _EACH_BYTES)
         self._try(lambda: self._do(work))
@@ -104,7 +100,7 @@ class Spool:
             self._thread.join(CLOSE_TIMEOUT_S)
             if self._thread.is_alive():
                 return False
-        self._destination.close()
+        self._file.close()
         return self.failure is None
 
     def _hand(self, work: Work, size: int) -> bool:
@@ -128,7 +124,7 @@ class Spool:
                 return
         self._try(self._take_all)
         self._try(self._file.cut)
-        self._try(self._destination.secure)
+        self._try(self._file.secure)
 
     def _pause(self) -> float | None:
         """Return the seconds to wait for more; None (no limit) if nothing waits: any message then wakes the thread."""
@@ -163,6 +159,6 @@ class Spool:
             write()
         except Exception as error:  # noqa: BLE001  # no caller is above, and the publisher is not at fault
             self.failure = error
-            self._destination.cut_off(self._file.size)
+            self._file.cut_off()
             if self._thread is not None:  # else the return value of `put` and `do` reports it
                 self._on_failure(error)

@@ -16,7 +16,7 @@ from mcap.writer import Writer
 
 from busflow.errors import BagError
 from busflow.recording.bag.bag import Bag
-from busflow.recording.bag.facts import FACTS, LEDGER
+from busflow.recording.bag.facts import FACTS, LEDGER, PART, joined, part_of
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.mcap.contents import Contents
 from busflow.recording.mcap.writer import CHUNK_BYTES
@@ -78,7 +78,9 @@ class _Saved:
         self._facts = False
         self._last = self._gaps = 0
         self._ledger: dict[str, str] | None = None
-        self._started = False
+        self._earlier: list[dict[str, str]] = []
+        """The ledgers of earlier parts."""
+        self._started = self._again = False
 
     def take(self, contents: Contents) -> None:
         """Save what is in a file."""
@@ -98,15 +100,33 @@ class _Saved:
         if recovery.damages or (self._facts and self._ledger is None):
             self._writer.add_metadata(LEDGER, self._marked())
         elif self._ledger is not None:
-            self._writer.add_metadata(LEDGER, self._ledger)
+            self._writer.add_metadata(LEDGER, self._whole(self._ledger))
         self._writer.finish()
 
     def _marked(self) -> dict[str, str]:
         """The ledger of a file that may not be the whole."""
         recovery = self.recovery
-        before = self._ledger or {"report": json.dumps({}), "missed": "0", "recorded": str(recovery.messages)}
+        before = (self._ledger and self._whole(self._ledger)) or {
+            "report": json.dumps({}),
+            "missed": "0",
+            "recorded": str(recovery.messages),
+        }
         reasons = "; ".join(str(each.reason) for each in recovery.damages[:3]) or "it was not finished"
         return {**before, "complete": "false", "recovered": reasons}
+
+    def _whole(self, ledger: dict[str, str]) -> dict[str, str]:
+        """The ledger of all parts."""
+        whole = dict(joined([*self._earlier, ledger]))
+        whole.pop("continued", None)
+        return whole
+
+    def _begin_part(self, metadata: dict[str, str]) -> None:
+        """Begin a part, of which all but the first repeat what was saved."""
+        self._again = self.recovery.messages > 0
+        if not self._again:
+            self._last = part_of(metadata).first - 1
+        self._earlier += [] if self._ledger is None else [self._ledger]
+        self._ledger = None
 
     def _record(self, record: object, later: list[records.Channel]) -> None:
         writer = self._writer
@@ -122,6 +142,10 @@ class _Saved:
                 self._started = True
             case records.Metadata(name=name, metadata=metadata) if name == LEDGER:
                 self._ledger = metadata
+            case records.Metadata(name=name, metadata=metadata) if name == PART:
+                self._begin_part(metadata)
+            case records.Metadata() | records.Attachment() if self._again:
+                pass
             case records.Metadata(name=name, metadata=metadata):
                 self._facts = self._facts or name == FACTS
                 self.recovery.metadata += 1
@@ -133,6 +157,8 @@ class _Saved:
                 pass
 
     def _message(self, message: records.Message, later: list[records.Channel]) -> None:
+        if self._again and not message.sequence:
+            return
         if message.channel_id not in self._here:
             for channel in later:
                 self._channel(channel)
@@ -143,7 +169,7 @@ class _Saved:
         self._writer.add_message(number, message.log_time, message.data, message.publish_time, message.sequence)
         self.recovery.messages += 1
         self._gaps += max(0, message.sequence - self._last - 1)
-        self._last = message.sequence
+        self._last = message.sequence or self._last
         self._on_message()
 
     def _channel(self, channel: records.Channel) -> None:

@@ -12,7 +12,7 @@ from mcap.writer import Writer
 
 from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag.bag_file import Survey
-from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, joined
 from busflow.recording.bag.offered_qos import offered, offered_qos_profiles
 from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
 from busflow.recording.mcap.writer import CHUNK_BYTES
@@ -68,12 +68,16 @@ class McapCopy:
 
     def close(self) -> None:
         """Write the ledger and the summary."""
-        ledger = dict(self._bag.files[-1].metadata.get(LEDGER, {}))
-        if len(self._bag.series) > 1:
-            ledger = _of_all(self._bag)
-        damage = self._bag.damage
-        if self._partly or damage is not None:
-            why = ledger.get("recovered") or ("only some topics were converted" if damage is None else damage.what)
+        bag = self._bag
+        words = [file.metadata[LEDGER] for file in bag.files if LEDGER in file.metadata]
+        ledger = dict(joined(words)) if bag.ledger is not None else {}
+        if len(bag.series) > 1:
+            ledger = _of_all(bag)
+        ledger.pop("continued", None)
+        some_parts = not all(each.whole for each in bag.series)
+        if self._partly or some_parts or bag.damage is not None:
+            partial = "only some parts were converted" if some_parts else "only some topics were converted"
+            why = ledger.get("recovered") or (partial if bag.damage is None else bag.damage.what)
             ledger |= {"complete": "false", "recovered": why}
         if ledger:
             self._writer.add_metadata(LEDGER, ledger)

@@ -73,7 +73,7 @@ def examine(bag: Bag, on_message: Callable[[], None] = lambda: None) -> Examinat
         if isinstance(file, McapFile)
     }
     read = _examine_messages(bag, found, on_message)
-    whole = [sum(lying.get(file.path, 0) for file in series.files) for series in bag.series]
+    whole = [sum(lying.get(file.path, 0) for file in series.files) - sum(series.repeated[1:]) for series in bag.series]
     there = list(map(max, read, whole))
     found.there = sum(there)
     _examine_account(bag, found, there)
@@ -175,13 +175,14 @@ def _examine_messages(bag: Bag, found: Examination, on_message: Callable[[], Non
     counts = [0] * len(bag.series)
     faults: Counter[Channel] = Counter()
     unreadable: set[Channel] = set()
-    before = [0] * len(bag.series)
+    before = [each.before for each in bag.series]
     for number, entry in bag.numbered():
         channel = entry.channel
         found.messages += 1
         counts[number] += 1
         on_message()
-        if bag.facts is not None:
+        repeated = not entry.sequence and bag.series[number].parts[0] is not None
+        if bag.facts is not None and not repeated:
             for message in _out_of_sequence(before[number], entry.sequence):
                 kind = FindingKind.INCOMPLETE if entry.sequence > before[number] else FindingKind.WRONG
                 found.add(kind, "sequence", _of(bag, number) + message)
@@ -241,11 +242,15 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
     if ledger is None and series.facts is None:
         return
     unfinished = any(each.unfinished for each in series.files)
-    missing = list(shortfalls(ledger, unfinished=unfinished, gaps=0, there=there))  # each gap was reported
+    missing = list(
+        shortfalls(ledger, unfinished=unfinished, gaps=0, there=there - series.repeated[0])
+    )  # each gap was reported
     for code, text in missing:
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
-    if ledger is not None and not missing and not (series.facts and series.facts.recorded_by):
-        # Who came later knows only the run's counts.
+    if len(series.files) > 1 and not series.whole:
+        yield FindingKind.INCOMPLETE, "unfinished", "parts of it are missing"
+    if ledger is not None and not missing and series.whole and not (series.facts and series.facts.recorded_by):
+        # Who came later knows only the run's counts, which are not those of a part either.
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():
             least, most = published.get(name, (count, count))

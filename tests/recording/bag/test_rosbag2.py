@@ -122,7 +122,7 @@ def test_a_link_that_leads_elsewhere_is_refused(tmp_path):
         ("a: &x 1\nb: *x", "line"),
         ("rosbag2_bagfile_information: {storage_identifier: lance}", "stored as 'lance'; mcap and sqlite3 are read"),
         ("rosbag2_bagfile_information: {storage_identifier: mcap}", "relative_file_paths names no files"),
-        ("x" * (1 << 20) + "y", "larger than 1024 KiB"),
+        ("x" * (8 << 20) + "y", "larger than 8192 KiB"),
     ],
 )
 def test_invalid_metadata_is_refused_in_one_line(tmp_path, text, said):

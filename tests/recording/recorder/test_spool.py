@@ -11,6 +11,7 @@ from busflow.recording.player.player import Player
 from busflow.recording.recorder import spool as spool_module
 from busflow.recording.recorder.destination import Destination
 from busflow.recording.recorder.recorder import record_graph
+from busflow.recording.recorder.recording_file import RecordingFile
 from busflow.recording.recorder.spool import Spool
 from busflow.runner.graph import Graph
 
@@ -53,8 +54,7 @@ def spool_on(disk, *, threaded=True, most_bytes=1 << 20, on_failure=print):
     file.add_channel(1, "/a", "", 0, {})
     disk.reached.clear()
     return Spool(
-        file,
-        disk,
+        RecordingFile(disk, file),
         threaded=threaded,
         on_failure=on_failure,
         most_bytes=most_bytes,
@@ -67,7 +67,7 @@ def sequences(disk):
 
 
 def finish(spool):
-    assert spool.do(lambda file: file.finish())
+    assert spool.do(lambda file: file.conclude({}, 0, 0))
     return spool.close()
 
 
@@ -113,7 +113,7 @@ def test_a_full_disk_leaves_a_readable_file(disk, threaded):
         n += 1
     assert [each.errno for each in heard] == [errno.ENOSPC] * threaded  # else the answer says it
     assert spool.failure is disk.error
-    assert not spool.do(lambda file: file.finish())
+    assert not spool.do(lambda file: file.conclude({}, 0, 0))
     assert not spool.close()
     assert disk.path.stat().st_size >= size
     with Bag(disk.path) as bag:

@@ -1,0 +1,252 @@
+"""`Capture`: what comes to a graph while it runs: messages of topics, calls, parameters, ticks and lines of the log.
+
+A recorder says what becomes of each message; what is to be captured, and which process of several does it, is decided
+here.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT, Endpoint
+from busflow.bus.patterns import Selection
+from busflow.bus.publisher import Publisher
+from busflow.bus.qos import Durability, QoS
+from busflow.bus.services.client import Client
+from busflow.bus.services.server import Server
+from busflow.bus.timer import Timer
+from busflow.bus.topic_origins import Origins
+from busflow.msgs.rcl_interfaces import ParameterEvent
+from busflow.msgs.std_msgs import String
+from busflow.node import parameter_messages
+from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
+from busflow.recording.recorder.channels import Track, Tracks
+from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
+from busflow.recording.recorder.ticks import TICKS, tick_message
+from busflow.runner.rosout import log_message
+from busflow.text import did_you_mean, printable
+
+if TYPE_CHECKING:
+    from busflow.bus.services.call import Call
+    from busflow.bus.services.service import Service
+    from busflow.bus.topic import Topic
+    from busflow.clock import Clock
+    from busflow.interfaces.message import Message
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.log import LogRecord
+    from busflow.node.endpoints import Attached
+    from busflow.node.parameters import Parameters
+    from busflow.recording.recorder.share import Share
+    from busflow.runner.graph import Graph
+
+_SERVICE_QOS = _TICKS_QOS = QoS()
+_LOG_QOS = _PARAMETERS_QOS = QoS(depth=1000)
+
+
+class Capture:
+    """The taps on a graph, or on a process's share of a run."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        spec: RecordSpec,
+        share: Share | None,
+        *,
+        write: Callable[[Track, Message, Endpoint | None], None],
+        miss: Callable[[str], None],
+    ) -> None:
+        """A capture of what `spec` says, from `begin` to `end`.
+
+        Args:
+            graph: what runs.
+            spec: says which topics and services.
+            share: the part of the run that this process records; None for all of it.
+            write: takes a message, in any thread, with its publisher if that is transient_local.
+            miss: takes the reason why a message that should be recorded is not.
+
+        Raises:
+            InvalidName: one of the patterns is none.
+        """
+        self.tracks: Tracks = Tracks()
+        self._graph, self._share, self._clock = graph, share, graph.clock
+        self._take, self._miss = write, miss
+        self._selection = Selection(spec.topics, spec.exclude)
+        self._parameters = ParameterTrack(graph.clock)
+        self._seen: set[str] = set()
+        self._taps: list[tuple[Topic[Any], Callable[[Any], None]]] = []
+
+    def begin(self) -> None:
+        """Listen from now on; called before the first endpoint comes."""
+        self._graph.bus.on_attach.append(self._on_attach)
+        if self._selection.includes(ROSOUT):
+            from busflow.msgs.rcl_interfaces import Log as LogMessage
+
+            track = self.tracks.own(ROSOUT, LogMessage, _LOG_QOS)
+            self._graph.log.sinks.append(partial(self._on_log, track))
+
+    def end(self) -> None:
+        """Take the taps away again."""
+        bus = self._graph.bus
+        bus.on_attach.remove(self._on_attach)
+        for topic, tap in self._taps:
+            if tap in topic.taps:
+                bus.untap(topic, tap)
+        if self._share is None:  # else the main process reports: a pattern unmatched here may match elsewhere
+            self._report_unmatched()
+
+    def _on_attach(self, attached: Attached) -> None:
+        if isinstance(attached, ParameterStore):
+            self._follow_parameters(attached)
+        elif isinstance(attached, Timer):
+            self._follow_timer(attached)
+        elif isinstance(attached, Server | Client):
+            if attached.service not in self._seen:
+                self._seen.add(attached.service)
+                self._follow_service(attached.service)
+        else:
+            topic = self._graph.bus.topics[attached.topic]
+            if topic.name not in self._seen:
+                self._seen.add(topic.name)
+                self._follow_topic(topic)
+            track = self.tracks.by_topic.get(topic.name)
+            if track is not None and isinstance(attached, Publisher) and not track.number and self._is_own(attached):
+                track.offered.append(attached.endpoint.qos)
+                if attached.endpoint.node not in track.nodes:
+                    track.nodes.append(attached.endpoint.node)
+
+    def _is_own(self, publisher: Publisher[Any]) -> bool:
+        """True if messages of a publisher may be recorded here."""
+        end = publisher.endpoint
+        return self._share is None or not end.remote or end.node not in self._share.nodes
+
+    def _follow_topic(self, topic: Topic[Any]) -> None:
+        # The recorder itself records parameters and log, also without another subscription.
+        if topic.name in {PARAMETER_EVENTS, ROSOUT} or not self._selection.includes(topic.name):
+            return
+        track = self.tracks.add(topic.name, topic.type)
+        latches = Latches(topic)
+        tap = partial(self._write_topic, track, latches)
+        if self._share is not None:
+            tap = self._own(tap, topic, self._share)
+        self._taps.append((topic, tap))
+        self._graph.bus.tap(topic, tap)
+
+    def _write_topic(self, track: Track, latches: Latches, message: Message) -> None:
+        self._take(track, message, latches.of_this())
+
+    def _write(self, track: Track, message: Message) -> None:
+        self._take(track, message, None)
+
+    def _own(self, write: Callable[[Any], None], topic: Topic[Any], share: Share) -> Callable[[Any], None]:
+        """Make the tap that records a topic here; messages of nodes of other processes are recorded there."""
+        origins = Origins(topic)
+        recorder = share.outside.get(topic.name)
+
+        def record(message: Message) -> None:
+            node = origins.of_this()
+            if node is None or (node not in share.nodes and recorder == share.process):
+                write(message)
+            elif node not in share.nodes and recorder is None:
+                self._miss(f"no process records what {node} publishes on {topic.name} from outside the run")
+
+        return record
+
+    def _follow_service(self, name: str) -> None:
+        topic = name + SUFFIX
+        if not self._selection.includes(name, topic):
+            return
+        service = self._graph.bus.services[name]
+        cls = event_class(service.type)
+        track = self.tracks.add(topic, cls)
+        track.offered.append(_SERVICE_QOS)
+        elsewhere: set[int] = set()  # calls of a server in another process, which records them
+
+        def record(call: Call[Any, Any]) -> None:
+            if self._share is not None and _is_elsewhere(call, service, elsewhere):
+                return
+            message = event_message(cls, call, self._clock.now())
+            if message is not None:
+                self._write(track, message)
+
+        service.taps.append(record)
+
+    def _follow_parameters(self, store: ParameterStore) -> None:
+        track = self.tracks.own(PARAMETER_EVENTS, ParameterEvent, _PARAMETERS_QOS)
+        self._parameters.follow(store, partial(self._write, track))
+
+    def _follow_timer(self, timer: Timer) -> None:
+        track = self.tracks.own(TICKS, String, _TICKS_QOS)
+        timer.observe(lambda: self._write(track, tick_message(timer, self._clock)))
+
+    def _on_log(self, track: Track, record: LogRecord) -> None:
+        if record.process:
+            return  # which has recorded it
+        self._write(track, log_message(record))
+
+    def _report_unmatched(self) -> None:
+        for pattern in self._selection.unmatched:
+            self._graph.log.bind("busflow").warning(
+                f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
+                f"{did_you_mean(pattern, self._graph.bus.topics)}"
+            )
+
+
+class Latches:
+    """The transient_local publishers of a topic, for a tap that calls `of_this` for each message."""
+
+    def __init__(self, topic: Topic[Any]) -> None:
+        self._topic = topic
+        self._counts = Counter[Endpoint]()
+
+    def of_this(self) -> Endpoint | None:
+        """Return the transient_local publisher of the current message; None if its publisher is not.
+
+        A publisher counts a message before taps are called, so the count that changed names the publisher.
+        """
+        before, self._counts = self._counts, Counter[Endpoint]()
+        for each in self._topic.publishers:
+            if each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
+                self._counts[each.endpoint] += each.published  # by endpoint: a restarted node's goes on with its count
+        return next((endpoint for endpoint, count in self._counts.items() if count != before[endpoint]), None)
+
+
+class ParameterTrack:
+    """The known parameters of each node, so that a restart records nothing twice."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._known: dict[str, dict[str, object]] = {}
+
+    def follow(self, store: ParameterStore, write: Callable[[ParameterEvent], None]) -> None:
+        """Record a node's parameters as far as they are not known, and all changes from now on."""
+        known = self._known.setdefault(store.node, {})
+        found = {row.name: row.value for row in store.describe()}
+        changes = [ParameterChange(name, known.get(name), found.get(name)) for name in {**known, **found}]
+        self._record_changes(store, write, [change for change in changes if change.old != change.new])
+        store.on_change.append(partial(self._on_change, store, write))
+
+    def _on_change(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], _old: Parameters, result: SetResult
+    ) -> None:
+        self._record_changes(store, write, result.changed)
+
+    def _record_changes(
+        self, store: ParameterStore, write: Callable[[ParameterEvent], None], changes: Sequence[ParameterChange]
+    ) -> None:
+        self._known[store.node].update({change.name: change.new for change in changes})
+        if changes:
+            write(parameter_messages.event_message(self._clock.now(), store.node, changes, store.infos))
+
+
+def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:
+    """True if a server of another process answers a call; `known` holds those calls while they last."""
+    if call.outcome is None and not isinstance(service.server, Server | None):
+        known.add(call.number)
+        return True
+    found = call.number in known
+    if call.outcome is not None:
+        known.discard(call.number)
+    return found

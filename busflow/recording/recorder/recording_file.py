@@ -1,0 +1,249 @@
+"""Recording files: what a spool writes to. One MCAP file, or with `split` one part after the other, each of them whole.
+
+Every part begins with what a reader needs who has no other: the facts of the run, all types and topics so far, and the
+newest messages of transient_local publishers. These repeats are numbered 0, which no message of a recording is.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from busflow.recording.bag.facts import PART
+from busflow.recording.mcap.writer import McapWriter, Payload
+from busflow.recording.recorder.destination import new_recording
+from busflow.recording.recorder.provenance import Words, facts, launch_files, ledger, library
+
+if TYPE_CHECKING:
+    from busflow.bus.endpoint import Endpoint
+    from busflow.launchfile.model.description import RecordSpec, Split
+    from busflow.recording.recorder.destination import Destination
+    from busflow.runner.graph import Graph
+
+MOST_PARTS = 10_000
+"""The number of parts after which the last one only grows: readers limit the list of files."""
+
+REPEATED = 0
+"""The number of a message that an earlier part has."""
+
+
+class Begin(Protocol):
+    """A function that begins a file: its path, and metadata beside the facts of the run."""
+
+    def __call__(self, path: Path, *more: Words) -> tuple[Destination, McapWriter]:
+        """Make the file and write its beginning; in any thread.
+
+        Raises:
+            RecordingRefused: it is there already, or cannot be made.
+        """
+        ...
+
+
+class RecordingFile:
+    """One MCAP file in the making, at its place on the disk."""
+
+    def __init__(self, destination: Destination, writer: McapWriter) -> None:
+        self._destination, self._writer = destination, writer
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._destination.path
+
+    @property
+    def written(self) -> int:
+        """The number of messages that are in it for certain."""
+        return self._writer.written(self._destination.left)
+
+    @property
+    def open_chunk(self) -> bool:
+        """True if messages wait in a chunk that is not in the file yet."""
+        return self._writer.open_chunk
+
+    @property
+    def open_since(self) -> int:
+        """The time of the first message in the chunk that is not in the file yet."""
+        return self._writer.open_since
+
+    def add_schema(self, schema_id: int, name: str, encoding: str, data: bytes) -> None:
+        """Describe a type."""
+        self._writer.add_schema(schema_id, name, encoding, data)
+
+    def add_channel(
+        self, channel_id: int, topic: str, encoding: str, schema_id: int, metadata: Mapping[str, str]
+    ) -> None:
+        """Announce a topic of a type that is described."""
+        self._writer.add_channel(channel_id, topic, encoding, schema_id, metadata)
+
+    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
+        """Write a message."""
+        self._writer.add_message(channel_id, sequence, time_ns, payload)
+
+    def add_latched(self, message: Latched) -> None:
+        """Take note of a message that was written, and that a late joiner would get."""
+
+    def cut(self) -> None:
+        """Hand what waits to the operating system."""
+        self._writer.cut()
+
+    def conclude(self, report: Mapping[str, Any], recorded: int, missed: int) -> None:
+        """Write the account of the run and the summary; nothing may be added after it."""
+        self._writer.add_metadata(*ledger(report, recorded, missed))
+        self._writer.finish()
+
+    def cut_off(self) -> None:
+        """Leave nothing behind that was written in part."""
+        self._destination.cut_off(self._writer.size)
+
+    def secure(self) -> None:
+        """See that what was written outlasts the loss of power.
+
+        Raises:
+            OSError: as `Destination.secure`.
+        """
+        self._destination.secure()
+
+    def close(self) -> None:
+        """Write no more."""
+        self._destination.close()
+
+
+def beginning(graph: Graph, spec: RecordSpec, process: str = "") -> Begin:
+    """A function that begins a file of a graph's recording, with the facts as they are now."""
+    now_ns = graph.clock.now_ns()
+    words = facts(graph.name, graph.seed, graph.clock.kind, now_ns, process)
+    attached = list(launch_files(graph.descriptions))
+
+    def begin(path: Path, *more: Words) -> tuple[Destination, McapWriter]:
+        with new_recording(path) as destination:
+            writer = McapWriter(destination, library=library(), compression=spec.compression)
+            for each in (*more, words):
+                writer.add_metadata(*each)
+            for name, text in attached:
+                writer.add_attachment(name, "application/yaml", text.encode(), time_ns=now_ns)
+        return destination, writer
+
+    return begin
+
+
+@dataclass(frozen=True, slots=True)
+class Latched:
+    """A message of a transient_local publisher."""
+
+    publisher: Endpoint
+    channel_id: int
+    sequence: int
+    time_ns: int
+    payload: Payload
+
+
+class SplitFile(RecordingFile):
+    """The part of a recording that is in the making; the next one begins before the message that is too much for it."""
+
+    def __init__(self, path: Path, split: Split, begin: Begin, *, durable: bool) -> None:
+        """Begin the first part.
+
+        Args:
+            path: the name of a file; each part has it with its number, `run_0.mcap`.
+            split: when a part ends.
+            begin: makes a part's file, and writes the facts of the run and these words about the part to it.
+            durable: whether each part is to outlast the loss of power once it has ended.
+
+        Raises:
+            RecordingRefused: its file is there already, or cannot be made.
+        """
+        self._named, self._split, self._begin, self._durable = path, split, begin, durable
+        self._number, self._first = 0, 1
+        self._first_ns: int | None = None
+        self._recorded_before = self._missed_before = 0
+        """The messages of the parts that have ended."""
+        self._repeated = self._beginning = 0
+        """The messages that an earlier part has, and the size of all that stands before new ones."""
+        self._schemas: dict[int, tuple[int, str, str, bytes]] = {}
+        self._channels: dict[int, tuple[int, str, str, int, Mapping[str, str]]] = {}
+        self._latched: dict[Endpoint, deque[Latched]] = {}
+        super().__init__(*begin(self._path(0), _words(0, 1, {})))
+
+    @property
+    def written(self) -> int:
+        """The number of messages that are in all parts for certain, each counted once."""
+        return self._recorded_before + max(0, super().written - self._repeated)
+
+    def add_schema(self, schema_id: int, name: str, encoding: str, data: bytes) -> None:
+        """Describe a type, in each part from now on."""
+        self._schemas[schema_id] = (schema_id, name, encoding, data)
+        super().add_schema(schema_id, name, encoding, data)
+
+    def add_channel(
+        self, channel_id: int, topic: str, encoding: str, schema_id: int, metadata: Mapping[str, str]
+    ) -> None:
+        """Announce a topic, in each part from now on."""
+        self._channels[channel_id] = (channel_id, topic, encoding, schema_id, metadata)
+        super().add_channel(channel_id, topic, encoding, schema_id, metadata)
+
+    def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
+        """Write a message, to the next part if this one is full."""
+        if self._first_ns is None:
+            self._first_ns = time_ns
+        elif self._is_full(time_ns) and self._number + 1 < MOST_PARTS:
+            self._go_on(sequence, time_ns)
+        super().add_message(channel_id, sequence, time_ns, payload)
+
+    def add_latched(self, message: Latched) -> None:
+        """Repeat a message in each later part, until its publisher has published more than it keeps."""
+        depth = message.publisher.qos.depth
+        self._latched.setdefault(message.publisher, deque(maxlen=depth)).append(message)
+
+    def conclude(self, report: Mapping[str, Any], recorded: int, missed: int) -> None:
+        """Write the account of the run, with the counts of this part, and the summary."""
+        super().conclude(report, recorded - self._recorded_before, missed - self._missed_before)
+
+    def _is_full(self, time_ns: int) -> bool:
+        size, duration_s, first_ns = self._split.size, self._split.duration_s, self._first_ns or 0
+        # Repeats do not count: a map that is larger than a part would otherwise begin a part for each message.
+        by_size = size is not None and self._writer.size - self._beginning >= size
+        return by_size or (duration_s is not None and time_ns - first_ns >= round(duration_s * 1e9))
+
+    def _go_on(self, sequence: int, time_ns: int) -> None:
+        """End this part, and begin the next with the message of this number and time."""
+        recorded = self._writer.messages - self._repeated
+        missed = sequence - self._first - recorded
+        name, words = ledger({}, recorded, missed)
+        self._writer.add_metadata(name, {**words, "continued": "true"})
+        self._writer.finish()
+        if self._durable:
+            self._destination.secure()
+        self._destination.close()
+        latched = sorted((each for kept in self._latched.values() for each in kept), key=attrgetter("sequence"))
+        counts = Counter(self._channels[each.channel_id][1] for each in latched)
+        number = self._number + 1
+        self._destination, self._writer = self._begin(self._path(number), _words(number, sequence, counts))
+        self._number, self._first, self._first_ns = number, sequence, time_ns
+        self._recorded_before += recorded
+        self._missed_before += missed
+        self._repeated = len(latched)
+        self._repeat(latched, time_ns)
+
+    def _repeat(self, latched: Sequence[Latched], time_ns: int) -> None:
+        """Write what earlier parts have and a reader of this one needs."""
+        for schema in self._schemas.values():
+            self._writer.add_schema(*schema)
+        for channel in self._channels.values():
+            self._writer.add_channel(*channel)
+        for each in latched:
+            self._writer.add_message(each.channel_id, REPEATED, time_ns, each.payload, published_ns=each.time_ns)
+        self._writer.cut()
+        self._beginning = self._writer.size
+
+    def _path(self, number: int) -> Path:
+        return self._named.with_stem(f"{self._named.stem}_{number}")
+
+
+def _words(number: int, first: int, repeated: Mapping[str, int]) -> Words:
+    words = {"number": str(number), "first": str(first)}
+    return PART, {**words, "repeated": json.dumps(repeated)} if repeated else words
