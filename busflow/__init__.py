@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from busflow.bus.publisher import Publisher as Publisher
     from busflow.bus.qos import DEFAULT as DEFAULT
     from busflow.bus.qos import SENSOR_DATA as SENSOR_DATA
+    from busflow.bus.qos import TRANSIENT_LOCAL as TRANSIENT_LOCAL
     from busflow.bus.qos import Durability as Durability
     from busflow.bus.qos import Overflow as Overflow
     from busflow.bus.qos import QoS as QoS
@@ -94,6 +95,7 @@ _HOMES = {
     "ServiceUnavailable": "errors",
     "Subscription": "bus.subscription",
     "SubscriptionMatched": "bus.events",
+    "TRANSIENT_LOCAL": "bus.qos",
     "Time": "clock",
     "Timer": "bus.timer",
     "WouldBlock": "errors",
@@ -113,6 +115,7 @@ _HOMES = {
 __all__ = [
     "DEFAULT",
     "SENSOR_DATA",
+    "TRANSIENT_LOCAL",
     "BusflowError",
     "Client",
     "Clock",

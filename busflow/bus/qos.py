@@ -43,7 +43,7 @@ A late joiner of a `transient_local` topic receives what its publishers kept: th
 publisher or of the subscription, whichever is less. A `volatile` one receives what is published from then on.
 
 >>> async def join_late():
-...     latched = QoS(depth=3, durability=Durability.TRANSIENT_LOCAL)
+...     latched = QoS.merge(TRANSIENT_LOCAL, QoS(depth=3))
 ...     async with launch() as graph:
 ...         publisher = graph.advertise(Number, "numbers", qos=latched)
 ...         for data in range(5):
@@ -303,6 +303,7 @@ SERVICES_DEFAULT = _preset(10, Reliability.RELIABLE)
 PARAMETERS = _preset(1000, Reliability.RELIABLE)
 PARAMETER_EVENTS = _preset(1000, Reliability.RELIABLE)
 ACTION_STATUS_DEFAULT = _preset(1, Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
+TRANSIENT_LOCAL = _preset(1, Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
 SYSTEM_DEFAULT = _preset(10, Reliability.SYSTEM_DEFAULT, Durability.SYSTEM_DEFAULT)
 BEST_AVAILABLE = QoS(
     depth=10,
@@ -318,8 +319,9 @@ PRESETS: Mapping[str, QoS] = MappingProxyType(
         "parameters": PARAMETERS,
         "parameter_events": PARAMETER_EVENTS,
         "action_status_default": ACTION_STATUS_DEFAULT,
+        "transient_local": TRANSIENT_LOCAL,
         "system_default": SYSTEM_DEFAULT,
         "best_available": BEST_AVAILABLE,
     }
 )
-"""The built-in profiles, by the names that `ros2 topic echo --qos-profile` takes."""
+"""The built-in profiles, by the names of `ros2 topic echo --qos-profile`; `transient_local` is of busflow alone."""

@@ -8,7 +8,7 @@ import pytest
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, LivelinessLost
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import QoS
+from busflow.bus.qos import TRANSIENT_LOCAL, QoS
 from busflow.errors import IncompatibleType, NotRunning, SendTimeout, WouldBlock
 from busflow.interfaces.message import Message
 from busflow.msgs.std_msgs import Int64, String
@@ -148,6 +148,15 @@ async def test_refused_publish_is_not_kept_for_late_joiners(make_bench):
     with pytest.raises(WouldBlock):
         publisher.publish(number(2))
     assert queued(bench.subscription(durability="transient_local")) == [1]
+
+
+@virtual_time
+async def test_preset_transient_local_keeps_the_last_message(make_bench):
+    bench, latched = make_bench(), dict(TRANSIENT_LOCAL)
+    publisher = bench.publisher(**latched)
+    publisher.publish(number(1))
+    publisher.publish(number(2))
+    assert queued(bench.subscription(**latched)) == [2]
 
 
 @virtual_time

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from busflow.bus.qos import TRANSIENT_LOCAL
 from busflow.errors import LaunchError
 from busflow.launchfile.load.load import examine, load
 from busflow.launchfile.model.description import ClockMode, ClockSpec, NodeSpec
@@ -34,6 +35,7 @@ def test_a_whole_file_becomes_a_description(folder):
         topics:
           imu/data: {qos: sensor, type: sensor_msgs/msg/Imu}
           /joints: {qos: {depth: 3}}
+          /map: {qos: transient_local}
         nodes:
           talker:
             plugin: talker
@@ -56,6 +58,7 @@ def test_a_whole_file_becomes_a_description(folder):
     topics = {each.topic: each for each in found.topics}
     assert topics["/imu/data"].qos is found.profiles["sensor"]
     assert topics["/imu/data"].type == "sensor_msgs/msg/Imu"
+    assert topics["/map"].qos is TRANSIENT_LOCAL
     assert topics["/joints"].qos.model_fields_set == {"depth"}
     (talker,) = found.nodes
     assert (talker.full_name, talker.plugin, talker.supervision.restart.when) == (
