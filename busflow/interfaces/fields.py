@@ -31,6 +31,8 @@ _TAKES: dict[type, Any] = {
     int: (int, np.integer),
     float: (float, int, np.floating, np.integer),
 }
+_HOME = "from busflow.interfaces.message"
+"""Where the words that annotate fields are imported from, in errors."""
 _JSON_WORDS = {int: "integer", float: "number", bool: "boolean", str: "string"}
 
 
@@ -358,7 +360,7 @@ def _read_sequence(annotation: Any, kind: ArrayKind, size: int) -> FieldType | N
         raise InvalidDeclaration("ROS has no sequences of sequences; put the inner one into a message of its own")
     if isinstance(item.base, str) and PRIMITIVES[item.base].dtype:
         alias = item.base.title().replace("Uint", "UInt") + "Array"
-        raise InvalidDeclaration(f"a sequence of {item.base} is a numpy array; write {alias}")
+        raise InvalidDeclaration(f"a sequence of {item.base} is a numpy array; write {alias}, {_HOME}")
     if get_origin(annotation) is list:
         raise InvalidDeclaration("a message cannot change, a list can; write Sequence[…]")
     return FieldType("", item.base, kind, size, item.string_bound)
@@ -369,7 +371,7 @@ def _of_dtype(annotation: Any) -> Primitive:
     scalar = get_args(get_args(annotation)[1])[0] if len(get_args(annotation)) == 2 else None
     known = _OF_DTYPE.get(np.dtype(scalar).name) if isinstance(scalar, type) else None
     if known is None:
-        raise InvalidDeclaration(f"{annotation!r} states no ROS type; write Float64Array, UInt8Array, …")
+        raise InvalidDeclaration(f"{annotation!r} states no ROS type; write Float64Array, {_HOME}")
     return known
 
 
@@ -378,10 +380,10 @@ def _refuse_mistakes(annotation: Any) -> None:
     if is_message(annotation) and not hasattr(annotation, "__ros_name__"):
         raise InvalidDeclaration("Message is what message classes are made from; write one of those")
     if annotation is bytes or annotation is bytearray:
-        raise InvalidDeclaration("bytes are a UInt8Array")
+        raise InvalidDeclaration(f"bytes are a UInt8Array, {_HOME}")
     if isinstance(annotation, type) and issubclass(annotation, np.generic):
         word = np.dtype(cast("Any", annotation)).name
-        raise InvalidDeclaration(f"numpy's {annotation.__name__} is no field type; write busflow's {word}")
+        raise InvalidDeclaration(f"numpy's {annotation.__name__} is no field type; write {word}, {_HOME}")
 
 
 def _nested(message: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:
