@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tomllib
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
+from importlib import import_module
 from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -278,6 +279,28 @@ def test_page_on_commands_names_every_public_name():
     assert sorted(name for row, _ in rows for name in re.findall(r"`(\w+)`", row)) == sorted(commands.__all__)
     members = next(re.findall(r"`(\w+)`", text)[1:] for row, text in rows if row == "`Peer`")
     assert set(members) <= {*dir(commands.Peer), "run"}
+
+
+def modules_of_the_reference():
+    page = (PROJECT / "docs/reference.md").read_text("utf-8")
+    return re.findall(r"^\| `(busflow[\w.]*)` \|", page, re.MULTILINE)
+
+
+def snippets_of_the_pages():
+    text = "".join(page.read_text("utf-8") for page in PAGES if page.parent.name != "decisions")
+    return "".join(re.findall(r"^```python.*\n((?:.*\n)*?)```", text, re.MULTILINE)), text
+
+
+def test_every_public_name_stands_on_a_page():
+    snippets, text = snippets_of_the_pages()
+    words = set(re.findall(r"\w+", snippets + " ".join(re.findall(r"`[^`\n]+`", text))))
+    names = {name for module in modules_of_the_reference() for name in getattr(import_module(module), "__all__", ())}
+    assert names - words == set()
+
+
+def test_the_pages_import_what_the_reference_lists():
+    imported = set(re.findall(r"^(?:from|import) (busflow[\w.]*)", snippets_of_the_pages()[0], re.MULTILINE))
+    assert {name for name in imported if not name.startswith("busflow.msgs.")} <= {*modules_of_the_reference()}
 
 
 def test_the_page_on_launch_files_names_every_key():

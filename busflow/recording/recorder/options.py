@@ -14,7 +14,7 @@ from busflow.launchfile.model.description import RecordSpec
 from busflow.launchfile.model.keys import RecordKeys
 from busflow.validation.faults import faults
 
-Wanted: TypeAlias = "str | Path | Mapping[str, object] | RecordSpec | bool"
+Wanted: TypeAlias = str | Path | Mapping[str, object] | RecordSpec | bool
 """A file; the keys of a launch file's `record:`; True for what the launch file says, False for nothing."""
 
 
