@@ -28,7 +28,34 @@ _POLL_S = 0.2
 _NEGATIVE = re.compile(r"-\.?(\d|inf)", re.IGNORECASE)
 _PAUSE = Event()
 """An event that is never set: `watch` waits on it between two questions."""
+_EXAMPLES = {
+    "set": (
+        "busflow param set sensor_publisher noise.imu 0.5",
+        "busflow param set sensor_publisher noise.imu 0.5 rate_hz 20",
+        "busflow param set camera frame_id camera_link --run robot",
+    ),
+    "load": (
+        "busflow param dump sensor_publisher --output publisher.yaml",
+        "busflow param load sensor_publisher publisher.yaml",
+    ),
+    "diff": (
+        "busflow param diff sensor_publisher",
+        "busflow param diff sensor_publisher --json",
+    ),
+    "save": (
+        "busflow param save sensor_publisher",
+        "busflow param save sensor_publisher --into configs/tuned.yaml",
+    ),
+    "watch": (
+        "busflow param watch",
+        "busflow param watch sensor_publisher --json | jq -r .name",
+    ),
+}
 _node = click.argument("node", shell_complete=complete_nodes)
+
+
+def _examples(verb: str) -> str:
+    return "\n  ".join(["\b\nExamples:", *_EXAMPLES[verb]])
 
 
 class _Assigning(click.Command):
@@ -45,7 +72,7 @@ class _Assigning(click.Command):
         return rest
 
 
-@click.command("set", cls=_Assigning)
+@click.command("set", cls=_Assigning, epilog=_examples("set"))
 @_node
 @click.argument(
     "assignments", nargs=-1, required=True, metavar="NAME VALUE [NAME VALUE]...", shell_complete=complete_parameters
@@ -65,7 +92,7 @@ def set_(run: str | None, node: str, assignments: tuple[str, ...], as_json: bool
         return _set(peer, node, values, as_json=as_json)
 
 
-@click.command()
+@click.command(epilog=_examples("load"))
 @_node
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @joins
@@ -83,7 +110,7 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
         return _set(peer, node, cast("dict[str, Any]", stated), as_json=as_json)
 
 
-@click.command()
+@click.command(epilog=_examples("diff"))
 @_node
 @joins
 def diff(run: str | None, node: str, as_json: bool) -> int:
@@ -100,7 +127,7 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
     return ExitCode.DIFFERENT if found else ExitCode.OK
 
 
-@click.command()
+@click.command(epilog=_examples("save"))
 @_node
 @click.option(
     "--into",
@@ -140,7 +167,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
         click.echo(f"{len(found)} written into {printable(file)}" if found else f"{printable(file)} says so already")
 
 
-@click.command()
+@click.command(epilog=_examples("watch"))
 @click.argument("node", required=False, shell_complete=complete_nodes)
 @joins
 def watch(run: str | None, node: str | None, as_json: bool) -> int:

@@ -5,13 +5,16 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 
 import busflow
-from busflow.cli import main
+from busflow.cli import _APART, _COMMANDS, main
+from busflow.cli.root import Root
 
 BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
 """The environment of a command with the usual buffered output."""
@@ -43,6 +46,24 @@ def test_without_a_command_the_help_is_shown(capsys: Captured):
     out = capsys.readouterr().out
     assert re.search("run +Run a launch file until Ctrl-C.", out)
     assert "info  Show a plugin's parameters" in out
+
+
+def commands(group: click.Group, context: click.Context) -> Iterator[tuple[click.Command, click.Context]]:
+    """Every command below a group, with its context, whose terminal is 80 characters wide."""
+    for verb in group.list_commands(context):
+        if verb not in _APART and (command := group.get_command(context, verb)):
+            below = click.Context(command, context, verb, terminal_width=80)
+            yield command, below
+            yield from commands(command, below) if isinstance(command, click.Group) else ()
+
+
+def test_help_has_examples_and_breaks_no_word():
+    root = Root(_COMMANDS, _APART, help="")
+    for command, context in commands(root, click.Context(root, info_name="busflow")):
+        shown = command.get_help(context)
+        assert re.search(r"Examples?:\n", shown), context.command_path
+        texts = [each.help or "" for each in command.params if isinstance(each, click.Option) and not each.hidden]
+        assert {word for text in texts for word in text.split()} - set(shown.split()) == set(), context.command_path
 
 
 @pytest.mark.usefixtures("project")

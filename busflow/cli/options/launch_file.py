@@ -158,7 +158,7 @@ def launch_file(
                 "sets",
                 multiple=True,
                 metavar="PATH=VALUE",
-                help="Change one value, by its path: nodes.sensor_publisher.parameters.noise.imu=0.5.",
+                help="Change one value, by its path: nodes.imu.parameters.rate_hz=50.",
             ),
             click.argument("assignments", nargs=-1, metavar=rest),
             click.argument("file", required=required, metavar=file_, type=click.Path(path_type=Path)),

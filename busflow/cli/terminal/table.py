@@ -16,7 +16,7 @@ from busflow.cli.terminal.output import colour
 from busflow.text import printable
 
 _GAP = "  "
-_PARTS = re.compile(r"[^\s/,]+[/,]?|[/,]")
+_PARTS = re.compile(r"/?[^\s/,]+[/,]?|[/,]")
 """A part of a cell that is kept on one line, unless it is longer than the line."""
 _USUAL = 80
 """The width of a terminal that does not state its own."""

@@ -76,6 +76,12 @@ def test_folding_column_keeps_words_whole():
     assert laid(30, [("from", "/a/b " + "x" * 26)], columns) == ["from", "  /a/b", "  " + "x" * 26]
 
 
+def test_folding_column_keeps_the_words_of_paths():
+    columns = (Column(), Column(folds=True))
+    assert laid(31, [("from", "/a/" + "x" * 25)], columns) == ["from  /a/", "      " + "x" * 25]
+    assert laid(28, [("from", "/" + "x" * 22)], columns) == ["from", "  /" + "x" * 22]
+
+
 @pytest.mark.parametrize(
     ("room", "titles", "first"),
     [
