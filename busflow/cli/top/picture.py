@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -139,6 +139,18 @@ def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
     elif isinstance(value, list | memoryview):
         for index, each in enumerate(cast("list[Any]", value)[:_PLOTTABLE]):
             yield from numbers(each, f"{path}[{index}]")
+
+
+def first_plotted(paths: Iterable[str]) -> str | None:
+    """Return the number to plot where none is asked for: the first one that is no part of a header or stamp.
+
+    >>> first_plotted(["header.stamp.sec", "header.stamp.nanosec", "orientation.x"])
+    'orientation.x'
+    >>> first_plotted(["stamp.sec"])
+    'stamp.sec'
+    """
+    found = list(paths)
+    return next((path for path in found if not {"header", "stamp"} & {*path.split(".")}), next(iter(found), None))
 
 
 def lines(value: Mapping[str, Any], indent: str = "", limit: int = 8) -> Iterator[str]:

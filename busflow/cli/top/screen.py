@@ -20,7 +20,16 @@ from textual.widgets.data_table import RowDoesNotExist
 
 from busflow.cli.terminal.output import short_path
 from busflow.cli.terminal.table import Column, narrowed
-from busflow.cli.top.picture import NODE_COLUMNS, TOPIC_COLUMNS, Look, lines, node_rows, numbers, topic_rows
+from busflow.cli.top.picture import (
+    NODE_COLUMNS,
+    TOPIC_COLUMNS,
+    Look,
+    first_plotted,
+    lines,
+    node_rows,
+    numbers,
+    topic_rows,
+)
 from busflow.clock import perf_counter
 from busflow.errors import BusflowError, ExitCode
 from busflow.text import printable
@@ -265,8 +274,8 @@ class Top(App[None]):
         if self._echoed != topic:
             return
         found = [dict(numbers(each)) for each in values]
-        if self._field is None and found[-1]:
-            self._field = next(iter(found[-1]))
+        if self._field is None:
+            self._field = first_plotted(found[-1])
         self._numbers.extend(each[self._field] for each in found if self._field in each)
         plotted = list(self._numbers)
         value = f"{self._field} = {plotted[-1]:g}" if plotted else f"there is no number {self._field} in it"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from busflow.cli.top.picture import Look, lines, node_rows, numbers, topic_rows
+from busflow.cli.top.picture import Look, first_plotted, lines, node_rows, numbers, topic_rows
 from busflow.wire.client.graph_view import view
 from busflow.wire.zenoh.keys import Token, TokenKind
 
@@ -72,6 +72,13 @@ def test_foreign_text_is_escaped():
 def test_numbers_are_found_wherever_they_are():
     message = {"header": {"stamp": {"sec": 3}}, "data": memoryview(bytes([1, 2])), "poses": [{"x": 0.5}], "ok": True}
     assert dict(numbers(message)) == {"header.stamp.sec": 3, "data[0]": 1, "data[1]": 2, "poses[0].x": 0.5}
+
+
+def test_first_plotted_number_is_no_stamp():
+    imu = {"header": {"stamp": {"sec": 1}, "frame_id": "imu"}, "orientation": {"x": 0.5}}
+    assert first_plotted(dict(numbers(imu))) == "orientation.x"
+    assert first_plotted(dict(numbers({"transforms": [imu]}))) == "transforms[0].orientation.x"
+    assert first_plotted([]) is None
 
 
 def test_long_arrays_are_cut():

@@ -109,6 +109,7 @@ def test_chosen_topic_is_echoed_and_plotted():
         table.move_cursor(row=table.get_row_index("/imu/data"))
         await pilot.press("e")
         await until(pilot, lambda: "linear_acceleration:" in text(app, "message"))
+        await until(pilot, lambda: "orientation.x = " in text(app, "message"))
         await plot(app, pilot, "header.stamp.sec")
         await until(pilot, lambda: "header.stamp.sec = " in text(app, "message"))
         await plot(app, pilot, "nothing")
