@@ -75,7 +75,7 @@ COUNTS = {
         "YAML 1.2 writes .inf": 1,
         "YAML 1.2 has null": 2,
         "a null pointer; in Python the name cannot be left out": 3,
-        "a parameter file has the form of `param dump`: the full name of a node or /**, no other selectors": 4,
+        "a key that stands twice is an error": 2,
         "about memory that C allocates by hand": 1,
         "design: `--set` is above parameter files, and these are below the node's own `parameters`": 1,
         "parameters are the fields of a class: none is declared, undeclared or described anew while a node runs": 8,

@@ -139,9 +139,9 @@ def dump(run: str | None, node: str, output: Path | None, as_json: bool) -> None
     if as_json:
         _print_nodes(peer, {full_name(node): rows})
         return
-    from yaml import safe_dump
+    from busflow.launchfile.load.parameter_file import text_for
 
-    text = safe_dump({full_name(node): {"ros__parameters": _nested(rows)}}, allow_unicode=False)
+    text = text_for(full_name(node), _nested(rows))
     if output is None:
         click.echo(text)
     else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from functools import reduce
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, cast
@@ -21,7 +20,6 @@ from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.drift import Drift
-    from busflow.launchfile.yaml.value import Value
     from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
@@ -101,13 +99,15 @@ def load(run: str | None, node: str, file: Path, as_json: bool) -> int:
 
     FILE has the form that `busflow param dump` and `ros2 param dump` write, or holds the parameters alone.
     """
+    from busflow.launchfile.load.parameter_file import of_node
     from busflow.launchfile.yaml.document import read_file
 
-    stated = _of_node(read_file(file, str(file)), node).data
-    if not isinstance(stated, dict):
+    whole = read_file(file, str(file))
+    if not isinstance(whole.content, dict):
         raise click.BadParameter(f"{printable(file)} holds no parameters: a mapping is needed", param_hint="FILE")
+    stated = of_node(whole, full_name(node), whole.origin)
     with joined(run) as peer:
-        return _set(peer, node, cast("dict[str, Any]", stated), as_json=as_json)
+        return _set(peer, node, cast("dict[str, Any]", stated.data), as_json=as_json)
 
 
 @click.command(epilog=_examples("diff"))
@@ -208,16 +208,6 @@ def _set(peer: Peer, node: str, values: Mapping[str, object], *, as_json: bool) 
             if len(values) > 1:
                 click.echo(f"  {printable(change['name'])}: {_shown(change['old'])} → {_shown(change['new'])}")
     return ExitCode.FAILED if faults else ExitCode.OK
-
-
-def _of_node(stated: Value, node: str) -> Value:
-    """Return the parameters of one node from a file that may state several nodes, or else the whole content.
-
-    As in ROS 2, those of `/**` are for every node; what the node's own key states comes before them.
-    """
-    sections = [stated.find((key,)) for key in ("/**", node.removeprefix("/"), full_name(node))]
-    found = [each.find(("ros__parameters",)) or each for each in sections if each and isinstance(each.content, dict)]
-    return reduce(lambda common, own: common.merged(own), found) if found else stated
 
 
 def _value(text: str) -> object:

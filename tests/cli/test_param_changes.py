@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from busflow.cli import main
+from busflow.launchfile.load.load import load
 
 Captured = pytest.CaptureFixture[str]
 
@@ -124,6 +125,8 @@ def test_dumped_parameters_can_be_loaded(launch_file: Path, capsys: Captured):
     assert main(["param", "set", "sensor", "rate_hz", "30"]) == 0
     assert main(["param", "load", "sensor", str(dump)]) == 0
     assert got(capsys, "rate_hz") == 20.0
+    started = load(launch_file, sets=[f"nodes.sensor.parameters_from={dump}"]).nodes[0].parameters
+    assert started.data == {"rate_hz": 20.0, "frame_id": "imu_link", "noise": {"imu": 0.1}}
     dump.write_text("noise: {imu: 3.0}\n")
     assert main(["param", "load", "sensor", str(dump)]) == 0
     assert got(capsys, "noise.imu") == 3.0
@@ -131,6 +134,9 @@ def test_dumped_parameters_can_be_loaded(launch_file: Path, capsys: Captured):
     dump.write_text(both)
     assert main(["param", "load", "sensor", str(dump)]) == 0
     assert (got(capsys, "rate_hz"), got(capsys, "noise.imu")) == (40.0, 4.0)
+    dump.write_text("/left/**: {ros__parameters: {rate_hz: 50}}\n")
+    assert main(["param", "load", "sensor", str(dump)]) == 2
+    assert "dump.yaml has no parameters for /sensor\n" in capsys.readouterr().err
     dump.write_text("[1, 2]\n")
     assert main(["param", "load", "sensor", str(dump)]) == 2
     assert "a mapping is needed" in capsys.readouterr().err

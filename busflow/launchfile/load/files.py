@@ -8,6 +8,10 @@ from itertools import islice
 from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
+from busflow.launchfile.load.expression import Scope
+from busflow.launchfile.load.parameter_file import of_node
+from busflow.launchfile.load.resolver import Resolver
+from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
 from busflow.launchfile.yaml.document import Limits, Repeated, read_file
@@ -41,17 +45,34 @@ class Files:
         root = self._read(path, entry, repeated)
         return with_keys_in_place(root, repeated, self.problems) if root is not None else None
 
-    def parameters(self, path: Path, entry: Value) -> Value | None:
-        """Return the parameters in a file that a node names; None if it cannot be read."""
+    def parameters(self, path: Path, entry: Value, node: str, scope: Scope | None = None) -> Value | None:
+        """Return the parameters of a node in a file that it names; None if they cannot be read.
+
+        Args:
+            path: The file.
+            entry: The value that names it.
+            node: The node's full name.
+            scope: The meaning of the file's expressions; without it they stay text, as in a file of ROS 2's form.
+        """
         asked = path, entry.origin.trail
         if asked not in self._parameters:  # the nodes of a for_each share one
             self._parameters[asked] = self._read(path, entry)
         found = self._parameters[asked]
-        if found is None or isinstance(found.content, dict):
-            return found
-        message, fix = f"{path} must hold a mapping of parameters", "write `name: value` lines"
-        self.problems.add(problem_at("wrong-type", message, fix, found.origin))
-        return None
+        if found is None:
+            return None
+        if not isinstance(found.content, dict):
+            message, fix = f"{path} must hold a mapping of parameters", "write `name: value` lines"
+            self.problems.add(problem_at("wrong-type", message, fix, found.origin))
+            return None
+        try:
+            own = of_node(found, node, entry.origin)
+        except LaunchError as error:
+            self.problems.add(*error.problems, left_out=[("defaults", "parameters")])
+            return None
+        if scope is None or own is not found:
+            return own
+        resolver = Resolver(scope, self.problems)
+        return without(resolver.resolve(own), resolver.failed)
 
     def folders(self, stated: Value | None, beside: Path) -> list[StatedPath]:
         """Return the plugin folders stated in a file, relative to its folder; report missing ones."""

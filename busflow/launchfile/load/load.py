@@ -112,7 +112,7 @@ def _described(
     problems, part = files.problems, part_of(file, files, outside)
     if part is None:
         return None
-    changes = override.with_parameter_files(changes, files)
+    changes = override.with_parameter_files(changes, part.tree, files)
     keys, part.tree = checked(override.applied(part.tree, changes, problems), problems)
     description = Builder(part, keys, problems).build(file.path.stem, tuple(files.paths))
     if not description.nodes and not problems:

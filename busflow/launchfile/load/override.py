@@ -54,16 +54,18 @@ def from_caller(overrides: Mapping[str, object]) -> list[Override]:
     return [Override(tuple(path.split(".")), Value.of(data, origin)) for path, data in overrides.items()]
 
 
-def with_parameter_files(changes: Iterable[Override], files: Files) -> Iterator[Override]:
-    """Yield the overrides; each value of a file that is set as a node's `parameters_from` is an override of its own."""
+def with_parameter_files(changes: Iterable[Override], tree: Value, files: Files) -> Iterator[Override]:
+    """Yield the overrides of a tree; each value of a file set as a node's `parameters_from` is one of its own."""
     for change in changes:
-        if len(change.path) != 3 or change.path[::2] != ("nodes", "parameters_from"):
+        is_files = len(change.path) == 3 and change.path[::2] == ("nodes", "parameters_from")
+        node = _node(str(change.path[1]), list(tree.section("nodes"))) if is_files else None
+        if node is None:
             yield change
             continue
         for stated in change.value.content if isinstance(change.value.content, list) else [change.value]:
-            found = files.parameters(Path(str(stated.content)), stated)
+            found = files.parameters(Path(str(stated.content)), stated, f"/{node}")
             if found is not None:
-                yield from _each(("nodes", change.path[1], "parameters"), replace(found, key=change.value.key))
+                yield from _each(("nodes", node, "parameters"), replace(found, key=change.value.key))
 
 
 def _each(path: KeyPath, value: Value) -> Iterator[Override]:

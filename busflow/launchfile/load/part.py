@@ -16,11 +16,11 @@ from busflow.launchfile.load.expand import expanded
 from busflow.launchfile.load.expression import Scope
 from busflow.launchfile.load.files import Files
 from busflow.launchfile.load.groups import Included, flattened
-from busflow.launchfile.load.merge import Part, compose, joined, named, overlaid
+from busflow.launchfile.load.merge import Part, compose, full_key, joined, named, overlaid
 from busflow.launchfile.load.override import SETTABLE
 from busflow.launchfile.load.profiles import chosen
 from busflow.launchfile.load.resolver import Resolver
-from busflow.launchfile.model.key_faults import checked, without
+from busflow.launchfile.model.key_faults import checked
 from busflow.launchfile.model.problems import Problems, key_origin, problem_at, warning_at
 from busflow.launchfile.yaml.value import Value
 
@@ -61,9 +61,9 @@ def part_of(file: LaunchFile, files: Files, outside: Scope) -> Part | None:
     scope = replace(scope, env={**scope.env, **file.env})
     tree = expanded(root, scope, problems, files.limits)
     keys, tree = checked(anchored(tree, folder), problems)
-    tree = _with_parameter_files(tree, folder, scope, files)
-    tree, includes = flattened(keys, tree, problems)
     file = replace(file, namespace=compose(file.namespace, keys.namespace))
+    tree = _with_parameter_files(tree, file.namespace, folder, scope, files)
+    tree, includes = flattened(keys, tree, problems)
     folders = files.folders(tree.members.get("plugins"), folder)
     kept = {key: value for key, value in tree.members.items() if key in {*SETTABLE, "env"}}
     own = Part(replace(tree, content=kept), folders, tuple(bound.known.values()))
@@ -98,24 +98,34 @@ def _inner(include: Included, file: LaunchFile, problems: Problems) -> LaunchFil
     return LaunchFile(target, profiles, entry.section("args"), stated, namespace, chain, file.env)
 
 
-def _with_parameter_files(graph: Value, folder: Path, scope: Scope, files: Files) -> Value:
-    """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`."""
+def _with_parameter_files(graph: Value, namespace: str, folder: Path, scope: Scope, files: Files) -> Value:
+    """Return a file or group with the content of each node's `parameters_from` merged under its `parameters`.
+
+    Args:
+        graph: The file or group.
+        namespace: Its full namespace.
+        folder: The folder that the files are relative to.
+        scope: The meaning of their expressions.
+        files: Reads them.
+    """
     for key, node in graph.section("nodes").items():
         if "parameters_from" in node.members:
-            graph = graph.with_member(("nodes", key), _completed(node, folder, scope, files))
+            name = full_key(key, node, namespace)
+            graph = graph.with_member(("nodes", key), _completed(node, name, folder, scope, files))
     for name, group in graph.section("groups").items():
-        graph = graph.with_member(("groups", name), _with_parameter_files(group, folder, scope, files))
+        stated = group.members.get("namespace")
+        inner = compose(namespace, str(stated.content) if stated is not None and stated.content is not None else None)
+        graph = graph.with_member(("groups", name), _with_parameter_files(group, inner, folder, scope, files))
     return graph
 
 
-def _completed(node: Value, folder: Path, scope: Scope, files: Files) -> Value:
+def _completed(node: Value, name: str, folder: Path, scope: Scope, files: Files) -> Value:
     stated, own = node.members["parameters_from"], node.members.get("parameters")
     layers: list[Value] = []
     for value in stated.content if isinstance(stated.content, list) else [stated]:
-        found = files.parameters(Path(os.path.normpath(folder / str(value.content))), value)
+        found = files.parameters(Path(os.path.normpath(folder / str(value.content))), value, name, scope)
         if found is not None:
-            resolver = Resolver(scope, files.problems)
-            layers.append(without(resolver.resolve(found), resolver.failed))
+            layers.append(found)
     if own is not None and own.content is not None:
         layers.append(own)
     merged = reduce(Value.merged, layers) if layers else Value({}, node.origin)

@@ -1,6 +1,8 @@
 """Cases of ROS 2's parameters and launch files that no other adapter reads: values, overrides, whole files."""
 
 import json
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,7 @@ from pydantic import create_model
 from busflow import Parameters
 from busflow.errors import InvalidParameter, LaunchError
 from busflow.launchfile.load.load import examine
-from busflow.launchfile.yaml.document import parse, parse_value
+from busflow.launchfile.yaml.document import parse_value
 from busflow.node.parameters import validate
 
 FOLDER = Path(__file__).parents[2] / "cases"
@@ -73,23 +75,29 @@ def test_an_override_names_node_and_parameter(folder: Any, case: dict[str, Any])
 
 @pytest.mark.parametrize("case", cases("f_parameters", "params_file"))
 def test_parameter_file_is_read_or_refused(folder: Any, case: dict[str, Any]):
-    text = case["input"]["yaml"]
+    folder.write(case["input"]["yaml"], "p.yaml")
     if not case["expect"]["ok"]:
         model = create_model("Lidar", __base__=Parameters, id=(int, 0), name=(str, ""))
         with pytest.raises((LaunchError, InvalidParameter)):
-            validate(model, parse(text.encode(), "params.yaml").data)
+            validate(model, _parameters(folder, "lidar_ns/lidar_1"))
         return
-    document: Any = parse(text.encode(), "params.yaml").data
     for node, values in case["expect"].get("values", {"intel": {"num_cores": 8}}).items():
-        stated = document
-        for part in node.split("/"):
-            stated = stated[part]
-        folder.write(json.dumps(stated["ros__parameters"]).replace("NaN", ".nan").replace("Infinity", ".inf"), "p.yaml")
-        found = folder.load("nodes: {it: {plugin: a, parameters_from: p.yaml}}\n").nodes[0].parameters
+        found = _parameters(folder, node)
         for name, value in values.items():
-            data = found.find(tuple(name.split("."))).data
+            data = reduce(getitem, name.split("."), found)
             assert json.dumps(data) == json.dumps(data if "nan" in str(value) else value)
             assert [str(each) for each in data] == [str(each) for each in value] if isinstance(value, list) else True
+
+
+@pytest.mark.parametrize("case", cases("f_parameters", "params_select"))
+def test_sections_of_a_node_are_chosen(folder: Any, case: dict[str, Any]):
+    folder.write(case["input"]["yaml"], "p.yaml")
+    assert _parameters(folder, f"{case['input']['namespace']}/{case['input']['node']}") == case["expect"]["values"]
+
+
+def _parameters(folder: Any, node: str) -> Any:
+    """Return what a node reads from the parameter file `p.yaml`."""
+    return folder.load(f"nodes: {{{node}: {{plugin: a, parameters_from: p.yaml}}}}\n").nodes[0].parameters.data
 
 
 def test_many_nodes_and_parameters_are_read(folder: Any):
