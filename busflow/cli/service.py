@@ -9,6 +9,7 @@ import click
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_services, full_type, joined, joins
+from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
 from busflow.cli.terminal.output import print_answer, print_found
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
@@ -101,7 +102,7 @@ def info(run: str | None, name: str, as_json: bool) -> None:
         print_table([(word[:-1], each["node"], *_counts(each)) for each in rows], indent="  ")
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(cls=WaitingCommand, epilog=_EXAMPLES)
 @_name
 @click.argument("type_name", metavar="TYPE")
 @click.argument("values", default="")
@@ -113,8 +114,17 @@ def info(run: str | None, name: str, as_json: bool) -> None:
     show_default=True,
     help="Wait for the answer no longer than this.",
 )
+@wait_option
 @joins
-def call(run: str | None, name: str, type_name: str, values: str, timeout_s: float, as_json: bool) -> None:
+def call(
+    run: str | None,
+    name: str,
+    type_name: str,
+    values: str,
+    timeout_s: float,
+    wait_s: float | None,
+    as_json: bool,
+) -> None:
     """Call the service NAME of type TYPE, and show its response.
 
     VALUES is the request as YAML; fields that it leaves out have their defaults.
@@ -124,8 +134,11 @@ def call(run: str | None, name: str, type_name: str, values: str, timeout_s: flo
     from busflow.cli.terminal.one_line import python_form
     from busflow.cli.topic.typed_values import TypedValues
 
-    with joined(run) as peer:
-        kind = peer.service(_asked(peer, name, full_type(type_name, "srv")).name)
+    waiting = Waiting(wait_s)
+    with waiting.joined(run) as peer:
+        kind = waiting.until(
+            lambda: peer.service(_asked(peer, name, full_type(type_name, "srv")).name), NoSuchTarget, ServiceUnavailable
+        )
         shape = shape_of(kind.request)
         request = TypedValues(values, kind.request, shape).at(0)
         if not as_json:

@@ -8,7 +8,8 @@ import click
 
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.message import wants
-from busflow.cli.options.run import complete_topics, complete_types, joined, joins
+from busflow.cli.options.run import complete_topics, complete_types, joins
+from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
 from busflow.errors import ExitCode
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\b
 Examples:
   busflow topic echo imu/data
-  busflow topic echo imu/data --once
+  busflow topic echo imu/data --once --wait 10s
   busflow topic echo imu/data --field linear_acceleration.z
   busflow topic echo imu/data --filter 'linear_acceleration.z > 9.9'
   busflow topic echo balance_state --last 5
@@ -26,7 +27,7 @@ Examples:
 _count = click.IntRange(min=1)
 
 
-@click.command(epilog=_EXAMPLES)
+@click.command(cls=WaitingCommand, epilog=_EXAMPLES)
 @click.argument("name", shell_complete=complete_topics)
 @click.argument("type_name", metavar="[TYPE]", required=False, shell_complete=complete_types)
 @click.option("--once", is_flag=True, help="Stop after the first message.")
@@ -38,6 +39,7 @@ _count = click.IntRange(min=1)
     type=DURATION,
     help="Stop with exit code 1 when nothing was printed for this time.",
 )
+@wait_option
 @click.option(
     "--include-message-info",
     "with_info",
@@ -54,18 +56,21 @@ def echo(
     count: int | None,
     last: int | None,
     timeout_s: float | None,
+    wait_s: float | None,
     with_info: bool,
     wanted: Wanted,
 ) -> int:
     """Print the messages of the topic NAME, as YAML, until Ctrl-C.
 
+    With TYPE the topic need not be there yet, as with ROS 2: its first message is printed when it comes.
     With --json each message is an object on a line of its own, and nothing is cut unless --truncate-length is given.
     """
     from busflow.cli.terminal.message_text import TextForm
     from busflow.cli.topic.echoing import Echo
 
-    with joined(run) as peer:
-        echoed = Echo(peer, name, type_name, wanted, with_info=with_info and wanted.form is not TextForm.JSON)
+    waiting, with_info = Waiting(wait_s), with_info and wanted.form is not TextForm.JSON
+    with waiting.joined(run) as peer:
+        echoed = Echo(peer, name, type_name, wanted, waiting, with_info=with_info)
         if last is not None:
             echoed.show_last(last)
             return ExitCode.OK

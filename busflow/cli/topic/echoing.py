@@ -7,18 +7,29 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.bus.names import check_full_topic_name
 from busflow.cli.options.run import full_type
 from busflow.cli.terminal.field_paths import Absent
 from busflow.cli.terminal.output import print_message
 from busflow.clock import SystemClock
-from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
+from busflow.errors import (
+    ExitCode,
+    InspectionUnavailable,
+    InvalidInput,
+    MalformedMessage,
+    NoSuchTarget,
+    Problem,
+    UnknownType,
+)
 from busflow.text import counted, did_you_mean, printable
+from busflow.wire.client.graph_view import GraphView, TopicView
 from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
+    from busflow.cli.options.waiting import Waiting
     from busflow.cli.terminal.message_text import Wanted
+    from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.wire.client.client import Listener, Peer, Received
-    from busflow.wire.client.graph_view import GraphView, TopicView
 
 _CHECK_S = 1.0
 """The interval at which to check that the run is alive, while no message arrives."""
@@ -28,18 +39,27 @@ class Echo:
     """Prints the messages of one topic of a run."""
 
     def __init__(
-        self, peer: Peer, name: str, type_name: str | None, wanted: Wanted, *, with_info: bool = False
+        self,
+        peer: Peer,
+        name: str,
+        type_name: str | None,
+        wanted: Wanted,
+        waiting: Waiting,
+        *,
+        with_info: bool = False,
     ) -> None:
         """Find the topic and its type; `with_info` prints each message's times and number before it.
 
         Raises:
-            NoSuchTarget: There is no such topic; the error names the nearest.
+            InvalidName: The topic's name is not valid.
+            NoSuchTarget: There is no such topic in time, and no type was given; the error names the nearest.
+            UnknownType: Neither busflow nor the run knows the type in time.
             InvalidInput: It has another type, its type has no such field, or its publishers disagree about the type.
         """
         self._peer = peer
-        self._graph = peer.graph()
-        self._topic = self._graph.topic(name)
-        self._type = known_type(peer, agreed_type(self._topic, type_name))
+        self._graph, self._topic, self._type = waiting.until(
+            lambda: _found(peer, name, type_name), NoSuchTarget, UnknownType
+        )
         self._print = wanted.printer(self._topic.name, self._type)
         self._warned: set[str] = set()
         self._with_info = with_info
@@ -132,6 +152,16 @@ class Echo:
         if text not in self._warned and len(self._warned) < 100:
             self._warned.add(text)
             print_message(text)
+
+
+def _found(peer: Peer, name: str, type_name: str | None) -> tuple[GraphView, TopicView, ForeignType]:
+    """Return the run's graph, the topic of a name, and its type; with a type, the topic need not be there yet."""
+    graph, full = peer.graph(), check_full_topic_name(f"/{name.removeprefix('/')}")
+    if type_name is None or full in graph.topics:
+        topic = graph.topic(name)
+        return graph, topic, known_type(peer, agreed_type(topic, type_name))
+    found = known_type(peer, full_type(type_name))
+    return graph, TopicView(full, (found.name,), (), ()), found
 
 
 def _info(received: Received, read_ns: int) -> str:

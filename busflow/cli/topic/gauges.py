@@ -14,12 +14,14 @@ from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.output import print_line, print_message
 from busflow.cli.topic.echoing import agreed_type, warn_if_unpublished
 from busflow.cli.topic.rates import BW, DELAY, NOTHING, Flows, Measure, Reading, Window, drop_lines
-from busflow.errors import ExitCode, InvalidInput, Problem
+from busflow.errors import ExitCode, InvalidInput, NoSuchTarget, Problem
 from busflow.text import printable
 from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
+    from busflow.cli.options.waiting import Waiting
     from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import GraphView, TopicView
 
 _ASKED_EVERY_S = 1.0
 """The interval of questions: a run stops measuring for a reader that has not asked for five seconds."""
@@ -29,6 +31,7 @@ def gauge(
     peer: Peer,
     names: Sequence[str],
     measure: Measure,
+    waiting: Waiting,
     *,
     window: int | None,
     count: int | None,
@@ -38,12 +41,11 @@ def gauge(
     """Print a measurement of each topic, `count` times or until Ctrl-C, which prints the last interval.
 
     Raises:
-        NoSuchTarget: There is no topic of one of the names.
+        NoSuchTarget: There is no topic of one of the names in time.
         InvalidInput: A delay is to be measured, and the messages have no header.
         InspectionUnavailable: The run has ended, or a handler blocks it.
     """
-    graph = peer.graph()
-    topics = [graph.topic(name) for name in names]
+    graph, topics = waiting.until(lambda: _found(peer, names), NoSuchTarget)
     for topic in topics:
         if measure is DELAY:
             _require_header(peer, topic.name, agreed_type(topic, None))
@@ -70,6 +72,11 @@ def gauge(
             each.print_interval(as_json=as_json, last=True)
         raise
     return ExitCode.OK
+
+
+def _found(peer: Peer, names: Sequence[str]) -> tuple[GraphView, list[TopicView]]:
+    graph = peer.graph()
+    return graph, [graph.topic(name) for name in names]
 
 
 class _Gauge:

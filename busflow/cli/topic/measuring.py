@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from busflow.cli.options.launch_file import DURATION
-from busflow.cli.options.run import complete_topics, joined, joins
+from busflow.cli.options.run import complete_topics, joins
+from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
 
 _count = click.IntRange(min=1)
 
@@ -26,13 +27,17 @@ def _options(command: Callable[..., int]) -> Callable[..., Any]:
             show_default=True,
             help="The interval between two measurements.",
         ),
+        wait_option,
         joins,
     ):
         command = option(command)
     return command
 
 
-@click.command(epilog="\b\nExamples:\n  busflow topic hz imu/data\n  busflow topic hz imu/data joint_states -n 3")
+@click.command(
+    cls=WaitingCommand,
+    epilog="\b\nExamples:\n  busflow topic hz imu/data\n  busflow topic hz imu/data joint_states -n 3",
+)
 @_options
 def hz(**options: Any) -> int:
     """Measure how often each topic NAME is published, until Ctrl-C.
@@ -43,7 +48,7 @@ def hz(**options: Any) -> int:
     return _measure("HZ", **options)
 
 
-@click.command(epilog="\b\nExample:\n  busflow topic bw image_raw")
+@click.command(cls=WaitingCommand, epilog="\b\nExample:\n  busflow topic bw image_raw")
 @_options
 def bw(**options: Any) -> int:
     """Measure how many bytes a second each topic NAME carries, until Ctrl-C.
@@ -53,7 +58,7 @@ def bw(**options: Any) -> int:
     return _measure("BW", **options)
 
 
-@click.command(epilog="\b\nExample:\n  busflow topic delay imu/data")
+@click.command(cls=WaitingCommand, epilog="\b\nExample:\n  busflow topic delay imu/data")
 @_options
 def delay(**options: Any) -> int:
     """Measure how old the messages of each topic NAME are when they are published, until Ctrl-C.
@@ -63,10 +68,11 @@ def delay(**options: Any) -> int:
     return _measure("DELAY", **options)
 
 
-def _measure(name: str, *, run: str | None, names: tuple[str, ...], **options: Any) -> int:
+def _measure(name: str, *, run: str | None, names: tuple[str, ...], wait_s: float | None, **options: Any) -> int:
     """Print the measure with this name in `rates` for each topic."""
     from busflow.cli.topic import rates
     from busflow.cli.topic.gauges import gauge
 
-    with joined(run) as peer:
-        return gauge(peer, names, getattr(rates, name), **options)
+    waiting = Waiting(wait_s)
+    with waiting.joined(run) as peer:
+        return gauge(peer, names, getattr(rates, name), waiting, **options)

@@ -1,0 +1,107 @@
+"""`--wait`: commands that are given before the run, the topic or the service is there."""
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from busflow.cli import main
+from busflow.cli.options.waiting import Waiting
+from busflow.errors import NoSuchTarget
+from busflow.wire.client.client import join
+from busflow.wire.client.known_type import known_type
+
+Captured = pytest.CaptureFixture[str]
+
+CALL = ("service", "call", "talker/get_parameter_types", "rcl_interfaces/srv/GetParameterTypes", "{names: [rate_hz]}")
+
+
+def test_what_comes_in_time_is_found(capsys: Captured):
+    looks = iter([NoSuchTarget("there is no topic /later"), NoSuchTarget("there is no topic /later"), None])
+
+    def find() -> str:
+        if missing := next(looks):
+            raise missing
+        return "/later"
+
+    assert Waiting(60).until(find, NoSuchTarget) == "/later"
+    assert capsys.readouterr() == ("", "waiting: there is no topic /later\n")
+
+
+@pytest.mark.usefixtures("lab")
+@pytest.mark.parametrize(
+    "command",
+    [
+        "topic echo imu/dta --wait 50ms",
+        "topic hz --wait 50ms imu/data imu/dta",
+        "topic bw imu/dta --wait=50ms",
+        "topic delay imu/dta --wait 0.05 --json",
+        "topic hz imu/dta",
+    ],
+)
+def test_wait_ends_with_the_error(capsys: Captured, command: str):
+    assert main(command.split()) == 4
+    error = "there is no topic /imu/dta; did you mean '/imu/data'?\n"
+    waiting = f"waiting: {error}" if "--wait" in command else ""
+    assert capsys.readouterr() == ("", f"{waiting}error: {error}")
+
+
+@pytest.mark.usefixtures("lab")
+def test_bare_wait_takes_no_name():
+    assert main(["topic", "hz", "--wait", "imu/data", "-n", "1", "--every", "10ms"]) == 0
+    assert main(["topic", "hz", "imu/data", "-n", "1", "--every", "10ms", "--wait"]) == 0
+
+
+@pytest.mark.usefixtures("place")
+def test_wait_is_also_for_the_run(capsys: Captured):
+    assert main([*CALL, "--wait", "10ms"]) == 4
+    said = "nothing is running; start a graph in another terminal: busflow run FILE\n"
+    assert capsys.readouterr() == ("", f"waiting: {said}error: {said}")
+
+
+@pytest.mark.usefixtures("lab")
+def test_echo_with_a_type_needs_no_topic(capsys: Captured):
+    def publish() -> None:
+        with join() as peer:
+            type_ = known_type(peer, "std_msgs/msg/Int64")
+            with peer.advertise("/later", type_) as speaker:
+                assert speaker.wait_for_listener(60)
+                speaker.publish({"data": 7})
+
+    publisher = threading.Thread(target=publish)
+    publisher.start()
+    assert main(["topic", "echo", "later", "std_msgs/Int64", "--once", "--timeout", "60"]) == 0
+    publisher.join()
+    assert capsys.readouterr().out == "data: 7\n---\n"
+    assert main(["topic", "echo", "never", "std_msgs/Int64", "--timeout", "10ms"]) == 1
+    warning, error = capsys.readouterr().err.splitlines()
+    assert warning.startswith("warning: nobody publishes /never; ")
+    assert warning.endswith("; waiting")
+    assert error == "error: nothing to print came on /never for 0.01 s"
+
+
+@pytest.mark.long
+def test_commands_wait_for_a_later_run(project: Path, place: Any, start_run: Callable[..., Any]):
+    commands = [CALL, ("topic", "hz", "numbers", "-n", "1"), ("topic", "echo", "numbers", "--once")]
+    waiting = [
+        subprocess.Popen(
+            [sys.executable, "-m", "busflow", *command, "--wait"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=place.environment,
+        )
+        for command in commands
+    ]
+    for each in waiting:
+        assert each.stderr is not None
+        assert each.stderr.readline().startswith("waiting: nothing is running; ")
+    start_run(project, "talk.yaml")
+    answers = [each.communicate(timeout=60)[0] for each in waiting]
+    assert [each.returncode for each in waiting] == [0, 0, 0]
+    for answer, part in zip(answers, ("types=[3]", "average rate: ", "data: "), strict=True):
+        assert part in answer
