@@ -23,26 +23,35 @@ class Selection:
     ['/imu/data', '/arm/left/state']
     """
 
-    def __init__(self, topics: Sequence[str] = (), exclude: Sequence[str] = ()) -> None:
-        """Create a selection; a pattern needs no leading slash.
+    def __init__(
+        self,
+        topics: Sequence[str] = (),
+        exclude: Sequence[str] = (),
+        *,
+        regexes: Sequence[str] = (),
+        exclude_regexes: Sequence[str] = (),
+    ) -> None:
+        """Create a selection; a pattern needs no leading slash, a regular expression matches anywhere in a name.
 
         Raises:
-            InvalidName: one of them cannot match any name.
+            InvalidName: one of them cannot match any name, or is no regular expression.
         """
-        self._wanted = {pattern: _compiled(pattern) for pattern in topics}
-        self._unwanted = [_compiled(pattern) for pattern in exclude]
-        self._unmatched = dict.fromkeys(topics)
+        self._wanted = {pattern: _compiled(pattern).fullmatch for pattern in topics}
+        self._wanted |= {regex: _expression(regex).search for regex in regexes}
+        self._unwanted = [_compiled(pattern).fullmatch for pattern in exclude]
+        self._unwanted += [_expression(regex).search for regex in exclude_regexes]
+        self._unmatched = dict.fromkeys(self._wanted)
 
     def includes(self, *names: str) -> bool:
         """Return whether the selection includes a topic known by these names."""
-        if any(pattern.fullmatch(name) for pattern in self._unwanted for name in names):
+        if any(matches(name) for matches in self._unwanted for name in names):
             return False
         if not self._wanted:
             return not is_hidden(names[0])
         found = [
             stated
-            for stated, pattern in self._wanted.items()
-            if any(pattern.fullmatch(name) and (is_hidden(stated) or not is_hidden(name)) for name in names)
+            for stated, matches in self._wanted.items()
+            if any(matches(name) and (is_hidden(stated) or not is_hidden(name)) for name in names)
         ]
         for stated in found:
             self._unmatched.pop(stated, None)
@@ -50,7 +59,7 @@ class Selection:
 
     @property
     def unmatched(self) -> tuple[str, ...]:
-        """The patterns of `topics` that have matched nothing so far."""
+        """The patterns and regular expressions that have matched nothing so far."""
         return tuple(self._unmatched)
 
 
@@ -66,6 +75,14 @@ def check_pattern(pattern: str) -> str:
             "several: /imu/*, /arm/**"
         )
     return pattern
+
+
+def _expression(regex: str) -> re.Pattern[str]:
+    try:
+        return re.compile(regex)
+    except (re.error, OverflowError, RecursionError) as error:
+        shown = printable(regex, limit=200)
+        raise InvalidName(f"{shown!r} is no regular expression: {error}; an example: '/(left|right)/image.*'") from None
 
 
 def _compiled(pattern: str) -> re.Pattern[str]:

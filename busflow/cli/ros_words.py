@@ -27,6 +27,8 @@ _OPTIONS = {
     ("play", "--start-offset"): "write --start 3s",
     ("play", "--playback-duration"): "write --duration 5s",
     **{(verb, "--qos-"): _READS_ALL for verb in ("echo", "hz", "bw", "delay")},
+    ("record", "-s"): "it writes MCAP; leave it out",
+    ("record", "--storage"): "it writes MCAP; leave it out",
     ("record", "--qos-"): "it records what is published, whatever its QoS; leave it out",
     ("play", "--qos-"): "it publishes with the QoS that was recorded; leave it out",
 }

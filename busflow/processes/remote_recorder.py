@@ -12,7 +12,6 @@ from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
-from busflow.bus.patterns import Selection
 from busflow.bus.qos import QoS
 from busflow.clock import SystemClock
 from busflow.errors import BusflowError
@@ -37,8 +36,9 @@ if TYPE_CHECKING:
 
     import zenoh
 
+    from busflow.bus.patterns import Selection
     from busflow.interfaces.encoding.foreign import ForeignType
-    from busflow.launchfile.model.description import RecordSpec
+    from busflow.launchfile.model.description import Compression
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import TopicView
 
@@ -49,15 +49,20 @@ _PARAMETERS_QOS = QoS(depth=1000)
 class RemoteRecorder:
     """Writes what a run publishes into a file, until it is closed."""
 
-    def __init__(self, peer: Peer, spec: RecordSpec) -> None:
+    def __init__(self, peer: Peer, selection: Selection, to: str, compression: Compression) -> None:
         """Make the file; `follow` says when to look for topics.
+
+        Args:
+            peer: the run.
+            selection: the topics to record.
+            to: the path of the file, in which `{name}` and `{start}` stand for the run's name and the time.
+            compression: how the file is made smaller.
 
         Raises:
             RecordingRefused: it is there already, or cannot be made.
-            InvalidName: one of the patterns is none.
         """
         self._peer = peer
-        self._selection = Selection(spec.topics, spec.exclude)
+        self._selection = selection
         self._clock = SystemClock()
         self._lock = threading.Lock()
         self._listening = ExitStack()
@@ -66,11 +71,11 @@ class RemoteRecorder:
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
-        self.path: Path = named(spec.to, run=peer.run.name)
+        self.path: Path = named(to, run=peer.run.name)
         run = self._asked("run")
         clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
         with new_recording(self.path) as destination:
-            file = McapWriter(destination, library=library(), compression=spec.compression)
+            file = McapWriter(destination, library=library(), compression=compression)
             name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
             file.add_metadata(name, {**words, "heard": "from outside"})
         self._spool = Spool(RecordingFile(destination, file), threaded=True, on_failure=lambda _error: None)

@@ -23,10 +23,8 @@ def test_what_ros2_s_recorder_selects(case):
     if case["id"] in SKIPPED:
         pytest.skip(SKIPPED[case["id"]])
     options = case["options"]
-    excluded = options.get("exclude_topics", [])
-    if regex := options.get("exclude_regex"):
-        excluded = [regex.replace(".*", "*")]  # of what the cases use, the same in a pattern's words
-    selection = Selection(options.get("topics", []), excluded)
+    excluded = [options["exclude_regex"]] if "exclude_regex" in options else []
+    selection = Selection(options.get("topics", []), options.get("exclude_topics", []), exclude_regexes=excluded)
     there = [f"/{name.strip('/')}" for name in case["topics"]]
     assert [name for name in there if selection.includes(name)] == [f"/{name.strip('/')}" for name in case["expect"]]
 
@@ -47,6 +45,21 @@ def test_what_ros2_s_recorder_selects(case):
 def test_what_a_pattern_means(pattern, meant, not_meant):
     selection = Selection([pattern])
     assert [name for name in [*meant, *not_meant] if selection.includes(name)] == meant
+
+
+def test_regular_expressions_match_anywhere_in_a_name():
+    selection = Selection(["/gps"], ["/left/image/raw"], regexes=["image", "^/imu$"], exclude_regexes=["depth$"])
+    names = ["/gps", "/left/image", "/imu", "/imu/data", "/left/image/depth", "/left/image/raw", "/_image", "/odom"]
+    assert [name for name in names if selection.includes(name)] == ["/gps", "/left/image", "/imu"]
+    assert selection.unmatched == ()
+    assert Selection(regexes=["/_image"]).includes("/_image")
+    assert Selection(regexes=["lidar"]).unmatched == ("lidar",)
+
+
+@pytest.mark.parametrize("regex", ["(", "a{99999999999}"])
+def test_wrong_regular_expression_is_refused(regex):
+    with pytest.raises(InvalidName, match=r"is no regular expression: .*; an example: "):
+        Selection(exclude_regexes=[regex])
 
 
 def tried(pattern, name):

@@ -37,6 +37,7 @@ def test_a_verb_of_ros_names_its_counterpart(capsys: Captured, verb: str, instea
         ("bag play x.mcap --start-offset 3", "--start 3s"),
         ("bag play x.mcap --playback-duration 3", "--duration 5s"),
         ("topic hz imu --qos-reliability best_effort", "whatever its QoS"),
+        ("bag record -s mcap -a", "it writes MCAP"),
         ("bag record --qos-profile-overrides-path q.yaml", "whatever its QoS"),
     ],
 )

@@ -22,19 +22,45 @@ if TYPE_CHECKING:
 
 _EXAMPLES = """\b
 Examples:
-  busflow bag record -o run.mcap --all
+  busflow bag record --all
   busflow bag record -o run.mcap imu/data '/arm/**'
+  busflow bag record --regex '/(left|right)/image.*' --exclude-regex depth
   busflow bag record -o 'runs/{name}-{start}.mcap' --all --exclude '/camera/*' --for 1min"""
+
+_DATED = "{name}-{start}.mcap"
+_EXCLUDE_TOPICS = "--exclude-topics"
 
 _LOOK_S = 1.0
 """The interval at which to look for new topics, and to check that the run is alive."""
 
 
-@click.command(epilog=_EXAMPLES)
+class _RecordCommand(click.Command):
+    """A command whose `--exclude-topics` takes several names, as in ROS 2."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Give each name after `--exclude-topics` an option of its own, lest it be a topic to record."""
+        stated: list[str] = []
+        excluded: int | None = None
+        for each in args:
+            if each.startswith("-"):
+                excluded = 0 if each == _EXCLUDE_TOPICS else None
+            elif excluded is not None:
+                stated += [_EXCLUDE_TOPICS] if excluded else []
+                excluded += 1
+            stated.append(each)
+        return super().parse_args(ctx, stated)
+
+
+@click.command(cls=_RecordCommand, epilog=_EXAMPLES)
 @click.argument("topics", metavar="[TOPIC]...", nargs=-1, shell_complete=complete_topics)
 @click.option("-a", "--all", "everything", is_flag=True, help="All topics that are not hidden.")
-@click.option("-o", "--output", required=True, metavar="FILE", help="The file: run.mcap, '{name}-{start}.mcap'.")
-@click.option("--exclude", multiple=True, metavar="PATTERN", help="Leave these topics out.")
+@click.option("--topics", "named", multiple=True, metavar="TOPIC...", shell_complete=complete_topics,
+              help="The same as TOPIC alone.")  # fmt: skip
+@click.option("-e", "--regex", "regexes", multiple=True, metavar="REGEX", help="Topics whose names contain this.")
+@click.option("-o", "--output", default=_DATED, show_default=True, metavar="FILE", help="The file.")
+@click.option("--exclude", _EXCLUDE_TOPICS, multiple=True, metavar="PATTERN", help="Leave these topics out.")
+@click.option("--exclude-regex", "exclude_regexes", multiple=True, metavar="REGEX",
+              help="Leave topics out whose names contain this.")  # fmt: skip
 @click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
 @click.option(
@@ -45,8 +71,11 @@ _LOOK_S = 1.0
 def record(
     topics: tuple[str, ...],
     everything: bool,
+    named: tuple[str, ...],
+    regexes: tuple[str, ...],
     output: str,
     exclude: tuple[str, ...],
+    exclude_regexes: tuple[str, ...],
     for_s: float | None,
     compression: str,
     on_drop: str,
@@ -55,19 +84,21 @@ def record(
 ) -> int:
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
+    In FILE {name} stands for the run's name, and {start} for the time in UTC.
     Messages that are lost on the way are counted, and make the recording incomplete. The exit code is 4 if there was no
     such topic, and 1 if nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
     change of a parameter, the launch file.
     """
-    if bool(topics) == everything:
+    if bool(topics or named or regexes) == everything:
         raise click.UsageError("name the topics to record, or give --all")
-    from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec
+    from busflow.bus.patterns import Selection
+    from busflow.launchfile.model.description import Compression
 
-    spec = RecordSpec(output, topics, exclude, OnDrop(on_drop), Compression(compression))
+    selection = Selection((*topics, *named), exclude, regexes=regexes, exclude_regexes=exclude_regexes)
     with joined(run) as peer:
         from busflow.processes.remote_recorder import RemoteRecorder
 
-        recorder = RemoteRecorder(peer, spec)
+        recorder = RemoteRecorder(peer, selection, output, Compression(compression))
         try:
             code = _listen(peer, recorder, for_s)
         finally:

@@ -83,6 +83,23 @@ class TestLab:
         assert "warning: there is no topic /jiont_states so far; did you mean '/joint_states'?" in err
         assert "warning: there was no topic /jiont_states" in err
 
+    @pytest.mark.parametrize(
+        ("arguments", "recorded"),
+        [
+            ("--topics imu/data joint_states", ["/imu/data", "/joint_states"]),
+            ("joint_states -e state$ --exclude-regex ^/bal", ["/joint_states"]),
+            ("-e state$|^/imu --exclude-topics joint_states /imu/* --for 400ms", ["/balance_state"]),
+            ("--regex data --exclude /balance* --topics joint_states", ["/imu/data", "/joint_states"]),
+        ],
+    )
+    def test_topics_are_chosen_as_in_ros(self, tmp_path, monkeypatch, capsys, arguments, recorded):
+        monkeypatch.chdir(tmp_path)
+        assert main(["bag", "record", "--json", "--for", "400ms", *arguments.split()]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["topics"] == recorded
+        assert [re.sub("[0-9]{8}T[0-9]{6}Z", "DATE", each.name) for each in tmp_path.iterdir()] == ["imu_lab-DATE.mcap"]
+        assert answer["file"] == next(tmp_path.iterdir()).name
+
     @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
     def test_a_signal_ends_the_file(self, tmp_path, number, code):
         path = tmp_path / "run.mcap"
@@ -155,7 +172,14 @@ class TestLab:
         assert path.read_bytes() == b"precious"
 
 
-@pytest.mark.parametrize("arguments", [[], ["--all", "imu/data"]])
+def test_wrong_regular_expression_is_refused_at_once(capsys):
+    assert main(["bag", "record", "-e", "*"]) == 2
+    assert capsys.readouterr().err.startswith("error: '*' is no regular expression: nothing to repeat at position 0; ")
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["--all", "imu/data"], ["--all", "-e", "imu"], ["--exclude-topics", "a", "b"]]
+)
 def test_topics_must_be_chosen(tmp_path, capsys, arguments):
     assert main(["bag", "record", "-o", str(tmp_path / "run.mcap"), *arguments]) == 2
     assert "name the topics to record, or give --all" in capsys.readouterr().err
