@@ -91,22 +91,24 @@ def _alike(one: list[str], two: list[str]) -> bool:
     return not (one and two) or difflib.SequenceMatcher(None, "/".join(one), "/".join(two)).ratio() >= _ALIKE
 
 
-def did_you_mean(word: str, words: Iterable[str], *, show: int = 8) -> str:
+def did_you_mean(word: str, words: Iterable[str], *, none: str = "there are none", show: int = 8) -> str:
     """Return the advice that ends an error about an unknown name: the nearest one, else the known ones.
+
+    Where no name is known, the advice is `none`: as the fix of a problem, say there what to do.
 
     >>> did_you_mean("imuu", ["imu", "joints"])
     "did you mean 'imu'?"
     >>> did_you_mean("zzz", ["imu", "joints"])
     'known: imu, joints'
-    >>> did_you_mean("zzz", [])
-    'there are none'
+    >>> did_you_mean("zzz", [], none="leave it out")
+    'leave it out'
     """
     known = sorted(set(words))
     guess = nearest(word, known)
     if guess is not None:
         return f"did you mean {printable(guess)!r}?"
     if not known:
-        return "there are none"
+        return none
     more = f" … and {len(known) - show} more" if len(known) > show else ""
     return "known: " + ", ".join(printable(name) for name in known[:show]) + more
 

@@ -233,7 +233,8 @@ def _fault(error: ErrorDetails, errors: Sequence[ErrorDetails], cls: type[BaseMo
     if kind == "extra_forbidden":
         parent, _ = at(cls, path[:-1])
         known = parent.model_fields if isinstance(parent, type) and issubclass(parent, BaseModel) else ()
-        return Fault(path, f"unknown field {name}", did_you_mean(str(path[-1]), known), "unknown")
+        fix = did_you_mean(str(path[-1]), known, none="leave it out: there are no fields")
+        return Fault(path, f"unknown field {name}", fix, "unknown")
     if kind == "missing":
         return Fault(path, f"the field {name} is required", f"write {path[-1]}=…", "missing")
     if kind in ("value_error", "assertion_error"):

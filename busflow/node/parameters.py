@@ -102,7 +102,7 @@ def value_of(parameters: BaseModel, name: str) -> Any:
 
 def unknown(name: str, known: Iterable[str]) -> InvalidParameter:
     """The error that a name is no parameter, with the nearest one that is."""
-    fix = did_you_mean(name, known)
+    fix = did_you_mean(name, known, none="leave it out: the node has no parameters")
     return InvalidParameter([Fault(tuple(name.split(".")), f"unknown parameter {name}", fix, "unknown")])
 
 

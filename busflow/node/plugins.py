@@ -38,6 +38,7 @@ GROUP = "busflow.nodes"
 
 _BUILT_IN = {"player": "busflow.recording.player.player:Player"}
 _PACKAGE = "busflow_plugins_"
+_NO_CLASS = "write a class there that derives from busflow.Node"
 _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
 
 
@@ -148,8 +149,12 @@ def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[
         if _is_node(asked):
             return asked
         if asked is None:
-            raise _error("unknown-plugin", f"{where} has no class {wanted!r}", did_you_mean(wanted, classes))
-        raise _error("no-node", f"{wanted!r} in {where} is no Node subclass", did_you_mean(wanted, classes))
+            raise _error(
+                "unknown-plugin", f"{where} has no class {wanted!r}", did_you_mean(wanted, classes, none=_NO_CLASS)
+            )
+        raise _error(
+            "no-node", f"{wanted!r} in {where} is no Node subclass", did_you_mean(wanted, classes, none=_NO_CLASS)
+        )
     public = [each for each in classes if not each.startswith("_")]
     if len(public) == 1:
         return classes[public[0]]

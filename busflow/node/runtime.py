@@ -118,7 +118,7 @@ class NodeRuntime:
             if listener.topic not in topics:
                 raise InvalidDeclaration(
                     f"{listener.origin} listens for events of {listener.topic}, which the node neither publishes nor "
-                    f"receives; {did_you_mean(listener.topic, topics)}"
+                    f"receives; {did_you_mean(listener.topic, topics, none='declare it')}"
                 )
 
     def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Client[Any, Any] | Timer | None:

@@ -161,7 +161,7 @@ class JointRecording(Extension):
         for service in report.services:
             selection.includes(service.name, service.name + SUFFIX)
         for pattern in selection.unmatched:
-            guess = did_you_mean(pattern, names)
+            guess = did_you_mean(pattern, names, none="the run had no topics")
             self._log.warning(f"there was no topic {printable(pattern)}, so nothing of it was recorded; {guess}")
 
 

@@ -46,7 +46,7 @@ def node_among(units: Sequence[Unit], which: type[Node] | str) -> Node:
     shown = which if isinstance(which, str) else which.__name__
     names = [unit.name for unit in units]
     if not found:
-        raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names)}")
+        raise NotRunning(f"there is no node {shown} in this graph; {did_you_mean(shown, names, none='it has none')}")
     if len(found) > 1:
         raise NotRunning(f"{len(found)} nodes are a {shown}; ask for one by name: {', '.join(names)}")
     return found[0]

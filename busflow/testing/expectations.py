@@ -16,6 +16,7 @@ from busflow.bus.subscription import Subscription
 from busflow.clock import NS_PER_S, Time
 from busflow.errors import Deadlock, Fault, KeyPath, NodeFailed, Problem, Stray
 from busflow.interfaces.message import Message, type_name
+from busflow.launchfile.check.endpoints import NO_TOPICS
 from busflow.launchfile.check.preflight import PlannedNode
 from busflow.launchfile.model.description import LaunchDescription
 from busflow.launchfile.model.keys import ExpectKeys, TopicExpectationKeys
@@ -94,7 +95,7 @@ def expectation_problems(description: LaunchDescription, members: Sequence[Plann
     for topic, expected in expectations_of(description).topics.items():
         if topic not in types:
             text = f"no node publishes or receives the topic {topic}"
-            found.append(Fault(("topics", topic), text, did_you_mean(topic, types), "unknown"))
+            found.append(Fault(("topics", topic), text, did_you_mean(topic, types, none=NO_TOPICS), "unknown"))
         else:
             found += _type_faults(topic, types[topic], expected)
     return problems(found, description.expect, noun="topic")
@@ -110,7 +111,8 @@ def _type_faults(topic: str, message_type: type[Message], expected: TopicExpecta
             fields = owner.model_fields if isinstance(owner, type) and issubclass(owner, Message) else {}
             if step not in fields:
                 text = f"{type_name(message_type)} has no field {name}"
-                yield Fault(("topics", topic, "values", name), text, did_you_mean(step, fields), "unknown")
+                fix = did_you_mean(step, fields, none=f"leave out {step}: what stands before it has no fields")
+                yield Fault(("topics", topic, "values", name), text, fix, "unknown")
                 break
             owner = split(fields[step].annotation)[0]
 

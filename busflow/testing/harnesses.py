@@ -343,7 +343,9 @@ class Harness:
         topic = checked_name(topic, "lab, in a call with a topic and then its type,", "topic")
         name, topics = f"/{topic.removeprefix('/')}", self.graph.bus.topics
         if name not in topics:
-            raise NotSeen(f"nobody publishes or receives {name}; {did_you_mean(name, topics)}")
+            raise NotSeen(
+                f"nobody publishes or receives {name}; {did_you_mean(name, topics, none='the graph has no topics')}"
+            )
         if message_type is not None and topics[name].type is not message_type:
             raise IncompatibleType(f"{name} carries {type_name(topics[name].type)}, not {type_name(message_type)}")
         return name
@@ -363,7 +365,9 @@ class Harness:
         received = [each.name for each in topics.values() if each.subscriptions_added]
         if name not in received and not (self._loop.follows and name == CLOCK):
             anyway = f'lab.advertise({type(message).__name__}, "{topic}").publish(…) publishes it all the same'
-            raise NotSeen(f"no node receives {name}; {did_you_mean(name, received)} ({anyway})")
+            raise NotSeen(
+                f"no node receives {name}; {did_you_mean(name, received, none='no topic is received')} ({anyway})"
+            )
 
     def _why_nothing_came(self, name: str, timeout: float) -> str:
         topic = self.graph.bus.topics[name]

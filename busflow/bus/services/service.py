@@ -138,7 +138,8 @@ class Service(DeliverySource, Generic[Req, Res]):
                 f"nobody answers {self.name} any more: {next(iter(self._gone_servers))} has ended"
             )
         served = [each.name for each in self._known.values() if each.server is not None]
-        return ServiceUnavailable(f"nobody answers {self.name}; {did_you_mean(self.name, served)}")
+        advice = did_you_mean(self.name, served, none="start a node that answers it")
+        return ServiceUnavailable(f"nobody answers {self.name}; {advice}")
 
     async def wait_for_server(self, timeout_s: float | None) -> None:
         """Wait until the service has a server.

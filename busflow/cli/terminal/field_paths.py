@@ -123,7 +123,7 @@ def check_path(path: KeyPath, starts: Sequence[int], option: str, text: str, sha
         elif shape.fields is None:
             raise _invalid(f"{_named(shape)} has no fields", option, text, start, len(step))
         elif step not in shape.fields:
-            fix = did_you_mean(step, shape.fields)
+            fix = did_you_mean(step, shape.fields, none="leave the name out: there are no fields")
             raise _invalid(f"{_named(shape)} has no field {step}", option, text, start, len(step), fix=fix)
         else:
             shape = shape.fields[step]

@@ -200,4 +200,5 @@ def warn_if_unpublished(graph: GraphView, topic: TopicView) -> None:
     if topic.publishers:
         return
     published = [each.name for each in graph.topics.values() if each.publishers and not each.hidden]
-    print_message(f"warning: nobody publishes {printable(topic.name)}; {did_you_mean(topic.name, published)}; waiting")
+    advice = did_you_mean(topic.name, published, none="no topic is published so far")
+    print_message(f"warning: nobody publishes {printable(topic.name)}; {advice}; waiting")

@@ -163,4 +163,5 @@ class Publishing:
 
     def _warn_unreceived(self, graph: GraphView) -> None:
         received = [each.name for each in graph.topics.values() if each.subscriptions and not each.hidden]
-        print_message(f"warning: nobody receives {printable(self._topic)}; {did_you_mean(self._topic, received)}")
+        advice = did_you_mean(self._topic, received, none="no topic is received so far")
+        print_message(f"warning: nobody receives {printable(self._topic)}; {advice}")

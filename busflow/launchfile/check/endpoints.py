@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.planned_node import PlannedNode
     from busflow.launchfile.model.description import TopicSpec
 
+NO_TOPICS = "leave it out: the nodes have no topics"
+_NO_SERVER = "add a node that answers it"
 _ADVISED = 20
 """Problems of one kind that get the nearest name: each costs up to 20 ms on the loop, and all would be quadratic."""
 
@@ -52,13 +54,15 @@ def unused_entries(member: PlannedNode) -> Iterator[Problem]:
             if each.full_topic(spec.name, spec.namespace) not in topics:
                 text = f"{spec.full_name} does not {kind} {each.topic}"
                 known = topics | {endpoint.written for endpoint in endpoints}
-                yield problem_at("unknown-topic", text, did_you_mean(each.topic, known), each.origin)
+                fix = did_you_mean(each.topic, known, none=f"leave it out: the node does not {kind} any topic")
+                yield problem_at("unknown-topic", text, fix, each.origin)
     ends = (*member.publishers, *member.subscriptions, *member.servers, *member.clients)
     written = {endpoint.written for endpoint in ends}
     for rule in spec.remap:
         if rule.match not in member.runtime.used_remaps:
             text = f"the remap of {rule.match} matches no topic or service of {spec.full_name}"
-            yield problem_at("unused-remap", text, did_you_mean(rule.match, written), rule.origin)
+            fix = did_you_mean(rule.match, written, none="leave it out: the node has no topics and no services")
+            yield problem_at("unused-remap", text, fix, rule.origin)
 
 
 def _unused_names(member: PlannedNode) -> Iterator[str]:
@@ -76,7 +80,7 @@ def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[Topic
         endpoint = used.get(spec.topic)
         if endpoint is None:
             text = f"no node publishes or receives the topic {spec.topic}"
-            yield problem_at("unknown-topic", text, did_you_mean(spec.topic, used), spec.origin)
+            yield problem_at("unknown-topic", text, did_you_mean(spec.topic, used, none=NO_TOPICS), spec.origin)
         elif spec.type is not None and spec.type not in _spellings(endpoint):
             actual = type_name(endpoint.type)
             text = f"the topic {spec.topic} carries {actual}, not {spec.type}"
@@ -112,7 +116,7 @@ def _unanswered_calls(members: Sequence[PlannedNode], *, strict: bool) -> Iterat
                 text = f"{endpoint.origin} of {endpoint.node} calls {endpoint.service}, which nobody answers"
                 severity = Severity.ERROR if strict else Severity.WARNING
                 advised -= 1
-                fix = did_you_mean(endpoint.service, served) if advised >= 0 else None
+                fix = did_you_mean(endpoint.service, served, none=_NO_SERVER) if advised >= 0 else None
                 yield member.problem("nobody-answers", text, fix, severity)
 
 

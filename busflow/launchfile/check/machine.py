@@ -28,7 +28,11 @@ def on_machine(description: LaunchDescription, machine: str | None, *, together:
     """
     network = description.network
     if machine is not None and (network is None or machine not in network.machines):
-        fix = did_you_mean(machine, network.machines) if network else "leave --machine out: the file names no machines"
+        fix = (
+            did_you_mean(machine, network.machines)
+            if network and network.machines
+            else "leave --machine out: the file names no machines"
+        )
         raise LaunchError([Problem("unknown-machine", f"{description.name} has no machine {machine}", fix)])
     if network is None or together:
         if machine is not None:

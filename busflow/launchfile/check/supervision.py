@@ -35,7 +35,8 @@ def _unmet_dependencies(member: PlannedNode, by_name: Mapping[str, PlannedNode])
     for other, condition in member.supervision.depends_on.items():
         if other not in by_name:
             text = f"{name} depends on {other}, which is no node of this graph"
-            yield _at_dependency(member, other, "unknown-node", text, did_you_mean(other, by_name))
+            fix = did_you_mean(other, by_name.keys() - {name}, none="leave it out: the graph has no other node")
+            yield _at_dependency(member, other, "unknown-node", text, fix)
         elif condition is Condition.FIRST_MESSAGE and not by_name[other].publishers:
             text = f"{name} waits for the first message of {other}, which publishes nothing"
             yield _at_dependency(member, other, "no-publisher", text, "write ready instead of first_message")

@@ -50,7 +50,7 @@ def bind(declared: Value | None, given: Mapping[str, Value], resolver: Resolver)
     entries: Mapping[str, Value] = declared.members if declared is not None else {}
     for name, value in given.items():
         if name not in entries:
-            fix = did_you_mean(name, entries)
+            fix = did_you_mean(name, entries, none="leave it out, or declare it below `args:`")
             origin = key_origin(value)
             resolver.problems.add(problem_at("unknown-argument", f"unknown argument {name}", fix, origin))
     for name, entry in entries.items():

@@ -99,7 +99,8 @@ def _applied(tree: Value, override: Override) -> tuple[Value, Problem | None]:
         names = list(nodes.members) if nodes is not None else []
         found = _node(str(path[1]), names)
         if found is None:
-            return tree, _unknown(override, f"there is no node {path[1]}", did_you_mean(str(path[1]), names))
+            fix = did_you_mean(str(path[1]), names, none="write the node below `nodes:` in the file")
+            return tree, _unknown(override, f"there is no node {path[1]}", fix)
         path = ("nodes", found, *path[2:])
         if "for_each" in path[2:3]:
             return tree, _unknown(override, "for_each has made its nodes already", "set a value of one of these nodes")

@@ -211,7 +211,12 @@ class _Builder:
             self._check_plain(item)
             name: str = item.value
             place = self._place_of(item)
-            value = self._node(next(events), events, depth + 1, place)
+            following = next(events)
+            if name == "<<" and not item.style:
+                self._refuse("merge-key", "merge keys (<<) are not allowed", "write the merged keys here instead", item)
+                if isinstance(following, yaml.AliasEvent):
+                    continue  # the advice for an alias would lead back here
+            value = self._node(following, events, depth + 1, place)
             if members.setdefault(name, value) is not value:
                 self._repeat(members, name, value)
         return members

@@ -190,7 +190,7 @@ class Capture:
         for pattern in self._selection.unmatched:
             self._graph.log.bind("busflow").warning(
                 f"there was no topic {printable(pattern)}, so nothing of it was recorded; "
-                f"{did_you_mean(pattern, self._graph.bus.topics)}"
+                f"{did_you_mean(pattern, self._graph.bus.topics, none='the graph had no topics')}"
             )
 
 

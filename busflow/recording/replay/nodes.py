@@ -67,7 +67,7 @@ def replay_plan(
     for name in sorted(wanted - set(known)):
         one = files[0].files[0] if len(files) == 1 and files[0].files else None
         owner = f"{one} has no" if one is not None else "no launch file has a"
-        raise BagError(f"{owner} node {name}", fix=did_you_mean(name, known))
+        raise BagError(f"{owner} node {name}", fix=did_you_mean(name, known, none="name a launch file that has nodes"))
     for description in files:
         chosen = [spec for spec in description.nodes if not wanted or spec.full_name in wanted]
         members = Preflight(clock, log).plan([description]).members

@@ -120,7 +120,8 @@ def _unpublished(graph: GraphView) -> Iterator[Problem]:
         receivers = [end for end in topic.subscriptions if not is_hidden(end.node)]
         if receivers and not topic.publishers:
             text = f"{_nodes(receivers)} receives {topic.name}, which nobody publishes"
-            yield Problem("nobody-publishes", text, did_you_mean(topic.name, published), severity=Severity.WARNING)
+            fix = did_you_mean(topic.name, published, none="start a node that publishes it")
+            yield Problem("nobody-publishes", text, fix, severity=Severity.WARNING)
 
 
 def _unanswered(graph: GraphView) -> Iterator[Problem]:
@@ -129,7 +130,8 @@ def _unanswered(graph: GraphView) -> Iterator[Problem]:
         clients = [end for end in service.subscriptions if not is_hidden(end.node)]
         if clients and not service.publishers:
             text = f"{_nodes(clients)} calls {service.name}, which nobody answers"
-            yield Problem("nobody-answers", text, did_you_mean(service.name, answered), severity=Severity.WARNING)
+            fix = did_you_mean(service.name, answered, none="start a node that answers it")
+            yield Problem("nobody-answers", text, fix, severity=Severity.WARNING)
 
 
 def _every_nodes(service: TopicView) -> bool:

@@ -59,6 +59,14 @@ class Initial(Node):
             @subscription("numbers")
             def on_number(self, number: "Float64") -> None: ...
         """,
+    "lonely": """
+        from busflow import Node, client
+        from busflow.msgs.std_srvs import Trigger
+
+        class Lonely(Node):
+            reset = client(Trigger, "reset")
+        """,
+    "empty": "",
     "named": """
         from busflow import Node, publisher
         from busflow.msgs.std_msgs import Float64

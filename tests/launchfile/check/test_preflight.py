@@ -123,6 +123,26 @@ def test_each_mistake_has_its_place_and_fix(check, text, report):
     assert lines == report
 
 
+@pytest.mark.parametrize(
+    ("node", "fix"),
+    [
+        ("plugin: lonely, publishers: {imu: {depth: 3}}", "leave it out: the node does not publish any topic"),
+        ("plugin: lonely, depends_on: {imu: ready}", "leave it out: the graph has no other node"),
+        ("plugin: lonely, parameters: {rate: 3}", "leave it out: there are no parameters"),
+        ("plugin: 'empty:Imu'", "write a class there that derives from busflow.Node"),
+        ("plugin: lonely", "add a node that answers it"),
+    ],
+)
+def test_fix_without_known_names_says_what_to_do(check, node, fix):
+    plan = check(f"plugins: [plugins]\nnodes:\n  only: {{{node}}}\n")
+    assert fix in [each.fix for each in plan.problems]
+
+
+def test_entry_of_graph_without_topics_has_fix(check):
+    plan = check("plugins: [plugins]\nnodes: {a: {plugin: lonely}}\ntopics: {/imu: {qos: sensor_data}}\n")
+    assert [each.fix for each in plan.errors] == ["leave it out: the nodes have no topics"]
+
+
 def test_missing_plugin_hides_no_other_problem(check):
     plan = check(BASE + "  lost: {plugin: taker}\n  other: {plugin: listener, remap: {x: y}}\n")
     assert [problem.code for problem in plan.errors] == ["unknown-plugin", "unused-remap"]

@@ -64,6 +64,8 @@ def test_both_parsers_read_the_same(loader: object):
         ("a: &x [1]\n", "1:4: error: anchors such as &x are not allowed"),
         ("&a [*a]\n", "1:1: error: anchors such as &a are not allowed"),
         ("b: *x\n", "1:4: error: aliases such as *x are not allowed"),
+        ("b: {<<: {c: 1}, d: 2}\n", "1:5: error: merge keys (<<) are not allowed"),
+        ("b:\n  <<: *x\n", "2:3: error: merge keys (<<) are not allowed"),
         ("a: !!python/name:os.system x\n", "1:4: error: tags such as !!python/name:os.system are not allowed"),
         ("a: ! x\n", "1:4: error: tags such as ! are not allowed"),
         ("? [a]\n: 1\n", "1:3: error: a key must be a plain word or text"),
