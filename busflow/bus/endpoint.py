@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from busflow.bus.qos import QoS
 from busflow.interfaces.message import Message, ServiceType
@@ -13,6 +14,10 @@ LOG_NODE = "/_log"
 """The node that publishes the log, for all nodes of the run."""
 PARAMETER_EVENTS = "/parameter_events"
 """The topic of the parameter changes of all nodes."""
+
+
+Line: TypeAlias = tuple[str, int]
+"""A file of code and the number of one of its lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,10 @@ class Endpoint:
     """The remap rule that applied, if one did."""
     remote: bool = False
     """True in another process; its mistakes are then not blamed on a node of this one."""
+    line: Line | None = field(default=None, compare=False)
+    """The file and the line that create it, where known."""
+    stated: frozenset[str] = field(default=frozenset(), compare=False)
+    """The fields of its QoS that this line states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,3 +59,5 @@ class ServiceEndpoint:
     """The service's name as the node wrote it, before namespaces and remapping."""
     remap_rule: str | None = None
     """The remap rule that applied, if one did."""
+    line: Line | None = field(default=None, compare=False)
+    """The file and the line that create it, where known."""

@@ -39,6 +39,10 @@ class Compatibility:
     """In ROS 2's words: reliability, durability, deadline, liveliness, liveliness_lease_duration."""
     reasons: tuple[str, ...] = ()
     fix: str = ""
+    requests: tuple[str, ...] = ()
+    """The fields that the subscription would have to state, as in a launch file: `reliability: best_effort`."""
+    offers: tuple[str, ...] = ()
+    """The fields that the publisher would have to state instead."""
 
 
 _WEAK_AND_STRONG: Mapping[str, tuple[str, str]] = {
@@ -64,9 +68,9 @@ def compatibility(offered: QoS, requested: QoS) -> Compatibility:
     """
     pairs = [(name, getattr(offered, name), getattr(requested, name)) for name in _POLICIES]
     if clashes := [pair for pair in pairs if _clash(*pair)]:
-        fixes = [" and ".join(f"{_said(each[0], each[end])}" for each in clashes) for end in (1, 2)]
-        fix = f"set {fixes[0]} on the subscription, or {fixes[1]} on the publisher"
-        return Compatibility(Verdict.ERROR, *_explained(clashes), fix)
+        requests, offers = (tuple(_said(each[0], each[end]) for each in clashes) for end in (1, 2))
+        fix = f"set {' and '.join(requests)} on the subscription, or {' and '.join(offers)} on the publisher"
+        return Compatibility(Verdict.ERROR, *_explained(clashes), fix, requests, offers)
     if doubts := [pair for pair in pairs if _doubt(*pair)]:
         fix = f"state {' and '.join(name for name, *_ in doubts)} on both ends"
         return Compatibility(Verdict.WARNING, *_explained(doubts), fix)

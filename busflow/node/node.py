@@ -25,7 +25,7 @@ from busflow.node.declarations import ParametersDeclaration
 from busflow.node.handlers import inherit
 from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
-from busflow.node.signatures import calling_frame
+from busflow.node.signatures import calling_frame, calling_line
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
@@ -181,7 +181,8 @@ class Node(_RclpyNames):
         Raises:
             InvalidName, IncompatibleType, IncompatibleQoS: at once, when the node is part of a graph.
         """
-        return self._runtime.create_publisher(message_type, topic, qos, origin=f"{self.name}: create_publisher")
+        origin = f"{self.name}: create_publisher"
+        return self._runtime.create_publisher(message_type, topic, qos, origin=origin, line=calling_line())
 
     def create_subscription(
         self, message_type: type[M], topic: str, handler: MessageHandler[M] | None = None, qos: QoS | None = None
@@ -192,7 +193,8 @@ class Node(_RclpyNames):
             InvalidName, IncompatibleType, IncompatibleQoS: at once, when the node is part of a graph.
         """
         origin = f"{self.name}: create_subscription"
-        return self._runtime.create_subscription(message_type, topic, handler, qos, origin=origin)
+        line = calling_line()
+        return self._runtime.create_subscription(message_type, topic, handler, qos, origin=origin, line=line)
 
     def create_service(
         self,
@@ -208,7 +210,8 @@ class Node(_RclpyNames):
             InvalidName, IncompatibleType, DuplicateServer: at once, when the node is part of a graph.
         """
         origin = f"{self.name}: create_service"
-        return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin)
+        line = calling_line()
+        return self._runtime.create_service(service_type, service, handler, depth=depth, origin=origin, line=line)
 
     def create_client(self, service_type: type[Pair[Req, Res]], service: str) -> Client[Req, Res]:
         """Ask a service from now on.
@@ -216,7 +219,8 @@ class Node(_RclpyNames):
         Raises:
             InvalidName, IncompatibleType: at once, when the node is part of a graph.
         """
-        return self._runtime.create_client(service_type, service, origin=f"{self.name}: create_client")
+        origin = f"{self.name}: create_client"
+        return self._runtime.create_client(service_type, service, origin=origin, line=calling_line())
 
     @overload
     def create_timer(

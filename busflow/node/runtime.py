@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from structlog.typing import FilteringBoundLogger
 
 from busflow.bus import names
-from busflow.bus.endpoint import Endpoint, ServiceEndpoint
+from busflow.bus.endpoint import Endpoint, Line, ServiceEndpoint
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import QoS, checked_qos
 from busflow.bus.services.client import Client
@@ -122,23 +122,24 @@ class NodeRuntime:
                 )
 
     def _create(self, declared: Declaration) -> Publisher[Any] | Subscription[Any] | Client[Any, Any] | Timer | None:
-        origin = declared.origin
+        origin, line = declared.origin, declared.written
         if isinstance(declared, PublisherDeclaration):
-            return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin)
+            return self.create_publisher(declared.type, declared.topic, declared.qos, origin=origin, line=line)
         if isinstance(declared, PullDeclaration):
-            return self.create_subscription(declared.type, declared.topic, None, declared.qos, origin=origin)
+            return self.create_subscription(declared.type, declared.topic, None, declared.qos, origin=origin, line=line)
         if isinstance(declared, ClientDeclaration):
-            return self.create_client(declared.type, declared.service, origin=origin)
+            return self.create_client(declared.type, declared.service, origin=origin, line=line)
         if isinstance(declared, Handler):
             bound = declared.function.__get__(self.node)
             for role in declared.roles:
                 if isinstance(role, SubscriptionRole):
-                    self.create_subscription(declared.message_type(), role.topic, bound, role.qos, origin=origin)
+                    message_type = declared.message_type()
+                    self.create_subscription(message_type, role.topic, bound, role.qos, origin=origin, line=line)
                 elif isinstance(role, ParametersRole):
                     self._parameter_handlers.append(ParameterHandler(bound, origin, self.life))
                 elif isinstance(role, ServiceRole):
                     declared.check_service(role.type)
-                    self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin)
+                    self.create_service(role.type, role.service, bound, depth=role.depth, origin=origin, line=line)
                 else:
                     topic = self._resolve(role.topic).name
                     self.ends.listeners.append(EventHandler(topic, declared.event_type(), bound, origin, self.life))
@@ -151,10 +152,12 @@ class NodeRuntime:
             return timer
         return None
 
-    def create_publisher(self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str) -> Publisher[M]:
+    def create_publisher(
+        self, message_type: type[M], topic: str, qos: QoS | None, *, origin: str, line: Line | None = None
+    ) -> Publisher[M]:
         """Create a publisher; it is connected at once if the node is."""
         layers = self.surroundings.publisher_qos
-        publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin))
+        publisher = Publisher(message_type, self._endpoint(message_type, topic, qos, layers, origin, line))
         self.ends.add(publisher)
         return publisher
 
@@ -166,12 +169,13 @@ class NodeRuntime:
         qos: QoS | None,
         *,
         origin: str,
+        line: Line | None = None,
     ) -> Subscription[M]:
         """Create a subscription; it is connected at once if the node is."""
         if handler is not None and not callable(handler):  # type: ignore[redundant-expr]  # as below
             raise InvalidDeclaration(f"{origin} needs a method to call with each message, or none, not {handler!r}")
         layers = self.surroundings.subscription_qos
-        endpoint = self._endpoint(message_type, topic, qos, layers, origin)
+        endpoint = self._endpoint(message_type, topic, qos, layers, origin, line)
         subscription = Subscription(message_type, endpoint, handler)
         self.ends.add(subscription)
         return subscription
@@ -184,26 +188,35 @@ class NodeRuntime:
         return timer
 
     def create_service(
-        self, service_type: Any, service: str, handler: RequestHandler[Any, Any], *, depth: int, origin: str
+        self,
+        service_type: Any,
+        service: str,
+        handler: RequestHandler[Any, Any],
+        *,
+        depth: int,
+        origin: str,
+        line: Line | None,
     ) -> Server[Any, Any]:
         """Create a server; it is connected at once if the node is."""
-        endpoint = self._service_endpoint(service_type, service, origin)
+        endpoint = self._service_endpoint(service_type, service, origin, line)
         server = Server[Any, Any](endpoint.type, endpoint, handler, depth=depth)
         self.ends.add(server)
         return server
 
-    def create_client(self, service_type: Any, service: str, *, origin: str) -> Client[Any, Any]:
+    def create_client(
+        self, service_type: Any, service: str, *, origin: str, line: Line | None = None
+    ) -> Client[Any, Any]:
         """Create a client; it is connected at once if the node is."""
-        endpoint = self._service_endpoint(service_type, service, origin)
+        endpoint = self._service_endpoint(service_type, service, origin, line)
         client = Client[Any, Any](endpoint.type, endpoint)
         self.ends.add(client)
         return client
 
-    def _service_endpoint(self, service_type: Any, service: str, origin: str) -> ServiceEndpoint:
+    def _service_endpoint(self, service_type: Any, service: str, origin: str, line: Line | None) -> ServiceEndpoint:
         checked = checked_service_type(service_type, origin)
         self._refuse_after_the_end(origin)
         resolved = self._resolve(service, service=True)
-        return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule)
+        return ServiceEndpoint(self.full_name, resolved.name, checked, origin, service, resolved.rule, line)
 
     def _endpoint(
         self,
@@ -212,14 +225,18 @@ class NodeRuntime:
         qos: QoS | None,
         layers: Callable[[str], tuple[QoS, ...]],
         origin: str,
+        line: Line | None,
     ) -> Endpoint:
         if not (isinstance(message_type, type) and issubclass(message_type, Message)):  # type: ignore[redundant-expr]  # users without a type checker
             raise InvalidDeclaration(f"{origin} needs a message type before the topic's name, not {message_type!r}")
         self._refuse_after_the_end(origin)
         resolved = self._resolve(topic)
-        stated = () if (own := checked_qos(qos, origin)) is None else (own,)
-        merged = QoS.merge(*stated, *layers(resolved.name))
-        return Endpoint(self.full_name, resolved.name, message_type, merged, origin, topic, resolved.rule)
+        own = checked_qos(qos, origin) or QoS()
+        merged, stated = QoS.merge(own, *layers(resolved.name)), frozenset(own.model_fields_set)
+        name = resolved.name
+        return Endpoint(
+            self.full_name, name, message_type, merged, origin, topic, resolved.rule, line=line, stated=stated
+        )
 
     def _refuse_after_the_end(self, origin: str) -> None:
         if self._ended:

@@ -271,6 +271,14 @@ def test_unused_argument_is_a_warning(capsys: Captured):
     )
 
 
+def test_repeated_key_stands_before_what_follows(capsys: Captured):
+    replace("args:", "args:\n  gain: {type: float, default: 1.0}\nargs:")
+    assert main(["check", "talk.yaml"]) == 3
+    out = capsys.readouterr().out
+    assert out.startswith("talk.yaml:5:1: error: the key args stands twice; it was first at talk.yaml:3:1\n")
+    assert out.endswith("fix: leave one of them out\n1 error\n")
+
+
 @pytest.mark.parametrize("use", ["name: ${args.gain}", "name: x${args.rate_hz or args.gain}"])
 def test_argument_in_any_expression_is_used(use: str, capsys: Captured):
     replace("args:", "args:\n  gain: {type: str, default: talk}")

@@ -11,6 +11,7 @@ from busflow.bus.names import resolve
 from busflow.bus.qos_matching import Verdict, compatibility
 from busflow.errors import Problem, Severity
 from busflow.interfaces.message import type_name
+from busflow.launchfile.check.stated_qos import StatedQoS, type_place
 from busflow.launchfile.model.problems import problem_at
 from busflow.text import did_you_mean
 
@@ -126,12 +127,14 @@ def _spellings(endpoint: Endpoint) -> tuple[str, str]:
     return full, full.replace("/msg/", "/")
 
 
-def conflicts(members: Sequence[PlannedNode], *, qos: bool = True) -> Iterator[Problem]:
+def conflicts(
+    members: Sequence[PlannedNode], topics: Sequence[TopicSpec] = (), *, qos: bool = True
+) -> Iterator[Problem]:
     """Yield nodes with the same name, and topics and services whose endpoints do not fit; compare QoS if `qos`."""
     yield from _duplicate_names(members)
     yield from _type_conflicts(members)
     if qos:
-        yield from _qos_conflicts(members)
+        yield from _qos_conflicts(members, topics)
     yield from _service_conflicts(members)
 
 
@@ -159,24 +162,30 @@ def _type_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
                 f"{endpoint.origin} uses {endpoint.topic} as {type_name(endpoint.type)}, but {stated.origin} "
                 f"uses it as {type_name(stated.type)}",
                 f"use one type on both ends, or remap one of them: remap: {{{endpoint.written}: another_name}}",
+                at=type_place(member, endpoint),
             )
 
 
-def _qos_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
-    offers: dict[str, list[Endpoint]] = defaultdict(list)
+def _qos_conflicts(members: Sequence[PlannedNode], topics: Sequence[TopicSpec]) -> Iterator[Problem]:
+    offers: dict[str, list[tuple[PlannedNode, Endpoint]]] = defaultdict(list)
     for member in members:
         for endpoint in member.publishers:
-            offers[endpoint.topic].append(endpoint)
+            offers[endpoint.topic].append((member, endpoint))
     for member in members:
         for requested in member.subscriptions:
-            for offered in offers[requested.topic]:
+            for publisher, offered in offers[requested.topic]:
                 found = compatibility(offered.qos, requested.qos)
                 if found.verdict is Verdict.ERROR:
+                    ends = (
+                        StatedQoS.of("subscriptions", member, requested, found.requests, topics),
+                        StatedQoS.of("publishers", publisher, offered, found.offers, topics),
+                    )
                     yield member.problem(
                         "qos-mismatch",
                         f"{requested.origin} of {requested.node} cannot receive {requested.topic} from "
                         f"{offered.node}: {'; '.join(found.reasons)}",
-                        found.fix,
+                        ", or ".join(end.fix for end in ends),
+                        at=next((end.place for end in ends if end.place), ()),
                     )
 
 
@@ -190,7 +199,8 @@ def _service_conflicts(members: Sequence[PlannedNode]) -> Iterator[Problem]:
             if first.type is not endpoint.type:
                 text = f"{endpoint.origin} uses the service {endpoint.service} as {type_name(endpoint.type)}, but "
                 text += f"{first.origin} uses it as {type_name(first.type)}"
-                yield member.problem("type-mismatch", text, _rename(endpoint, "use one type on both ends"))
+                fix = _rename(endpoint, "use one type on both ends")
+                yield member.problem("type-mismatch", text, fix, at=type_place(member, endpoint))
         for endpoint in member.servers:
             first = served.setdefault(endpoint.service, endpoint)
             if first is not endpoint:

@@ -55,8 +55,20 @@ class PlannedNode:
         """Services that the node calls."""
         return [each.endpoint for each in self.runtime.ends.clients]
 
-    def problem(self, code: str, message: str, fix: str | None, severity: Severity = Severity.ERROR) -> Problem:
-        """Return a problem at the place where the launch file names the node, if one does."""
-        if self.spec is None:
-            return Problem(code, message, fix, severity=severity)
-        return Problem(code, message, fix, self.place, severity, self.spec.origin.included_from)
+    @property
+    def trail(self) -> tuple[Place, ...]:
+        """The place where the launch file names the node, and the `include` entries that led there; may be empty."""
+        return self.spec.origin.trail if self.spec else ()
+
+    def problem(
+        self,
+        code: str,
+        message: str,
+        fix: str | None,
+        severity: Severity = Severity.ERROR,
+        *,
+        at: tuple[Place, ...] = (),
+    ) -> Problem:
+        """Return a problem at a place and those that led there, by default where the launch file names the node."""
+        place, *included_from = at or self.trail or (None,)
+        return Problem(code, message, fix, place, severity, tuple(included_from))

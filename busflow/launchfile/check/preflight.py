@@ -82,7 +82,7 @@ class Preflight:
             self._declare(plan, PlannedNode(node, type(node).__name__, None, supervision), topics)
         _announce_parameters(plan.members)
         doubts = frozenset[Doubt]().union(*(each.doubts for each in descriptions))
-        plan.problems += conflicts(plan.members, qos=Doubt.QOS not in doubts)
+        plan.problems += conflicts(plan.members, topics, qos=Doubt.QOS not in doubts)
         for member in plan.members:
             plan.problems += unused_entries(member)
         plan.problems += unused_places(descriptions)

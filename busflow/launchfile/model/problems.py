@@ -64,7 +64,7 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
     """Sort problems by file, in this order, and by line; remove repeated ones.
 
     Problems outside of files, such as the command line's, come first in their order. Those in the code of nodes come
-    last, unless a launch file names the node.
+    last, unless a launch file names the node. Warnings are left out beside a repeated key, from which they may follow.
     """
 
     def position(problem: Problem) -> tuple[int, int, int]:
@@ -77,6 +77,8 @@ def in_order(problems: Iterable[Problem], files: Sequence[str]) -> list[Problem]
         return -1, 0, 0
 
     found = list(problems)
+    if any(each.code == "duplicate-key" for each in found):
+        found = [each for each in found if each.severity is Severity.ERROR]
     return sorted((each for n, each in enumerate(found) if each.place is None or each not in found[:n]), key=position)
 
 

@@ -67,6 +67,21 @@ class Initial(Node):
             reset = client(Trigger, "reset")
         """,
     "empty": "",
+    "stately": """
+        from busflow import Node, QoS
+        from busflow.msgs.std_msgs import Float64
+
+        class Stately(Node):
+            def declare(self) -> None:
+                self.create_subscription(Float64, "numbers", None, QoS(durability="transient_local"))
+        """,
+    "sensor": """
+        from busflow import SENSOR_DATA, Node, publisher
+        from busflow.msgs.std_msgs import Float64
+
+        class Sensor(Node):
+            numbers = publisher(Float64, "numbers", qos=SENSOR_DATA)
+        """,
     "named": """
         from busflow import Node, publisher
         from busflow.msgs.std_msgs import Float64

@@ -35,17 +35,19 @@ def test_correct_graph_has_no_problem(check):
         (
             "  reader: {plugin: reader}\n",
             (
-                "lab1.yaml:5:3: error: Reader.read uses /numbers as std_msgs/msg/String, but Talker.numbers uses it as "
-                "std_msgs/msg/Float64\n"
-                "  fix: use one type on both ends, or remap one of them: remap: {numbers: another_name}"
+                "plugins/reader.py:6:5: error: Reader.read uses /numbers as std_msgs/msg/String, but Talker.numbers uses it "
+                "as std_msgs/msg/Float64\n"
+                "  fix: use one type on both ends, or remap one of them: remap: {numbers: another_name}\n"
+                "  included from lab1.yaml:5:3"
             ),
         ),
         (
             "  other: {plugin: listener, subscriptions: {numbers: {durability: transient_local}}}\n",
             (
-                "lab1.yaml:5:3: error: Listener.on_number of /other cannot receive /numbers from /talker: durability: volatile "
+                "lab1.yaml:5:55: error: Listener.on_number of /other cannot receive /numbers from /talker: durability: volatile "
                 "is offered, transient_local is requested\n"
-                "  fix: set durability: volatile on the subscription, or durability: transient_local on the publisher"
+                "  fix: write durability: volatile at lab1.yaml:5:55, or write "
+                "`publishers: {/numbers: {durability: transient_local}}` below talker (lab1.yaml:3:3)"
             ),
         ),
         (
@@ -187,10 +189,13 @@ def test_graph_of_instances_is_checked_like_a_file():
     assert sorted(problem.code for problem in plan.errors) == [
         "duplicate-node",
         "qos-mismatch",
-        "qos-mismatch",
         "type-mismatch",
     ]
-    assert all(problem.place is None for problem in plan.errors)
+    places = {each.code: each.place.excerpt.strip() for each in plan.errors if each.place is not None}
+    assert places == {
+        "qos-mismatch": '@subscription("numbers", qos=DEFAULT)',
+        "type-mismatch": 'words = publisher(String, "numbers")',
+    }
 
 
 class Receiver(Node):
