@@ -334,8 +334,8 @@ class Problem:
         return {
             "code": self.code,
             "severity": self.severity.value,
-            "message": self.message,
-            "fix": self.fix,
+            "message": printable(self.message),
+            "fix": None if self.fix is None else printable(self.fix),
             "file": place.file if place else None,
             "line": place.line if place else None,
             "column": place.column if place else None,

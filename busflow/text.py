@@ -22,7 +22,7 @@ _COMPARED = 500
 
 
 _SHOWN = 200
-"""Items of a sequence that `plain` shows: more than fit on a line of the log, which is cut with an ellipsis."""
+"""Items of a sequence that `plain` shows, and characters that `quoted` does: more than fit on a line of the log."""
 
 
 def printable(text: object, *, limit: int = 4096) -> str:
@@ -37,6 +37,15 @@ def printable(text: object, *, limit: int = 4096) -> str:
     if len(shown) > limit:
         shown = shown[: limit - 1] + "…"
     return UNSAFE.sub(_escape, shown)
+
+
+def quoted(name: object) -> str:
+    """Return a name in quotes, cut to 200 characters: one from a hostile file may have millions.
+
+    >>> quoted("imu"), len(quoted("x" * 1_000_000))
+    ("'imu'", 202)
+    """
+    return repr(printable(name, limit=_SHOWN))
 
 
 def plain(value: object, *, depth: int = 4) -> str:

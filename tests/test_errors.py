@@ -47,6 +47,12 @@ def test_json_has_the_fields_of_a_problem():
     assert Problem("a", "b").as_json()["file"] is None
 
 
+def test_json_cuts_names_of_a_megabyte():
+    found = Problem("a", "x" * 1_000_000, "\x1b" * 1_000_000).as_json()
+    assert all(len(str(value)) < 20_000 for value in found.values())
+    assert "\x1b" not in str(found["fix"])
+
+
 def test_errors_list_all_their_faults():
     assert str(InvalidParameter([Fault(("a",), "a is wrong", "leave it out"), Fault(("b",), "b\x1b")])) == (
         "a is wrong (leave it out); b\\x1b"

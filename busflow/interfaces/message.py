@@ -29,7 +29,7 @@ from busflow.interfaces.arrays import array, take, zeros
 from busflow.interfaces.constructor import constructor, late_maker
 from busflow.interfaces.field_types import *  # noqa: F403 - its __all__ is the list of the field words
 from busflow.interfaces.fields import ArrayKind, FieldType, Length, Primitive, understand
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, quoted
 from busflow.validation.annotations import refuse_bare
 
 __all__ = [
@@ -267,12 +267,13 @@ def find_type(name: str) -> type[Message | ServiceType]:
     packages = [module.name for module in pkgutil.iter_modules(msgs.__path__)]
     package, _, rest = name.partition("/")
     if package not in packages:
-        raise UnknownType(f"no type {name!r}: no package {package!r}; {did_you_mean(package, packages)}")
+        text = f"no type {quoted(name)}: no package {quoted(package)}; {did_you_mean(package, packages)}"
+        raise UnknownType(text)
     module = importlib.import_module(f"busflow.msgs.{package}")
     word = rest.rpartition("/")[2]
     found = getattr(module, word) if word in module.__all__ else None
     if found is None or name not in (type_name(found), f"{package}/{word}"):
-        raise UnknownType(f"no type {name!r} in {package}; {did_you_mean(word, module.__all__)}")
+        raise UnknownType(f"no type {quoted(name)} in {package}; {did_you_mean(word, module.__all__)}")
     return found
 
 

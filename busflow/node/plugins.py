@@ -24,7 +24,7 @@ from busflow.errors import BusflowError, Place, PluginError, Problem
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.node.slow_import import slow_import_named
-from busflow.text import did_you_mean, printable
+from busflow.text import did_you_mean, printable, quoted
 from busflow.validation import tracebacks
 
 if TYPE_CHECKING:
@@ -150,10 +150,12 @@ def _choose(name: str, wanted: str, module: ModuleType, classes: dict[str, type[
             return asked
         if asked is None:
             raise _error(
-                "unknown-plugin", f"{where} has no class {wanted!r}", did_you_mean(wanted, classes, none=_NO_CLASS)
+                "unknown-plugin",
+                f"{where} has no class {quoted(wanted)}",
+                did_you_mean(wanted, classes, none=_NO_CLASS),
             )
         raise _error(
-            "no-node", f"{wanted!r} in {where} is no Node subclass", did_you_mean(wanted, classes, none=_NO_CLASS)
+            "no-node", f"{quoted(wanted)} in {where} is no Node subclass", did_you_mean(wanted, classes, none=_NO_CLASS)
         )
     public = [each for each in classes if not each.startswith("_")]
     if len(public) == 1:
@@ -327,9 +329,9 @@ def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
     looked = [tracebacks.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
     fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
     if os.sep in name or name.endswith(".py"):
-        fix = f"write {Path(name).stem!r}, and its folder under `plugins:`"
+        fix = f"write {quoted(Path(name).stem)}, and its folder under `plugins:`"
     where = ", ".join([*looked, f"the installed ones (entry points {GROUP})"])
-    return _error("unknown-plugin", f"there is no plugin {name!r}; looked in {where}", fix)
+    return _error("unknown-plugin", f"there is no plugin {quoted(name)}; looked in {where}", fix)
 
 
 def _error(code: str, message: str, fix: str) -> PluginError:

@@ -507,6 +507,14 @@ def test_a_ros_type_has_only_ros_types_inside():
     assert not is_ros_type(Outer)
 
 
+@pytest.mark.parametrize("name", ["x" * 1_000_000, "std_msgs/msg/" + "\x1b[31m" * 100_000])
+def test_an_unknown_type_of_a_megabyte_is_cut(name):
+    with pytest.raises(UnknownType) as caught:
+        find_type(name)
+    assert len(str(caught.value)) < 1_000
+    assert "\x1b" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("name", "advice"),
     [

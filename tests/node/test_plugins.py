@@ -264,6 +264,12 @@ class TestNotFound:
         assert "has no class 'Lef'\n  fix: did you mean 'Left'?" in str(failure("arms:Lef", folder))
         assert "'LIMIT' in" in str(failure("arms:LIMIT", folder))
 
+    @pytest.mark.parametrize("name", ["x" * 1_000_000, "\x1b[31m" * 100_000])
+    @pytest.mark.parametrize("way", ["{}", "arms:{}", "folder/{}.py"])
+    def test_a_name_of_a_megabyte_is_cut(self, write: Write, folder: Path, name: str, way: str):
+        write("arms.py", NODE.format(name="Left"))
+        assert len(str(failure(way.format(name), folder))) < 2_000
+
 
 class TestFailingImport:
     def test_a_plugin_error_shows_no_busflow_frames(self, write: Write, folder: Path):

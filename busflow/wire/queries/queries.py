@@ -14,7 +14,7 @@ from busflow.errors import NoSuchTarget
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
 from busflow.runner.report import service_reports
-from busflow.text import did_you_mean
+from busflow.text import did_you_mean, quoted
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
@@ -206,7 +206,7 @@ class Questions:
         for unit in self._graph.units:
             if unit.name == arguments["node"]:
                 return asdict(unit.runtime.parameters.set(arguments["values"]))
-        raise NoSuchTarget(f"there is no node {arguments['node']!r} in this process")
+        raise NoSuchTarget(f"there is no node {quoted(arguments['node'])} in this process")
 
     def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
         """Return the changes after the number `since` gives for this process; without it the last number."""
@@ -218,7 +218,7 @@ class Questions:
         topics = self._graph.bus.topics
         found = topics.get(name)
         if found is None:
-            raise NoSuchTarget(f"there is no topic {name!r}; {did_you_mean(name, topics)}")
+            raise NoSuchTarget(f"there is no topic {quoted(name)}; {did_you_mean(name, topics)}")
         return found
 
     def _topic(self, topic: Topic[Any]) -> dict[str, Any]:
