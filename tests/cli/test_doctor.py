@@ -25,6 +25,20 @@ def string() -> ForeignType:
     return ForeignType(support.name, support.type_hash, support.description)
 
 
+DRIVEN = """
+from busflow import Node, subscription
+from busflow.msgs.std_msgs import Float64
+
+
+class Driven(Node):
+    @subscription("cmd_vel")
+    def on_command(self, speed: Float64) -> None: ...
+
+    async def start(self) -> None:
+        self.log.warning("ready")
+"""
+
+
 @pytest.mark.e2e
 def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], capsys: Captured):
     start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
@@ -34,6 +48,16 @@ def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], 
     (line,) = (line for line in captured.out.splitlines() if line.startswith("talk "))
     assert line.split("  ")[-1].strip().startswith("2 nodes, 2 topics, system clock, answers in ")
     assert captured.out.endswith("\nnothing is wrong\n")
+
+
+@pytest.mark.e2e
+def test_external_topic_is_no_problem(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    (project / "plugins/driven.py").write_text(DRIVEN)
+    text = "plugins: [plugins]\nnodes: {driven: {plugin: driven}}\ntopics: {/cmd_vel: {external: true}}\n"
+    (project / "driven.yaml").write_text(text)
+    start_run(project, "driven.yaml").wait_for("ready")
+    assert main(["doctor"]) == 0
+    assert re.search(r"1 node, 2 topics, .*\nnothing is wrong\n$", capsys.readouterr().out, re.DOTALL)
 
 
 @pytest.mark.e2e

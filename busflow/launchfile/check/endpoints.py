@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from busflow.bus.endpoint import ROSOUT
@@ -37,7 +37,7 @@ def unmatched_ends(members: Sequence[PlannedNode], topics: Sequence[TopicSpec], 
     meant = [name for member in members for name in _unused_names(member)]
     yield from _unused_topic_entries(members, [each for each in topics if each.topic not in meant])
     if not meant:
-        yield from _unmatched_topics(members, strict=strict)
+        yield from _unmatched_topics(members, {each.topic for each in topics if each.external}, strict=strict)
     yield from _unanswered_calls(members, strict=strict)
 
 
@@ -88,22 +88,25 @@ def _unused_topic_entries(members: Sequence[PlannedNode], topics: Sequence[Topic
             yield problem_at("type-mismatch", text, f"write type: {actual}", spec.origin)
 
 
-def _unmatched_topics(members: Sequence[PlannedNode], *, strict: bool) -> Iterator[Problem]:
+def _unmatched_topics(members: Sequence[PlannedNode], external: Collection[str], *, strict: bool) -> Iterator[Problem]:
     published = {endpoint.topic for member in members for endpoint in member.publishers}
     received = {endpoint.topic for member in members for endpoint in member.subscriptions}
     advised = _ADVISED
     for member in members:
         for endpoint in member.subscriptions:
-            if endpoint.topic not in published and endpoint.topic != ROSOUT:
+            if endpoint.topic not in published and endpoint.topic != ROSOUT and endpoint.topic not in external:
                 advised -= 1
+                near = did_you_mean(endpoint.topic, published) if published and advised >= 0 else None
+                outside = f"if it is published from outside: topics: {{{endpoint.topic}: {{external: true}}}}"
+                fixes = [near, outside if member.spec is not None else None]
                 yield member.problem(
                     "nobody-publishes",
                     f"{endpoint.origin} of {endpoint.node} receives {endpoint.topic}, which nobody publishes",
-                    did_you_mean(endpoint.topic, published) if published and advised >= 0 else None,
+                    "; ".join(filter(None, fixes)) or None,
                     Severity.ERROR if strict else Severity.WARNING,
                 )
         for endpoint in member.publishers:
-            if endpoint.topic not in received:
+            if endpoint.topic not in received and endpoint.topic not in external:
                 text = f"{endpoint.origin} of {endpoint.node} publishes {endpoint.topic}, which nobody receives"
                 yield member.problem("nobody-receives", text, None, Severity.INFO)
 

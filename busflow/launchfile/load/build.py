@@ -169,7 +169,10 @@ class Builder:
             entry = value.members.get("qos")
             qos = (self._qos(entry) if entry is not None and entry.content is not None else None) or QoS()
             if self._named(names.full_topic_name_fault, "topic name", name, value):
-                found.append(TopicSpec(name, qos, entry or value, key_origin(value), stated.type, stated.history))
+                origin = key_origin(value)
+                found.append(
+                    TopicSpec(name, qos, entry or value, origin, stated.type, stated.history, external=stated.external)
+                )
         return found
 
     def _endpoints(self, section: Mapping[str, Value]) -> list[EndpointSpec]:

@@ -98,6 +98,7 @@ class TopicSpec(EndpointSpec):
 
     type: str | None = None  # "sensor_msgs/msg/Imu"
     history: int | None = None  # how many messages are kept for `topic echo --last`
+    external: bool = False  # whether its other end is outside of the run on purpose
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,6 +84,9 @@ class TopicKeys(Repeatable):
     history: int | None = Field(
         default=None, ge=0, le=100_000, description="How many messages are kept for `topic echo --last`; 1 unless said."
     )
+    external: bool = Field(
+        default=False, description="Whether its other end is outside of the run on purpose: a viewer, a tool, ROS 2."
+    )
 
 
 def _shorter_first(pauses: list[float]) -> list[float]:

@@ -118,7 +118,7 @@ def _unpublished(graph: GraphView) -> Iterator[Problem]:
     published = {topic.name for topic in graph.topics.values() if topic.publishers and not topic.hidden}
     for topic in graph.topics.values():
         receivers = [end for end in topic.subscriptions if not is_hidden(end.node)]
-        if receivers and not topic.publishers:
+        if receivers and not topic.publishers and not topic.details.get("external"):
             text = f"{_nodes(receivers)} receives {topic.name}, which nobody publishes"
             fix = did_you_mean(topic.name, published, none="start a node that publishes it")
             yield Problem("nobody-publishes", text, fix, severity=Severity.WARNING)

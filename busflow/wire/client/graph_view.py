@@ -44,7 +44,7 @@ class TopicView:
     publishers: tuple[EndView, ...]
     subscriptions: tuple[EndView, ...]
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """A process's answer about it: `published`, `hash`, `encoding`, `kept`, `gone`."""
+    """A process's answer about it: `published`, `hash`, `encoding`, `kept`, `external`, `gone`."""
 
     @property
     def type(self) -> str:

@@ -119,6 +119,7 @@ class Questions:
         """This process: `{process, pid, elapsed_s, clock, inbox, nodes, topics, services, timers, elsewhere}`."""
         topics, inbox = self._graph.bus.topics.values(), self._graph.bus.inbox.statistics()
         timers = [asdict(timer.statistics()) for unit in self._graph.units for timer in unit.runtime.ends.timers]
+        external = {each.topic for spec in self._graph.descriptions for each in spec.topics if each.external}
         return {
             "process": self._process,
             "pid": os.getpid(),
@@ -127,7 +128,7 @@ class Questions:
             "inbox": {"dropped": inbox.dropped, "refused": inbox.refused},
             "nodes": [_node(unit) for unit in self._graph.units],
             "topics": [
-                self._topic(topic)
+                self._topic(topic, external)
                 for topic in topics
                 if topic.publishers or topic.subscriptions or topic.name not in self.left_topics
             ],
@@ -221,7 +222,7 @@ class Questions:
             raise NoSuchTarget(f"there is no topic {quoted(name)}; {did_you_mean(name, topics)}")
         return found
 
-    def _topic(self, topic: Topic[Any]) -> dict[str, Any]:
+    def _topic(self, topic: Topic[Any], external: Collection[str]) -> dict[str, Any]:
         support = self._supports(topic.type)
         return {
             "name": topic.name,
@@ -230,6 +231,7 @@ class Questions:
             "encoding": support.encoding,
             "published": topic.published,
             "kept": self._history.depth(topic.name),
+            "external": topic.name in external,
             "publishers": [_publisher(each) for each in topic.publishers],
             "subscriptions": [_subscription(each) for each in topic.subscriptions],
             "gone": [asdict(each) for each in topic.gone],

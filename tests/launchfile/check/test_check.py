@@ -28,6 +28,17 @@ def test_unmatched_publisher_is_only_information(check):
     assert [(problem.code, problem.severity) for problem in plan.problems] == [("nobody-receives", Severity.INFO)]
 
 
+@pytest.mark.parametrize("node", ["  talker: {plugin: talker}\n", "  listener: {plugin: listener}\n"])
+def test_external_topic_needs_no_counterpart(check, node):
+    text = BASE.replace(node, "") + "topics: {/numbers: {external: true}}\n"
+    assert check(text, strict=True).problems == []
+
+
+def test_external_topic_without_endpoint_is_unknown(check):
+    plan = check(BASE + "topics: {/numbrs: {external: true}}\n")
+    assert [(each.code, each.fix) for each in plan.problems] == [("unknown-topic", "did you mean '/numbers'?")]
+
+
 def test_topics_of_two_namespaces_are_distinct(check):
     plan = check("plugins: [plugins]\nnodes:\n  left/talker: {plugin: talker}\n  right/listener: {plugin: listener}\n")
     assert plan.members[0].publishers[0].topic == "/left/numbers"

@@ -73,6 +73,12 @@ def test_unpublished_topic_is_named_with_the_nearest():
     assert found([token(TokenKind.SUBSCRIPTION, "_busflow_cli_7", "/imu/dta")]) == []
 
 
+def test_external_topic_needs_no_publisher():
+    ends = [token(TokenKind.SUBSCRIPTION, "sink", "/x")]
+    assert found(ends, answer(topics=[topic() | {"external": True}])) == []
+    assert len(found(ends, answer(topics=[topic() | {"external": False}]))) == 1
+
+
 def test_client_without_server_is_named_with_the_nearest():
     ends = [
         token(TokenKind.SERVICE, "camera", "/camera/take"),
