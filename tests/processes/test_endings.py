@@ -3,6 +3,7 @@
 import os
 import signal
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -45,6 +46,8 @@ processes:
   left: {env: {STAGE: "WHEN"}, restart: {policy: POLICY, backoff: [1ms, 1ms]}}
 nodes: {dying: {plugin: dying, process: left}}
 """
+PAGE = Path(__file__).parents[2] / "docs/processes.md"
+HEAD = "| how it ends"
 FATES = [
     "the process left ended with exit code 0, before its nodes had ended",
     "the process left ended with exit code 3",
@@ -76,6 +79,61 @@ def test_unasked_end_without_restart_fails_run(start, project, lives, fate):
     run = start(text, files={"plugins/dying.py": DYING})
     assert run.end(None) == 1
     assert [line for line in run.lines if line.startswith("error:")] == [f"error: {fate}\n"]
+
+
+ENDING = """
+import os
+from pathlib import Path
+
+from busflow import Node, timer
+
+
+class Ending(Node):
+    async def run(self) -> None:
+        with Path("lives").open("a") as lives:
+            lives.write(f"{os.getpid()}\\n")
+
+
+class Watching(Node):
+    @timer(hz=20)
+    def look(self) -> None:
+        pids = Path("lives").read_text().split()
+        if len(pids) >= int(os.environ["LIVES"]):
+            try:
+                os.kill(int(pids[-1]), 0)
+            except ProcessLookupError:
+                self.log.info("settled")
+"""
+ENDED = """
+env: {LIVES: "COUNT"}
+processes:
+  left: {restart: {policy: POLICY, backoff: [1ms, 1ms]}}
+nodes: {ending: {plugin: "ending:Ending", process: left}, watching: {plugin: "ending:Watching"}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("policy", "lives"),
+    [
+        ("never", 1),
+        pytest.param("on-failure", 1, marks=pytest.mark.long),
+        pytest.param("always", 2, marks=pytest.mark.long),
+    ],
+)
+def test_end_of_all_nodes_restarts_with_always_only(start, project, policy, lives):
+    (project / "lives").touch()
+    run = start(ENDED.replace("POLICY", policy).replace("COUNT", str(lives)), files={"plugins/ending.py": ENDING})
+    run.wait_for("settled")
+    assert run.end() == 130
+    (left,) = [each for each in run.report()["processes"] if each["name"] == "left"]
+    assert (left["restarts"] > 0, left["fates"]) == (policy == "always", [])
+
+
+def test_page_has_a_row_for_each_end():
+    rows = [line.split(" | ") for line in PAGE.read_text(encoding="utf-8").splitlines() if line.count(" | ") == 3]
+    (_, *rows) = rows[[row[0] for row in rows].index(HEAD) :][: len(FATES) + 2]
+    said = [f"the process left {row[1]}" for row in rows]
+    assert said == ["the process left nothing", *FATES]
 
 
 LEAVING = """
