@@ -174,6 +174,27 @@ def test_messages_during_broken_link_count_as_lost(start: Callable, two: str):
 
 
 @pytest.mark.long
+def test_kept_messages_come_once_after_a_broken_link(start: Callable, two: str):
+    kept = "topics: {numbers: {qos: {durability: transient_local, depth: 1000}}}\n"
+    text = two.replace("subscriptions: {numbers: {depth: 1000}}", "") + kept
+    main, arm = start(text, machine="main"), start(text, machine="arm")
+    arm.wait_for("heard enough", times=2)
+    for stopped, other, name in ((main, arm, "main"), (arm, main, "arm")):
+        os.kill(stopped.process.pid, signal.SIGSTOP)
+        other.wait_for(f"the machine {name} is not linked any more")
+        os.kill(stopped.process.pid, signal.SIGCONT)
+        other.wait_for(f"the machine {name} is linked again")
+        ask(arm.runtime, "topic", "echo", "numbers", "--once")
+    assert main.end() == arm.end() == 130
+    assert not any("begins anew" in line for line in arm.lines), "a message came twice"
+    heard, published = arm.topic("/numbers"), main.topic("/numbers")["published"]
+    assert heard["losses"] == {}
+    assert 10 < heard["published"] <= published
+    for line in heard["subscriptions"]:
+        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"] == heard["published"]
+
+
+@pytest.mark.long
 def test_viewer_with_read_rights_cannot_change_anything(start: Callable, two: str, tmp_path: Path):
     main, arm = start(two, machine="main"), start(two, machine="arm")
     arm.wait_for("heard enough", times=2)

@@ -26,6 +26,7 @@ from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage, NotRunning, WouldBlock
 from busflow.interfaces.message import Message
+from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.late_joiners import LateJoiners, has_expired
 from busflow.wire.zenoh.keys import GID_AT, SEQUENCE, Attachment, Token, topic_key
 from busflow.wire.zenoh.qos_text import as_qos, from_text
@@ -42,7 +43,6 @@ _BULKY_RING = 16
 _MOST_RING = 4096
 _BATCH = 8
 """Messages published before the handlers run, if every queue has room for so many."""
-_MOST_SENDERS = 256
 _PATIENCE_S = 5.0
 _GRACE_S = 0.05
 """The end of a token may arrive before messages in the buffer: the loop has this time to take the next one."""
@@ -54,14 +54,14 @@ _MOST_DEPTH = 10_000
 class Inlet:
     """Publishes remote publishers' messages on the bus; each remote publisher becomes a publisher of the topic."""
 
-    def __init__(self, topic: Topic[Any], connection: Connection, *, gone: dict[bytes, int]) -> None:
+    def __init__(self, topic: Topic[Any], connection: Connection, *, numbers: Arrivals) -> None:
         """Start to receive.
 
         Args:
             topic: the topic to publish on.
             connection: the Zenoh session, log and bus; the first malformed and the first refused message are logged.
-            gone: by publisher that has gone, the number of its last message. If only the link broke, the publisher
-                comes back, and the messages missed meanwhile are counted as lost.
+            numbers: of the messages that have arrived, also by earlier inlets of the topic. If only a link broke, its
+                publishers come back: what was missed meanwhile is lost, and what comes again is not published.
         """
         self.received: int = 0
         self.losses: Counter[str] = topic.losses
@@ -71,8 +71,8 @@ class Inlet:
         self._plain: dict[bytes, Publisher[Any]] = {}
         """The publishers that keep nothing for late joiners and whose messages do not expire."""
         self._ignored: set[bytes] = set()
-        self._sequences: dict[bytes, int] = {}
-        self._gone = gone
+        self._leaving: set[bytes] = set()
+        self._numbers = numbers
         self._emptied = threading.Lock()
         """Held, except while the loop hands the buffer back to the thread."""
         self._emptied.acquire()
@@ -94,15 +94,14 @@ class Inlet:
     def admit(self, token: Token, endpoint: Endpoint) -> None:
         """Add a remote publisher to the topic; calling it again has no effect."""
         self._ignored.discard(token.gid)
+        self._leaving.discard(token.gid)
         if token.gid not in self._publishers:
             publisher: Publisher[Any] = Publisher(self._topic.type, endpoint)
             self._bus.attach_publisher(publisher)
             self._publishers[token.gid] = publisher
             if not publisher.perishable and endpoint.qos.durability is Durability.VOLATILE:
                 self._plain[token.gid] = publisher
-            if token.gid in self._gone:
-                self._sequences[token.gid] = self._gone.pop(token.gid)
-            self._late_joiners.welcome(token.gid)
+            self._late_joiners.welcome(token.gid, self._numbers.come(token.gid))
 
     def serve(self, subscription: Subscription[Any]) -> None:
         """Give a new subscription what publishers keep, also if nothing here has asked for it yet."""
@@ -112,9 +111,14 @@ class Inlet:
         """Receive nothing of an incompatible publisher; its messages are counted as incompatible."""
         self._ignored.add(token.gid)
         self._expel(token.gid)
+        self._numbers.forget(token.gid)
 
     def dismiss(self, token: Token, then: Callable[[], None]) -> None:
-        """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`."""
+        """Remove a remote publisher that has gone, once its messages in the buffer are published; then call `then`.
+
+        One that comes back before that stays.
+        """
+        self._leaving.add(token.gid)
         self._leave_later(token, then, _MOST_GRACES)
 
     def _leave_later(self, token: Token, then: Callable[[], None], patience: int) -> None:
@@ -126,22 +130,21 @@ class Inlet:
     def _leave(
         self, token: Token, publisher: Publisher[Any] | None, seen: int, then: Callable[[], None], patience: int
     ) -> None:
-        if self._closed:
+        if self._closed or token.gid not in self._leaving:
             return
         arriving = patience > 0 and publisher is not None and publisher.published != seen
         if arriving or self._emptying:
             self._leave_later(token, then, max(0, patience - 1))
             return
+        self._leaving.discard(token.gid)
         self._ignored.discard(token.gid)
-        if token.gid in self._sequences and len(self._gone) < _MOST_SENDERS:
-            self._gone[token.gid] = self._sequences[token.gid]
         self._expel(token.gid)
+        self._numbers.leave(token.gid)
         then()
 
     def _expel(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid, None)
         self._plain.pop(gid, None)
-        self._sequences.pop(gid, None)
         self._late_joiners.forget(gid)
         if publisher is not None:
             publisher.close()
@@ -240,7 +243,7 @@ class Inlet:
 
         A plain publisher's message with the next number is published here; it takes 1 µs less than any other.
         """
-        plain, sequences, decode = self._plain, self._sequences, self._support.decode
+        plain, sequences, decode = self._plain, self._numbers.last, self._support.decode
         for sample in batch:
             if self._closed:
                 return
@@ -310,8 +313,9 @@ class Inlet:
             if decoded.gid in self._ignored:
                 self.losses["incompatible"] += 1
                 return None
+            if not self._numbers.note(decoded.gid, decoded.sequence):
+                return None
             known = self._publishers.get(decoded.gid)
-            self._count_lost(decoded)
         found = known or next(iter(self._publishers.values()), None)
         if found is None:
             self.losses["unsigned"] += 1
@@ -319,16 +323,9 @@ class Inlet:
             if has_expired(found, decoded, self._bus.clock):
                 self.losses["expired"] += 1
                 return None
-            if decoded.gid in self._sequences:  # else there are more senders than are remembered
+            if decoded.gid in self._numbers.last:  # else there are more senders than are remembered
                 self._late_joiners.note(decoded.gid, decoded.sequence)
         return found
-
-    def _count_lost(self, attachment: Attachment) -> None:
-        last = self._sequences.get(attachment.gid)
-        if last is not None and attachment.sequence > last + 1:
-            self.losses["lost"] += attachment.sequence - last - 1
-        if last is not None or len(self._sequences) < _MOST_SENDERS:  # there may be any number of unknown senders
-            self._sequences[attachment.gid] = attachment.sequence if last is None else max(last, attachment.sequence)
 
 
 def remote_endpoint(token: Token, topic: Topic[Any]) -> Endpoint:

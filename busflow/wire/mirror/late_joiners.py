@@ -69,9 +69,14 @@ class LateJoiners:
         self.present = gid, sequence
         self.first.setdefault(gid, sequence)
 
-    def welcome(self, gid: bytes) -> None:
-        """Ask a new publisher for its kept messages, for subscriptions that want more than come anyhow."""
-        for subscription in self._topic.subscriptions:
+    def welcome(self, gid: bytes, newcomers: Collection[Subscription[Any]] | None) -> None:
+        """Ask a publisher that has come for its kept messages, for subscriptions that want more than come anyhow.
+
+        Of one that was here before and has been away nothing comes anyhow, and only the `newcomers` lack it.
+        """
+        if newcomers is not None:
+            self._had[gid] = 0
+        for subscription in self._topic.subscriptions if newcomers is None else newcomers:
             if self._lacks(subscription, gid):
                 self._ask(Gate.of(cast("Subscription[Any]", subscription), self), [gid])
 
@@ -168,7 +173,7 @@ class Gate:
         """Number of unanswered queries; the gate is shut until it is 0."""
         self.kept: dict[bytes, dict[int, Any]] = {}
         """Messages of the answers, by publisher and number."""
-        self._late_joiners = late_joiners
+        self.late_joiners = late_joiners
         self._waiting: deque[Any] = deque()
         self._first = dict(late_joiners.first)
         """By publisher, the number of the first message that arrives here by itself."""
@@ -179,6 +184,7 @@ class Gate:
     def of(cls, target: Subscription[Any], late_joiners: LateJoiners) -> Gate:
         """Return the gate before a subscription, a new one if it has none."""
         gate = target.link if isinstance(target.link, Gate) else cls(target, late_joiners)
+        gate.late_joiners = late_joiners  # those of an earlier inlet get no messages any more
         target.link = gate
         return gate
 
@@ -194,7 +200,7 @@ class Gate:
 
     def carry(self, item: Any) -> None:
         """Deliver a message behind the earlier ones, unless it was among them."""
-        gid, sequence = self._late_joiners.present or (b"", 0)
+        gid, sequence = self.late_joiners.present or (b"", 0)
         if gid:
             self._first.setdefault(gid, sequence)
         if gid and sequence <= self._given.get(gid, 0):

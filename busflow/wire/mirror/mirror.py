@@ -210,7 +210,7 @@ class Mirror:
             self._subscriptions[end] = self._session.liveliness().declare_token(str(self._token_of(end)))
         else:
             self._subscriptions[end] = self._subscriptions.pop(former)
-        self._remote_publishers.serve(end, is_new=former is None)
+        self._remote_publishers.serve(end, former)
 
     def _on_detach(self, end: AnyEnd) -> None:
         if isinstance(end, Publisher | Subscription):

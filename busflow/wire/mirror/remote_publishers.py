@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.bus.bus import check_qos
 from busflow.bus.subscription import Subscription
 from busflow.errors import BusflowError
+from busflow.wire.mirror.arrivals import Arrivals
 from busflow.wire.mirror.inlet import Inlet, remote_endpoint
 from busflow.wire.zenoh.keys import Token, TokenKind
 
@@ -31,8 +32,8 @@ class RemotePublishers:
         self._inlets: dict[str, Inlet] = {}
         self._known: dict[str, Token] = {}
         self._refused: set[str] = set()
-        self._gone: dict[str, dict[bytes, int]] = {}
-        """By topic, the last message number of each publisher that went while the topic was received."""
+        self._arrivals: dict[str, Arrivals] = {}
+        """By topic that is received, the numbers of the messages that have come."""
 
     def come(self, token: Token) -> None:
         """Handle a new endpoint of another process."""
@@ -47,15 +48,17 @@ class RemotePublishers:
         if self._known.pop(str(token), None) is not None and inlet is not None:
             inlet.dismiss(token, lambda: self._close_if_unused(token.topic))
 
-    def serve(self, subscription: Subscription[Any], *, is_new: bool) -> None:
+    def serve(self, subscription: Subscription[Any], former: Subscription[Any] | None) -> None:
         """Connect a new subscription with the compatible publishers of its topic, and exclude the others.
 
-        Unless it is new, it has the place, the queue and the messages of one before it.
+        It may have the place, the queue and the messages of a former one.
         """
+        if (arrivals := self._arrivals.get(subscription.topic)) is not None:
+            arrivals.meet(subscription, former, self._bus.topics[subscription.topic].subscriptions)
         for token in self._on(subscription.topic):
             self._consider(token)
         inlet = self._inlets.get(subscription.topic)
-        if is_new and inlet is not None:
+        if former is None and inlet is not None:
             inlet.serve(subscription)
 
     def leave(self, topic: Topic[Any]) -> None:
@@ -64,7 +67,7 @@ class RemotePublishers:
             for token in self._on(topic.name):
                 self._consider(token)
         else:
-            self._gone.pop(topic.name, None)
+            self._arrivals.pop(topic.name, None)
             if topic.name in self._inlets:
                 self._inlets.pop(topic.name).close()
 
@@ -117,8 +120,8 @@ class RemotePublishers:
     def _inlet(self, topic: Topic[Any]) -> Inlet:
         found = self._inlets.get(topic.name)
         if found is None:
-            gone = self._gone.setdefault(topic.name, {})
-            found = self._inlets[topic.name] = Inlet(topic, self._connection, gone=gone)
+            numbers = self._arrivals.setdefault(topic.name, Arrivals(topic.losses))
+            found = self._inlets[topic.name] = Inlet(topic, self._connection, numbers=numbers)
             for token in self._on(topic.name):
                 if str(token) in self._refused:
                     found.ignore(token)
