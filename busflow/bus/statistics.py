@@ -13,6 +13,8 @@ from busflow.bus.qos import Overflow
 
 _STATED = frozenset({"depth"})
 """Integer fields that are not counts, and so are not added."""
+EARLY = "early"
+"""The reason of `Topic.losses` for a message published before another process had let its publisher in."""
 UNMATCHED = "unmatched"
 """The reason of a drop for a message published while the subscription's process was not there."""
 

@@ -101,7 +101,8 @@ class Topic(DeliverySource, Generic[M]):
         self.losses: Counter[str] = Counter()
         """Messages published in other processes or threads that did not become one here, by reason: `lost` on the way,
         `malformed`, `refused` by a full blocking queue, `incompatible`, `expired`, `unsigned` (no publisher known);
-        `inbox_dropped` and `inbox_refused` for those of threads."""
+        `inbox_dropped` and `inbox_refused` for those of threads. `early`: published here before another process, which
+        receives the topic, had let the publisher in."""
         self._retired = 0
         self._arrived = 0
         self._on_leave = on_leave

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import (
+    EARLY,
     UNMATCHED,
     ClientStatistics,
     ServerStatistics,
@@ -151,14 +152,19 @@ def _with_unmatched(topic: TopicReport, lives: Sequence[Sequence[_LifeReport]]) 
     for process in lives:
         known = [each for life in process for each in life.topics if each.name == topic.name]
         reached = sum(each.published + _lost_on_the_way(each) for each in known)
-        unmatched |= {line.node: max(0, topic.published - reached) for each in known for line in each.subscriptions}
+        early = topic.losses.get(EARLY, 0) - sum(each.losses.get(EARLY, 0) for each in known)
+        missed = max(0, topic.published - reached - early)
+        unmatched |= {line.node: missed for each in known for line in each.subscriptions}
     lines = tuple(_with_drops(line, unmatched.get(line.node, 0)) for line in topic.subscriptions)
     return replace(topic, subscriptions=lines)
 
 
 def _lost_on_the_way(topic: TopicReport) -> int:
-    """Return how many published messages reached a process and not its nodes; what an inbox drops is not published."""
-    return sum(count for reason, count in topic.losses.items() if reason not in {INBOX_DROPPED, INBOX_REFUSED})
+    """Return how many published messages reached a process and not its nodes.
+
+    What an inbox drops is not published, and what is early is lost to other processes.
+    """
+    return sum(count for reason, count in topic.losses.items() if reason not in {INBOX_DROPPED, INBOX_REFUSED, EARLY})
 
 
 def _with_drops(line: SubscriptionStatistics, count: int) -> SubscriptionStatistics:

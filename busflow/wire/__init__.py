@@ -21,6 +21,8 @@ and of messages read by the descriptions that the run offers.
   was sent to it. Where the topic has another publisher, nothing is missed even then: the inlet is there, and messages
   wait in its ring behind the token. `unsigned` are messages in an inlet without any publisher; an inlet closes with
   its last one.
+- A publisher of a run does not wait, and its outlet holds the first messages until the same question is answered
+  (`mirror/held_messages`). `mirror/arrivals` knows each message by its publisher's gid and number, over broken links.
 - `client/graph_view` joins tokens and answers into a `GraphView`; the answer to `graph` also names the tokens that a
   process sees (`elsewhere`). `client/runs` asks every run on the machine what it is, and gives up after a second;
   `client/checkup` finds in a view what is wrong, each finding with a remedy.

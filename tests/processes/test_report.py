@@ -70,6 +70,15 @@ def test_process_without_report_has_failed_nodes():
     assert [(node.name, node.state) for node in report.nodes] == [("/sink", "failed")]
 
 
+def test_early_messages_are_no_drops_of_subscriptions():
+    here = told("/source", published=100, losses={"early": 3}, lines=[line("/watcher", 100, 100)])
+    sink = told("/sink", published=95, arrived=95, lines=[line("/sink", 95, 95)])
+    report = merged(MAIN, [Member("a", ("/source",), report=here), Member("b", ("/sink",), report=sink)], ["/sink"])
+    (topic,) = report.topics
+    assert topic.losses == {"early": 3}
+    assert {each.node: each.drops for each in topic.subscriptions} == {"/watcher": {}, "/sink": {"unmatched": 2}}
+
+
 def test_messages_while_a_process_was_away_are_drops():
     life = ProcessOutcome(6, told("/sink", published=50, arrived=50, lines=[line("/sink", 50, 50)]), "it was ended")
     now = told("/sink", published=20, arrived=20, losses={"lost": 2}, lines=[line("/sink", 20, 19, 0, 1)])

@@ -60,13 +60,17 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
     """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
     # Here, because `topic stats` uses this module too, and shall not load what only a run needs.
     from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
-    from busflow.bus.statistics import UNMATCHED
+    from busflow.bus.statistics import EARLY, UNMATCHED
 
     gone = {reason: count for reason, count in topic.losses.items() if count}
+    early = gone.pop(EARLY, 0)
     threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
     if gone:
         reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
         yield f"not all that came from other processes was received: {reasons}"
+    if early:
+        missed = counted(early, "message was", "messages were")
+        yield f"{missed} published before other processes received the topic, and dropped"
     if threads:
         yield f"{counted(threads, 'message')} from other threads did not reach the topic: dropped before"
     for line in topic.subscriptions:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from busflow.bus.qos_matching import Verdict, compatibility
+from busflow.bus.statistics import EARLY
 from busflow.errors import MalformedMessage, Problem, Severity
 from busflow.text import counted, did_you_mean
 from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
@@ -29,6 +30,10 @@ _LOSSES: Mapping[str, tuple[str, str]] = {
     "malformed": ("could not be read", "let the other process use the same definition of the type"),
     "refused": ("found a full queue with overflow: block", "raise its depth, or choose overflow: drop_oldest"),
     "incompatible": ("did not fit who receives them", "see the log: busflow log --level warning"),
+    EARLY: (
+        "were published before these had let the publisher in",
+        "publish fewer at once when a publisher is new, raise the subscription's depth, or use transient_local",
+    ),
     "unsigned": ("came from nobody who is there", "a publisher has to declare itself, as those of ROS 2 do"),
 }
 
@@ -178,8 +183,9 @@ def _losses(answers: Answers) -> Iterator[Problem]:
             for reason, count in topic.get("losses", {}).items():
                 if count and not reason.startswith("inbox_"):  # `_inbox` reports those
                     what, fix = _LOSSES.get(reason, (reason, ""))
-                    text = f"{counted(count, 'message')} on {topic['name']} from other processes {what}"
-                    yield Problem(f"{reason}-on-the-way-in", text, fix or None, severity=Severity.WARNING)
+                    way, end = ("to", "out") if reason == EARLY else ("from", "in")
+                    text = f"{counted(count, 'message')} on {topic['name']} {way} other processes {what}"
+                    yield Problem(f"{reason}-on-the-way-{end}", text, fix or None, severity=Severity.WARNING)
 
 
 def _inbox(answers: Answers) -> Iterator[Problem]:

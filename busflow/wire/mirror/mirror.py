@@ -14,7 +14,7 @@ import asyncio
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import zenoh
 
@@ -36,7 +36,7 @@ from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
 from busflow.wire.queries.server import Answers, Question
 from busflow.wire.zenoh.keys import DOMAIN, GRAPH, Token, TokenKind, split_name
-from busflow.wire.zenoh.qos_text import to_text
+from busflow.wire.zenoh.qos_text import from_text, to_text
 from busflow.wire.zenoh.sender import SenderThread
 
 if TYPE_CHECKING:
@@ -200,7 +200,10 @@ class Mirror:
             former = _predecessor(end, self._outlets, topic.publishers)
             if former is None:
                 token = self._token_of(end)
-                self._outlets[end] = Outlet(end, token, self._connection, on_open=self._presence.notify)
+                expected = self._presence.deepest(end.topic)
+                self._outlets[end] = Outlet(
+                    end, token, self._connection, expected=expected, on_open=self._presence.notify
+                )
             else:
                 self._outlets[end] = outlet = self._outlets.pop(former)
                 outlet.follow(end)
@@ -278,6 +281,17 @@ class Mirror:
             self._handle(text, token, alive=alive)
         finally:
             self._presence.note(text, token, alive=alive)
+            if token.kind is TokenKind.SUBSCRIPTION:
+                self._expect(token.topic, has_come=alive)
+
+    def _expect(self, topic: str, *, has_come: bool) -> None:
+        """Prepare the publishers of a topic for a subscription elsewhere that has come, or for the end of the last."""
+        here, depth = self._graph.bus.topics.get(topic), self._presence.deepest(topic)
+        if here is None or (depth and not has_come):
+            return
+        for end in here.publishers:
+            if (outlet := self._outlets.get(cast("Publisher[Any]", end))) is not None:
+                outlet.expect(depth)
 
     def _handle(self, text: str, token: Token, *, alive: bool) -> None:
         if token.kind is TokenKind.SERVICE:
@@ -331,14 +345,23 @@ class Presence:
         of the run.
         """
         self.on_change: list[Callable[[], None]] = []
+        self._depths: dict[str, dict[str, int]] = {}
+        """By topic, the depth of each subscription, by its token's text."""
 
     def note(self, text: str, token: Token, *, alive: bool) -> None:
         """Record that a token has come or gone, after its effects have been handled."""
         if not alive:
             self.tokens.pop(text, None)
+            self._depths.get(token.topic, {}).pop(text, None)
         elif len(self.tokens) < _MOST:
             self.tokens[text] = token
+            if token.kind is TokenKind.SUBSCRIPTION:
+                self._depths.setdefault(token.topic, {})[text] = _depth(token)
         self.notify()
+
+    def deepest(self, topic: str) -> int:
+        """Return the depth of the deepest subscription to a topic; 0 without any."""
+        return max(self._depths.get(topic, {}).values(), default=0)
 
     def notify(self) -> None:
         """Call the listeners."""
@@ -353,3 +376,10 @@ class Presence:
         """Return the topics to which nodes of these sessions, or of any session, subscribe."""
         found = [token for token in self.tokens.values() if sessions is None or token.session in sessions]
         return {token.topic for token in found if token.kind is TokenKind.SUBSCRIPTION}
+
+
+def _depth(token: Token) -> int:
+    try:
+        return max(1, from_text(token.qos).depth)
+    except MalformedMessage:
+        return 1

@@ -14,8 +14,10 @@ import zenoh.ext
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Durability, Reliability
+from busflow.bus.statistics import EARLY
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
+from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.zenoh.keys import Token, attachment_bytes, topic_key
 from busflow.wire.zenoh.sender import LARGE
 
@@ -38,12 +40,21 @@ class Outlet:
     Small messages are sent on the event loop, with Zenoh's usual priority. With its first large message an outlet
     changes to the next lower priority, which only the sender's thread uses, and stays there, so that order is kept.
     Zenoh sends the upper priority first, and the loop never waits behind a message of many pieces.
+
+    A process opens its inlet when it sees a topic's first publisher. So the first messages of a new publisher, and
+    those after the topic's first subscription has come, are held until every process has let the publisher in.
     """
 
     _way: _Way | None  # None once it is closed, when the sender may still hold messages
 
     def __init__(
-        self, publisher: Publisher[Any], token: Token, connection: Connection, *, on_open: Callable[[], None]
+        self,
+        publisher: Publisher[Any],
+        token: Token,
+        connection: Connection,
+        *,
+        expected: int,
+        on_open: Callable[[], None],
     ) -> None:
         """Declare the publisher to other processes.
 
@@ -51,9 +62,10 @@ class Outlet:
             publisher: what it is the way out of.
             token: what it is known by.
             connection: where its messages go.
+            expected: depth of the deepest subscription elsewhere that has not let the publisher in; 0 without any.
             on_open: is called whenever it has opened or closed.
         """
-        self._on_open = on_open
+        self._connection, self._on_open = connection, on_open
         self.sent: int = 0
         self.unsent: int = 0
         """Messages that could not be encoded."""
@@ -62,6 +74,10 @@ class Outlet:
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
         latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
+        self._room = 0 if latched else expected
+        """How many messages are to be held; 0 while none are."""
+        self._is_new = self._room > 0
+        self._held: HeldMessages | None = None
         self._limit = _BULKY if support.is_bulky else LARGE
         """Messages from this size on are large; after the first large one, all are."""
         self._lower: Callable[[], zenoh.Publisher] | None = None
@@ -95,6 +111,15 @@ class Outlet:
         if way is not None and not self._wanted:
             self._want(way.matching_status.matching)
 
+    def expect(self, depth: int) -> None:
+        """Hold what is published next for subscriptions that have come, the deepest of this depth; 0 if none is left.
+
+        An open outlet holds up nothing for one more receiver.
+        """
+        if not self._wanted and self._held is None and not self._closed:
+            self._room = depth
+            self._install()
+
     def follow(self, publisher: Publisher[Any]) -> None:
         """Take over the publisher's successor after its node's restart."""
         self._publisher = publisher
@@ -102,6 +127,8 @@ class Outlet:
 
     def close(self) -> None:
         """Undeclare the publisher."""
+        if self._held is not None:
+            self._let_go(all_answered=False)
         self._closed = True
         self._publisher.send_through(None)
         self._token.undeclare()
@@ -122,8 +149,29 @@ class Outlet:
         if self._closed:
             return
         self._wanted = wanted
-        self._publisher.send_through(self._send if wanted else None)
+        if wanted and self._held is None and not self._is_new:
+            self._room = 0
+        self._install()
         self._on_open()
+
+    def _install(self) -> None:
+        self._publisher.send_through(self._send if self._wanted or self._room else None)
+
+    def _let_go(self, all_answered: bool) -> None:
+        """Send what was held if another process receives it. Where all have answered, it may be that none will."""
+        held, self._held = self._held, None
+        if held is None or self._closed:
+            return
+        self._room, self._is_new = 0, False
+        self.look()
+        messages = held.release()
+        if self._wanted:
+            for payload, attachment in messages:
+                self._pass_on(payload, attachment)
+        missed = held.dropped if self._wanted or all_answered else held.dropped + len(messages)
+        if missed:
+            self._connection.bus.topics[self._publisher.topic].losses[EARLY] += missed
+        self._install()
 
     def _send(self, message: Message) -> None:
         try:
@@ -134,6 +182,14 @@ class Outlet:
                 self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
             return
         attachment = attachment_bytes(self._publisher.published, self._clock.now_ns(), self._gid)
+        if self._room:
+            if self._held is None:
+                self._held = HeldMessages(self._connection, self._room, self._let_go)
+            self._held.add(payload, attachment)
+        else:
+            self._pass_on(payload, attachment)
+
+    def _pass_on(self, payload: bytes, attachment: bytes) -> None:
         self.sent += 1
         if len(payload) < self._limit:
             self._put(payload, attachment)

@@ -26,13 +26,14 @@ def test_process_restarts_and_losses_are_listed(capsys: pytest.CaptureFixture[st
         ProcessReport("left", 2, ("/b",), 2, "running", ("it ended so", "the process left was ended by SIGKILL")),
         ProcessReport("right", None, ("/c",), 0, "failed", ("the process right ended with exit code 1",)),
     )
-    topics = (TopicReport("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1}),)
+    topics = (TopicReport("/t", "a/msg/B", 9, (), losses={"lost": 3, "malformed": 0, "refused": 1, "early": 1}),)
     print_summary(Report("lab", 0, "system", 1.0, ExitCode.OK, (), topics, (), processes=processes))
     output = capsys.readouterr().out
     assert "process left was started anew 2 times; the last time the process left was ended by SIGKILL\n" in output
     assert "\nthe process right ended with exit code 1\n" in output
     assert "main" not in output
     assert "/t: not all that came from other processes was received: 3 lost, 1 refused\n" in output
+    assert "/t: 1 message was published before other processes received the topic, and dropped\n" in output
 
 
 def test_inbox_losses_are_listed_by_topic(capsys: pytest.CaptureFixture[str]):

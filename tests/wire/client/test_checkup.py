@@ -120,13 +120,14 @@ def test_drops_are_reported_with_reason_and_fix():
 
 def test_losses_of_topics_inbox_and_timers_are_findings():
     told = answer(
-        topics=[topic(losses={"lost": 3, "malformed": 1, "refused": 0})],
+        topics=[topic(losses={"lost": 3, "malformed": 1, "refused": 0, "early": 2})],
         inbox={"dropped": 2, "refused": 0},
         timers=[{"node": "/source", "name": "tick", "fired": 90, "missed": 10}],
     )
     assert [problem.message for problem in found((), told)] == [
         "3 messages on /x from other processes never arrived",
         "1 message on /x from other processes could not be read",
+        "2 messages on /x to other processes were published before these had let the publisher in",
         "2 messages that threads published came too fast",
         "the timer tick of /source missed 10 of 100 ticks",
     ]

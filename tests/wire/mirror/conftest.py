@@ -1,6 +1,8 @@
-"""A run with a lamp, in a process of its own."""
+"""A run with a lamp, in a process of its own, and a place for a run of several sessions."""
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -11,3 +13,9 @@ from tests.wire.mirror.lamp import SERVER
 @pytest.fixture
 def room(robots: Callable[..., Robot]) -> Robot:
     return robots(SERVER, "room").ready()
+
+
+@pytest.fixture
+def directory() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as name:  # the path of a socket has to be short
+        yield Path(name)

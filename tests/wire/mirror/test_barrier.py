@@ -1,21 +1,10 @@
 """No node of a run starts before all its processes can hear each other: real sessions, each with a graph of its own."""
 
 import asyncio
-import os
-import tempfile
-import time
-from contextlib import asynccontextmanager
-from pathlib import Path
 
-import pytest
-
-from busflow import Node, QoS, launch, publisher, subscription
+from busflow import Node, QoS, publisher, subscription
 from busflow.msgs.std_msgs import Int64
-from busflow.runner.extension import Extension
-from busflow.wire.mirror.membership import Membership
-from busflow.wire.zenoh.run_directory import RunCard
-
-PATIENCE_S = 60.0
+from tests.wire.mirror.processes import Process, conversation, until
 
 
 class Talker(Node):
@@ -32,57 +21,6 @@ class Listener(Node):
     @subscription("numbers", qos=QoS(depth=1000))
     def hear(self, number: Int64) -> None:
         self.heard = (*self.heard, number.data)
-
-
-@pytest.fixture
-def directory():
-    with tempfile.TemporaryDirectory(prefix="bf", dir="/tmp") as name:  # the path of a socket has to be short
-        yield Path(name)
-
-
-class Process(Extension):
-    """What a process of a run is to its barrier, here without a process of its own."""
-
-    def __init__(self, node, name, directory, *others):
-        self.graph, self.changes = launch(node), []
-        self.membership = Membership(
-            self.graph,
-            directory,
-            RunCard("robot", os.getpid(), time.time_ns()),
-            process=name,
-            socket=f"{name}.sock",
-            on_change=lambda *change: self.changes.append(change),
-        )
-        self.others = others
-        self.graph.attach(self.membership)
-        self.graph.attach(self)
-        self.waits = asyncio.Event()
-
-    @property
-    def barrier(self):
-        return self.membership.barrier
-
-    @asynccontextmanager
-    async def surround(self):
-        self.barrier.begin()
-        self.waits.set()
-        await self.barrier.passed(self.others, unless=self.graph.ending)
-        yield
-
-
-def conversation(make):
-    """Run a test on an event loop, and end what it leaves."""
-
-    async def main():
-        async with asyncio.timeout(PATIENCE_S):
-            await make()
-
-    asyncio.run(main())
-
-
-async def until(condition):
-    while not condition():  # noqa: ASYNC110  # what other sessions bring comes from threads that set no event
-        await asyncio.sleep(0.01)
 
 
 def test_the_barrier_loses_no_first_message(directory):

@@ -1,0 +1,68 @@
+"""Held messages: what a publisher sends before the processes that receive its topic have let it in."""
+
+# Zenoh's stubs leave out what many of its methods return.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import zenoh
+
+from busflow.wire.zenoh.keys import QUERY_PREFIX
+from busflow.wire.zenoh.sender import DEPTH, MOST_BYTES
+
+if TYPE_CHECKING:
+    from busflow.wire.mirror.connection import Connection
+
+_PATIENCE_S = 1.0
+"""How long a process whose loop is blocked is waited for."""
+
+
+class HeldMessages:
+    """Encoded messages, and the question that ends their wait."""
+
+    def __init__(self, connection: Connection, room: int, on_end: Callable[[bool], None]) -> None:
+        """Ask every process of the run for an answer; it gives one after it has let in the publishers shown before.
+
+        Args:
+            connection: where to ask.
+            room: how many messages may be held; the oldest is dropped for a new one.
+            on_end: called on the loop when all processes have answered (True), or after a second.
+        """
+        self.dropped: int = 0
+        self._room = min(room, DEPTH)
+        self._messages: deque[tuple[bytes, bytes]] = deque()
+        self._bytes = 0
+        self._all_answered = True
+        callback: Any = zenoh.handlers.Callback(
+            self._take, drop=lambda: connection.on_loop(on_end, self._all_answered), indirect=False
+        )
+        connection.session.get(
+            f"{QUERY_PREFIX}/*/run",
+            callback,
+            payload="{}",
+            congestion_control=zenoh.CongestionControl.DROP,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            allowed_destination=zenoh.Locality.REMOTE,
+            timeout=_PATIENCE_S,
+        )
+
+    def add(self, payload: bytes, attachment: bytes) -> None:
+        """Hold one more message."""
+        self._messages.append((payload, attachment))
+        self._bytes += len(payload)
+        while len(self._messages) > self._room or (self._bytes > MOST_BYTES and len(self._messages) > 1):
+            self._bytes -= len(self._messages.popleft()[0])
+            self.dropped += 1
+
+    def release(self) -> tuple[tuple[bytes, bytes], ...]:
+        """Return the messages, each with its attachment, and hold them no more."""
+        messages = tuple(self._messages)
+        self._messages.clear()
+        return messages
+
+    def _take(self, reply: zenoh.Reply) -> None:
+        self._all_answered = self._all_answered and reply.ok is not None
