@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from busflow.wire.client.graph_view import EndView, GraphView, TopicView
     from busflow.wire.client.known_type import known_type
     from busflow.wire.client.listener import Listener
+    from busflow.wire.client.offer import Offer, misfits
     from busflow.wire.client.speaker import Speaker
 
 _HOMES = {
@@ -45,6 +46,7 @@ _HOMES = {
     "wire.client.graph_view": ("EndView", "GraphView", "TopicView"),
     "wire.client.known_type": ("known_type",),
     "wire.client.listener": ("Listener",),
+    "wire.client.offer": ("Offer", "misfits"),
     "wire.client.speaker": ("Speaker",),
 }
 """The modules, each with its names that this module offers."""
@@ -56,6 +58,7 @@ __all__ = [
     "ForeignType",
     "GraphView",
     "Listener",
+    "Offer",
     "Peer",
     "Selection",
     "ServiceKind",
@@ -74,6 +77,7 @@ __all__ = [
     "joins",
     "kept_lines",
     "known_type",
+    "misfits",
     "print_answer",
     "print_line",
     "tell",

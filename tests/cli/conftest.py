@@ -187,6 +187,10 @@ class Odds(Node):
     @subscription("cmd")
     def on_command(self, command: Float64) -> None:
         self.commanded.publish(command)
+
+    @subscription("strict", qos=QoS(deadline=900, lease=800, liveliness="manual_by_topic"))
+    def on_strict(self, command: Float64) -> None:
+        self.commanded.publish(command)
 '''
 
 ODD_LAB = """\

@@ -69,12 +69,13 @@ def pub(
     VALUES is YAML; fields that it leaves out have their defaults. A header may be `auto` and a time `now`: each
     message then gets the time of its publication. QoS that is not given follows what the topic's subscriptions ask for.
     """
-    from busflow.cli.topic.publishing import Publishing, TypedQoS
+    from busflow.cli.topic.publishing import Publishing
+    from busflow.wire.client.offer import Offer
 
     if once and times is not None:
         raise click.UsageError("--once and --times exclude each other")
     limit = 1 if once else times
     with joined(run) as peer:
-        offer = TypedQoS(qos_depth, qos_reliability, qos_durability)
+        offer = Offer(qos_depth, qos_reliability, qos_durability)
         publishing = Publishing(peer, name, type_name, values, offer, print_every=print_every, as_json=as_json)
         return publishing.go(rate, limit, matches if matches is not None else int(limit is not None), patience_s)

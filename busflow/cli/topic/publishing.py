@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
 from math import inf
 from threading import Event
 from typing import TYPE_CHECKING
@@ -21,50 +21,23 @@ from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.known_type import known_type
-from busflow.wire.zenoh.keys import TokenKind
+from busflow.wire.client.offer import Offer, misfits
+from busflow.wire.zenoh.keys import Token, TokenKind
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer, Speaker
     from busflow.wire.client.graph_view import GraphView
-    from busflow.wire.zenoh.qos_text import WireQoS
 
 _LOOK_S = 1.0
 """The interval at which to print that subscriptions are missing, and to check that the run is alive."""
 _NS_PER_S = 1_000_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class TypedQoS:
-    """The QoS on the command line; None means the value that suits the topic's subscriptions."""
-
-    depth: int | None = None
-    reliability: str | None = None
-    durability: str | None = None
-
-    def text(self, wanted: Sequence[WireQoS]) -> str:
-        """Return the offered QoS in the form of `qos_text`, for subscriptions that ask for these.
-
-        A subscription that asks for `transient_local` needs that offered; `reliable` suits every subscription.
-        """
-        latched = any(each.durability == "transient_local" for each in wanted)
-        durability = self.durability or ("transient_local" if latched else "volatile")
-        reliability = 2 if self.reliability == "best_effort" else ""
-        return f"{reliability}:{1 if durability == 'transient_local' else ''}:,{self.depth or 10}:,:,:,,"
-
-    def misses(self, wanted: Sequence[WireQoS]) -> str | None:
-        """Return the QoS that a subscription asks for and that is not offered; None if there is none."""
-        if self.reliability == "best_effort" and any(each.reliability == "reliable" for each in wanted):
-            return "reliability: reliable"
-        if self.durability == "volatile" and any(each.durability == "transient_local" for each in wanted):
-            return "durability: transient_local"
-        return None
-
-
 class Publishing:
     """The publishing of typed values on a topic of a run."""
 
     def __init__(
-        self, peer: Peer, name: str, type_name: str, values: str, offer: TypedQoS, *, print_every: int, as_json: bool
+        self, peer: Peer, name: str, type_name: str, values: str, offer: Offer, *, print_every: int, as_json: bool
     ) -> None:
         """Check everything before anything is published.
 
@@ -85,12 +58,10 @@ class Publishing:
             message = f"{self._topic} has the type {there.type}, not {self._type.name}"
             raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} shows its fields"))
         self._values = TypedValues(values, self._type, self._shape)
-        asked = [each.qos for each in there.subscriptions] if there is not None else []
-        self._qos = offer.text(asked)
-        if (missed := offer.misses(asked)) is not None:
-            print_message(
-                f"warning: a subscription of {printable(self._topic)} asks for {missed}, and receives nothing of this"
-            )
+        asked = [each.token for each in there.subscriptions] if there is not None else []
+        self._offer, self._qos = offer, offer.text(asked)
+        self._warned = set[str]()
+        self._warn_misfits(asked)
         if there is None or not there.subscriptions:
             self._warn_unreceived(graph)
         self._clock = SystemClock()
@@ -102,8 +73,9 @@ class Publishing:
         Raises:
             InspectionUnavailable: The run has ended.
         """
-        with self._peer.advertise(self._topic, self._type, qos=self._qos) as speaker:
-            if not self._wait_for(matches, speaker, inf if patience_s is None else patience_s):
+        with ExitStack() as ends:
+            speaker = self._matched(ends, matches, inf if patience_s is None else patience_s)
+            if speaker is None:
                 wanted = counted(matches, "subscription")
                 print_message(f"error: {printable(self._topic)} did not have {wanted} within {patience_s:g} s")
                 return ExitCode.FAILED
@@ -120,6 +92,7 @@ class Publishing:
                     if self._clock.monotonic_ns() - looked_ns > _LOOK_S * _NS_PER_S:
                         looked_ns = self._clock.monotonic_ns()
                         self._require_run()
+                        self._warn_misfits(self._subscriptions())
 
     def _publish(self, speaker: Speaker) -> None:
         values = self._values.at(self._clock.now().nanoseconds)
@@ -132,18 +105,25 @@ class Publishing:
         else:
             click.echo(f"publishing #{speaker.published}: {python_form(shown, self._shape)}\n")
 
-    def _wait_for(self, matches: int, speaker: Speaker, patience_s: float) -> bool:
-        """Wait for this many subscriptions, printing a line each second; return False after the wait."""
+    def _matched(self, ends: ExitStack, matches: int, patience_s: float) -> Speaker | None:
+        """Wait for this many subscriptions, printing a line each second; return None if there were not in time."""
+        speaker = self._advertised(ends)
         began_ns, announced = self._clock.monotonic_ns(), False
         while matches:
             left_s = patience_s - (self._clock.monotonic_ns() - began_ns) / _NS_PER_S
-            enough = self._listeners() >= matches
+            there = self._subscriptions()
+            wanted = self._type.name, self._type.type_hash
+            enough = sum((each.type, each.hash) == wanted for each in there) >= matches
+            if enough and (qos := self._offer.text(there)) != self._qos:  # those that have come ask for more
+                ends.close()
+                self._qos = qos
+                speaker = self._advertised(ends)
             if enough and speaker.wait_for_listener(max(0.0, min(_LOOK_S, left_s))):
                 if announced:
                     self._peer.settle()  # new subscriptions may not have discovered this publisher yet
-                return True
+                break
             if left_s <= 0:
-                return False
+                return None
             if not announced:
                 announced = True
                 print_message("to publish at once, without waiting for subscriptions: -w 0")
@@ -151,11 +131,21 @@ class Publishing:
             self._require_run()
             if not enough:
                 self._pause.wait(min(_LOOK_S, left_s))
-        return True
+        return speaker
 
-    def _listeners(self) -> int:
-        wanted = (TokenKind.SUBSCRIPTION, self._topic, self._type.name, self._type.type_hash)
-        return sum((each.kind, each.topic, each.type, each.hash) == wanted for each in self._peer.tokens())
+    def _advertised(self, ends: ExitStack) -> Speaker:
+        return ends.enter_context(self._peer.advertise(self._topic, self._type, qos=self._qos))
+
+    def _subscriptions(self) -> list[Token]:
+        wanted = TokenKind.SUBSCRIPTION, self._topic
+        return [each for each in self._peer.tokens() if (each.kind, each.topic) == wanted]
+
+    def _warn_misfits(self, subscriptions: Sequence[Token]) -> None:
+        """Name each subscription that does not receive this, and why, once."""
+        for node, why in misfits(self._type, self._qos, subscriptions).items():
+            if node not in self._warned:
+                self._warned.add(node)
+                print_message(f"warning: {printable(node)} does not receive {printable(self._topic)}: {printable(why)}")
 
     def _require_run(self) -> None:
         if not self._peer.alive:

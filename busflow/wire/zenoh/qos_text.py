@@ -47,11 +47,28 @@ def to_text(qos: QoS) -> str:
     >>> to_text(QoS(depth=7, durability="transient_local", deadline_s=0.5))
     ':1:,7:0,500000000:,:,,'
     """
-    reliability = _number(_RELIABILITIES, qos.reliability.value, "reliable")
-    durability = _number(_DURABILITIES, qos.durability.value, "volatile")
-    liveliness = _number(_LIVELINESSES, qos.liveliness.value, "automatic")
-    depth = "" if qos.depth == _DEFAULT_DEPTH else str(qos.depth)
-    limits = [_written(limit) for limit in (qos.deadline_s, qos.lifespan_s, qos.lease_s)]
+    limits = (qos.deadline_s, qos.lifespan_s, qos.lease_s)
+    deadline_ns, lifespan_ns, lease_ns = (None if limit is None else round(limit * _NS_PER_S) for limit in limits)
+    return written(
+        WireQoS(
+            reliability=qos.reliability.value,
+            durability=qos.durability.value,
+            depth=qos.depth,
+            deadline_ns=deadline_ns,
+            lifespan_ns=lifespan_ns,
+            liveliness=qos.liveliness.value,
+            lease_ns=lease_ns,
+        )
+    )
+
+
+def written(stated: WireQoS) -> str:
+    """Return the short form of what a token states, which keeps the last `depth` messages."""
+    reliability = _number(_RELIABILITIES, stated.reliability, "reliable")
+    durability = _number(_DURABILITIES, stated.durability, "volatile")
+    liveliness = _number(_LIVELINESSES, stated.liveliness, "automatic")
+    depth = "" if stated.depth == _DEFAULT_DEPTH else str(stated.depth)
+    limits = [_written(limit) for limit in (stated.deadline_ns, stated.lifespan_ns, stated.lease_ns)]
     return f"{reliability}:{durability}:,{depth}:{limits[0]}:{limits[1]}:{liveliness},{limits[2]}"
 
 
@@ -96,10 +113,10 @@ def _number(numbers: dict[int, str], word: str, default: str) -> str:
     return "" if word == default else next(str(number) for number, each in numbers.items() if each == word)
 
 
-def _written(limit_s: float | None) -> str:
-    if limit_s is None:
+def _written(limit_ns: int | None) -> str:
+    if limit_ns is None:
         return ","
-    seconds, nanoseconds = divmod(round(limit_s * _NS_PER_S), _NS_PER_S)
+    seconds, nanoseconds = divmod(limit_ns, _NS_PER_S)
     return f"{seconds},{nanoseconds}"
 
 

@@ -7,9 +7,13 @@ import sys
 from collections.abc import Callable
 
 import pytest
+import zenoh
 
+from busflow import QoS
 from busflow.cli import main
 from busflow.wire.client.client import join
+from busflow.wire.zenoh.keys import GRAPH, Token, TokenKind, topic_key
+from busflow.wire.zenoh.qos_text import to_text
 
 Captured = pytest.CaptureFixture[str]
 
@@ -111,5 +115,35 @@ def test_offered_qos_is_visible_in_the_graph():
 
 def test_insufficient_qos_is_warned_of(capsys: Captured):
     assert main(["topic", "pub", "-t", "1", "-w", "0", "--qos-reliability", "best_effort", "cmd", FLOAT]) == 0
-    message = "warning: a subscription of /cmd asks for reliability: reliable, and receives nothing of this\n"
-    assert capsys.readouterr().err == message
+    why = "reliability: best_effort is offered, reliable is requested"
+    assert capsys.readouterr().err == f"warning: /odds does not receive /cmd: {why}\n"
+
+
+def test_a_strict_subscription_receives_what_is_published(capsys: Captured):
+    with join() as peer, peer.listen(peer.graph().topic("commanded")) as listener:
+        assert main(["topic", "pub", "--once", "strict", FLOAT, "{data: 7.5}"]) == 0
+        received = listener.get(60)
+        assert received is not None
+        assert peer.type(FLOAT).decode(received.payload) == {"data": 7.5}
+    assert capsys.readouterr().err == ""
+
+
+def test_the_offer_follows_subscriptions_that_come():
+    command = [sys.executable, "-m", "busflow", "topic", "pub", "--once", "later", FLOAT]
+    with join() as peer, subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as it:
+        assert it.stdout is not None
+        assert it.stdout.readline().startswith("Waiting for")
+        type_, zid = peer.type(FLOAT), str(peer.session.info.zid())
+        end = ("/later", type_.name, type_.type_hash, to_text(QoS(deadline=5.0)))
+        token = Token(zid, 0, 1, TokenKind.SUBSCRIPTION, "/", "strict", *end)
+        offers: list[str] = []
+        seen = zenoh.handlers.Callback(lambda sample: offers.append(Token.parse(str(sample.key_expr)).qos))
+        key = topic_key("/later", type_.name, type_.type_hash)
+        with (
+            peer.session.liveliness().declare_subscriber(f"{GRAPH}/*/*/*/*/{TokenKind.PUBLISHER}/**", seen),
+            peer.session.declare_subscriber(key, arrived := zenoh.handlers.FifoChannel(5)),
+            peer.session.liveliness().declare_token(str(token)),
+        ):
+            assert it.wait(60) == 0
+        del arrived
+    assert "::,10:5,0:,:,," in offers

@@ -204,6 +204,7 @@ class Bridge:
         self.graph, self.connections = seen.graph, connections
         for viewer in self.viewers:
             viewer.offer(change)
+            viewer.send_misfits()
             viewer.report_dropped()
             if viewer.follows_graph and any(changes.values()):
                 viewer.send(protocol.text("connectionGraphUpdate", **changes))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from busflow.cli.commands import check_full_topic_name, decode_json, known_type
+from busflow.cli.commands import Offer, check_full_topic_name, decode_json, known_type, misfits
 from busflow.errors import IncompatibleType, MalformedMessage, NoSuchTarget
 from busflow.text import printable
 
@@ -18,17 +19,18 @@ ENCODINGS = ("json", "cdr")
 """Encodings that viewers may publish in. Lichtblick takes the first that it knows, and writes JSON without surplus."""
 _MOST = 100
 """Most topics that one viewer may publish."""
-_LATCHED = "transient_local"
-_QOS, _LATCHED_QOS = "::,10:,:,:,,", ":1:,10:,:,:,,"
 
 
 @dataclass(frozen=True, slots=True)
 class _Publication:
     topic: str
     type: ForeignType
+    qos: str
     is_json: bool
     speaker: Speaker
     ending: ExitStack
+    misfits: set[str] = field(default_factory=set[str])
+    """Nodes of which the viewer knows that they do not receive this."""
 
 
 class Publications:
@@ -60,14 +62,23 @@ class Publications:
         there = graph.topics.get(channel.topic)
         if there is not None and type_.name not in there.types:
             raise IncompatibleType(f"{channel.topic} has the type {printable(there.type)}, not {type_.name}")
-        asked = there.subscriptions if there is not None else ()
-        qos = _LATCHED_QOS if any(each.qos.durability == _LATCHED for each in asked) else _QOS
+        qos = Offer().text(each.token for each in (there.subscriptions if there is not None else ()))
         with ExitStack() as ending:
             speaker = ending.enter_context(self._peer.advertise(channel.topic, type_, qos=qos, settle=False))
             is_json = channel.encoding == "json"
-            self._open[channel.id] = _Publication(channel.topic, type_, is_json, speaker, ending.pop_all())
+            self._open[channel.id] = _Publication(channel.topic, type_, qos, is_json, speaker, ending.pop_all())
         if self._closed:  # meanwhile, in the event loop's thread: who closed has not seen this one
             self.end(channel.id)
+
+    def new_misfits(self, graph: GraphView) -> Iterator[str]:
+        """Yield a sentence for each subscription that does not receive what is published here, once."""
+        for each in tuple(self._open.values()):  # another thread may begin one meanwhile
+            there = graph.topics.get(each.topic)
+            ends = (end.token for end in (there.subscriptions if there is not None else ()))
+            for node, why in misfits(each.type, each.qos, ends).items():
+                if node not in each.misfits:
+                    each.misfits.add(node)
+                    yield f"{node} does not receive {each.topic}: {why}"
 
     def publish(self, id_: int, payload: bytes) -> None:
         """Publish a message.

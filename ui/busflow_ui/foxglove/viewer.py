@@ -165,6 +165,11 @@ class Viewer:
         if change.services:
             self.send(protocol.text("advertiseServices", services=[each.announcement() for each in change.services]))
 
+    def send_misfits(self) -> None:
+        """Name the subscriptions that do not receive what this viewer publishes."""
+        for sentence in self._publications.new_misfits(self._run.graph):
+            self.send_status(Level.WARNING, sentence)
+
     async def _send(self) -> None:
         with suppress(ConnectionClosed):
             while True:
@@ -232,6 +237,7 @@ class Viewer:
                 self._require_writable("publish")
                 for each in channels:
                     await self._begin(each)
+                self.send_misfits()
                 await self._run.ask(self._run.peer.settle)  # what it publishes next is read after that
             case protocol.Unadvertise(ids):
                 for id_ in ids:

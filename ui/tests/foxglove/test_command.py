@@ -16,12 +16,15 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from busflow import QoS
 from busflow.cli import main
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.sensor_msgs import Imu
 from busflow.msgs.std_msgs import Float64
 from busflow.msgs.std_srvs import Trigger
 from busflow.wire.client.client import join
+from busflow.wire.zenoh.keys import Token, TokenKind
+from busflow.wire.zenoh.qos_text import to_text
 from tests.cli.test_cli import HEAVY, IMPORTS
 
 PATIENCE_S = 60.0
@@ -446,6 +449,30 @@ def test_what_a_client_publishes_arrives_in_a_node(served_odds: Served, encoding
     client.ask("unadvertise", channelIds=[3])
     client.publish(3, payload)
     client.status("nothing is published under the number 3")
+
+
+def test_a_strict_subscription_receives_a_viewers_messages(served_odds: Served):
+    client = served_odds.client()
+    client.subscribe("/commanded")
+    row = {"id": 3, "topic": "/strict", "encoding": "json", "schemaName": "std_msgs/msg/Float64"}
+    client.ask("advertise", channels=[row])
+    client.publish(3, b'{"data": 7.5}')
+    assert TypeSupport(Float64).decode(client.message()["payload"]) == Float64(data=7.5)
+
+
+def test_unfit_subscriptions_are_named_to_a_viewer(served_odds: Served, odd_lab: Any, monkeypatch: pytest.MonkeyPatch):
+    odd_lab.look(monkeypatch)
+    client, support = served_odds.client(), TypeSupport(Float64)
+    row = {"id": 3, "topic": "/fresh", "encoding": "json", "schemaName": "std_msgs/msg/Float64"}
+    client.ask("advertise", channels=[row])
+    client.publish(3, b"[]")
+    client.status("std_msgs/msg/Float64")  # so the topic is open
+    with join() as peer:
+        end = ("/fresh", support.name, support.type_hash, to_text(QoS(deadline=0.5)))
+        token = Token(str(peer.session.info.zid()), 0, 1, TokenKind.SUBSCRIPTION, "/", "strict", *end)
+        with peer.session.liveliness().declare_token(str(token)):
+            told = client.status("/strict does not receive /fresh: deadline: null is offered, 500ms is requested")
+    assert told["level"] == 1
 
 
 @pytest.mark.parametrize(
