@@ -66,6 +66,7 @@ class Arrivals:
             if sequence in gap:
                 halves = range(gap.start, sequence), range(sequence + 1, gap.stop)
                 record.gaps[index : index + 1] = [half for half in halves if half]
+                del record.gaps[:-_MOST_GAPS]  # numbers out of order could divide them without end
                 if sequence > record.first:
                     self._losses["lost"] -= 1
                     if not self._losses["lost"]:
