@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _VERBS = {
     "list": ("busflow.cli.interface:list_", "List the message and service types."),
     "show": ("busflow.cli.interface:show", "Show the fields of a type."),
+    "proto": ("busflow.cli.interface:proto", "Show the values of a new message of a type."),
     "package": ("busflow.cli.interface:package", "List the types of one package."),
     "packages": ("busflow.cli.interface:packages", "List the packages that have types."),
 }
@@ -28,6 +29,7 @@ _EXAMPLES = """\b
 Examples:
   busflow interface list -m
   busflow interface show sensor_msgs/msg/Imu
+  busflow interface proto sensor_msgs/msg/Imu --no-quotes > imu.yaml
   busflow interface package std_srvs"""
 
 _KINDS = {"msg": "Messages", "srv": "Services"}
@@ -76,12 +78,7 @@ def list_(run: str | None, messages: bool, services: bool, as_json: bool) -> Non
 @joins
 def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_json: bool) -> None:
     """Show TYPE in the form of a .msg or .srv file, with nested types indented."""
-    known = _builtin() if run is None else _known(run)
-    try:
-        full = _full(name, known)
-    except NoSuchTarget:  # only the running graph can know it
-        known = _known(run)
-        full = _full(name, known)
+    full, known = _found(run, name)
     if as_json:
         parts = dict(_descriptions(full, known))
         print_answer({"name": full, "description": parts if len(parts) > 1 else next(iter(parts.values()))})
@@ -92,6 +89,24 @@ def show(run: str | None, name: str, no_comments: bool, all_comments: bool, as_j
         lines += ["---"] * (number > 0)
         lines += _lines(part, description, depth)
     click.echo("\n".join(lines))
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("name", metavar="TYPE", shell_complete=complete_interfaces)
+@click.option("--no-quotes", is_flag=True, help="Without the quotes around it, which a shell needs.")
+@joins
+def proto(run: str | None, name: str, no_quotes: bool, as_json: bool) -> None:
+    """Show a message of TYPE, or a request of a service, with its defaults: YAML for topic pub and service call."""
+    full, known = _found(run, name)
+    _, description = next(_descriptions(full, known))
+    values = _new(description)
+    if as_json:
+        print_answer({"name": full, "values": values})
+        return
+    from busflow.cli.terminal.yaml_text import yaml_lines
+
+    quote = "" if no_quotes else '"'
+    click.echo(quote + "".join(f"{line}\n" for line in yaml_lines(values)) + quote, nl=not no_quotes)
 
 
 @click.command(epilog=_EXAMPLES)
@@ -139,6 +154,16 @@ def _known(run: str | None) -> _Known:
     return _Known(tuple(sorted({*_builtin().names, *described})), described)
 
 
+def _found(run: str | None, name: str) -> tuple[str, _Known]:
+    """Return a type's full name and the known types; the running graph is asked only where it alone can know it."""
+    known = _builtin() if run is None else _known(run)
+    try:
+        return _full(name, known), known
+    except NoSuchTarget:
+        known = _known(run)
+        return _full(name, known), known
+
+
 def _full(name: str, known: _Known) -> str:
     """Return the full name of a type, whose middle part may be left out: sensor_msgs/Imu."""
     package, _, last = name.partition("/")
@@ -167,6 +192,17 @@ def _descriptions(name: str, known: _Known) -> Iterator[tuple[str, Any]]:
 
 
 # Showing a type.
+
+
+def _new(description: Any) -> Any:
+    """Return the values of a new message; a field of a JSON Schema that has to be given is None."""
+    if "type_description" not in description:  # a type that ROS cannot describe
+        return {field: each.get("default") for field, each in description.get("properties", {}).items()}
+    from busflow.cli.terminal.abridged import Abridger
+    from busflow.interfaces.encoding.plain_reader import decoder_from_description
+    from busflow.interfaces.encoding.plain_writer import encoder_from_description
+
+    return Abridger(None)(decoder_from_description(description)(encoder_from_description(description)({})))
 
 
 def _lines(name: str, description: TypeDescription, depth: int) -> list[str]:

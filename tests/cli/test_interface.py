@@ -24,10 +24,18 @@ class Grip(Message, package="talk_msgs"):
     names: Sequence[str] = ()
 
 
+class Label(Message, package="talk_msgs"):
+    """What ROS has no words for."""
+
+    text: str
+    place: str | None = "shelf"
+
+
 class Gripper(Node):
-    """Has a message of its own."""
+    """Has messages of its own."""
 
     grips = publisher(Grip, "grips")
+    labels = publisher(Label, "labels")
 
     async def start(self) -> None:
         self.log.info("ready")
@@ -57,6 +65,18 @@ class TestShippedTypes:
         assert main(["interface", "show", "std_srvs/srv/SetBool", "--no-comments"]) == 0
         assert capsys.readouterr().out == "bool data\n---\nbool success\nstring message\n"
 
+    def test_proto_prints_the_values_as_ros2(self, capsys: Captured, ros2_file: Callable[[str], str]):
+        assert main(["interface", "proto", "sensor_msgs/msg/JointState"]) == 0
+        assert capsys.readouterr().out == ros2_file("63_interface_proto")
+        assert main(["interface", "proto", "std_srvs/SetBool", "--no-quotes"]) == 0
+        assert capsys.readouterr().out == "data: false\n"
+
+    def test_proto_has_the_defaults_as_json(self, capsys: Captured):
+        assert main(["interface", "proto", "geometry_msgs/Quaternion", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["name"] == "geometry_msgs/msg/Quaternion"
+        assert answer["values"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+
     def test_lists(self, capsys: Captured):
         assert main(["interface", "list", "-s"]) == 0
         assert capsys.readouterr().out.startswith("Services:\n    diagnostic_msgs/srv/AddDiagnostics\n")
@@ -75,6 +95,7 @@ class TestShippedTypes:
         ("command", "expected"),
         [
             ("show sensor_msgs/msg/Imuu", "there is no type sensor_msgs/msg/Imuu; did you mean 'sensor_msgs/msg/Imu'?"),
+            ("proto std_msg/String", "there is no type std_msg/String; did you mean 'std_msgs/msg/String'?"),
             ("package sensor_msg", "no package sensor_msg has types; did you mean 'sensor_msgs'?"),
         ],
     )
@@ -90,5 +111,8 @@ def test_user_types_come_from_the_run(project: Path, start_run: Callable[..., An
     start_run(project, "talk.yaml").wait_for("ready")
     assert main(["interface", "show", "talk_msgs/Grip"]) == 0
     assert capsys.readouterr().out == "float64 force\nstring[] names\n"
+    for name, expected in (("Grip", "force: 0.0\nnames: []\n"), ("Label", "text: null\nplace: shelf\n")):
+        assert main(["interface", "proto", f"talk_msgs/{name}", "--no-quotes"]) == 0
+        assert capsys.readouterr().out == expected
     assert main(["interface", "list", "-m"]) == 0
     assert "    talk_msgs/msg/Grip\n" in capsys.readouterr().out
