@@ -120,6 +120,11 @@ class Subscription(Recipient[M, Topic[M]]):
         if source is not None and source.perishable and (expired := expire(self.items, source.clock)):
             self.queue.drops["expired"] += expired
 
+    def discard_queued(self, reason: str) -> None:
+        """Drop all queued messages, for this reason."""
+        while self.items:
+            self.queue.discard(reason)
+
     # Pulling.
 
     def __aiter__(self) -> Self:

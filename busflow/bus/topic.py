@@ -119,14 +119,17 @@ class Topic(DeliverySource, Generic[M]):
         return self._arrived + sum(each.published for each in self.publishers if each.endpoint.remote)
 
     def statistics(self) -> TopicStatistics:
-        """Return the current counts of the topic and of each of its endpoints."""
+        """Return the current counts of the topic and of each endpoint; one that left and came again has one account."""
+        gone = dict(self._gone)
+        lines = [(gone.pop(each.endpoint, None), each.statistics()) for each in self.subscriptions]
+        present = [line if before is None else before + line for before, line in lines]
         return TopicStatistics(
             topic=self.name,
             published=self.published,
             arrived=self.arrived,
             losses=dict(self.losses),
             publishers=tuple(each.statistics() for each in self.publishers),
-            subscriptions=(*(each.statistics() for each in self.subscriptions), *self._gone.values()),
+            subscriptions=(*present, *gone.values()),
         )
 
     @property

@@ -1,8 +1,9 @@
-"""`busflow node`: lists the nodes of a running graph, and shows the endpoints of one."""
+"""`busflow node`: lists the nodes of a running graph, shows the endpoints of one, and stops and starts nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,20 +12,27 @@ from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.options.run import complete_nodes, joined, joins
 from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, print_table, print_text
+from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
 from busflow.wire.client.graph_view import is_hidden
 
 if TYPE_CHECKING:
-    from busflow.wire.client.graph_view import EndView, NodeView
+    from busflow.wire.client.client import Peer
+    from busflow.wire.client.graph_view import EndView, GraphView, NodeView
 
 _VERBS = {
     "list": ("busflow.cli.node:list_", "List the nodes of a running graph."),
     "info": ("busflow.cli.node:info", "Show what a node publishes, receives and offers, and its state."),
+    "stop": ("busflow.cli.node:stop", "Stop nodes while the others go on."),
+    "start": ("busflow.cli.node:start", "Start nodes that were stopped or have ended."),
+    "restart": ("busflow.cli.node:restart", "Stop nodes and start them anew."),
 }
 _EXAMPLES = """\b
 Examples:
   busflow node list -v
-  busflow node info sensor_processor"""
+  busflow node info sensor_processor
+  busflow node stop sensor_processor
+  busflow node restart sensor_publisher sensor_processor"""
 
 _COLUMNS = (
     Column("NODE"),
@@ -37,7 +45,9 @@ _COLUMNS = (
     Column("RESTARTS"),
 )
 
-node: LazyGroup = LazyGroup("node", _VERBS, help="Look at the nodes of a running graph.", epilog=_EXAMPLES)
+node: LazyGroup = LazyGroup(
+    "node", _VERBS, help="Look at the nodes of a running graph; stop and start them.", epilog=_EXAMPLES
+)
 
 
 @click.command("list", epilog=_EXAMPLES)
@@ -92,9 +102,111 @@ def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> Non
         click.echo(f"  Plugin: {printable(details['plugin'])}")
         click.echo(f"  Process: {printable(details['process'])}, pid {details['pid']}")
         click.echo(f"  Parameters: {parameters}")
-        if details.get("restarts"):
-            click.echo(f"  Restarts: {details['restarts']}")
+        counts = {"Restarts": "restarts", "Stopped by hand": "stopped_by_hand", "Started by hand": "started_by_hand"}
+        for title, key in counts.items():
+            if details.get(key):
+                click.echo(f"  {title}: {details[key]}")
     _print_failures([found])
+
+
+_names = click.argument("names", metavar="NODE...", nargs=-1, required=True, shell_complete=complete_nodes)
+
+
+@click.command(epilog=_EXAMPLES)
+@_names
+@joins
+def stop(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
+    """Stop each NODE, until it is started by hand: no `restart` policy starts it. The other nodes go on.
+
+    Its topics and services are left, its counts and parameters stay. A node that is stopped already stays so.
+    """
+    return _order(run, names, "stop", as_json=as_json)
+
+
+@click.command(epilog=_EXAMPLES)
+@_names
+@joins
+def start(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
+    """Start each NODE that was stopped by hand or has ended, from its parameters as they are now.
+
+    A node that runs already goes on.
+    """
+    return _order(run, names, "start", as_json=as_json)
+
+
+@click.command(epilog=_EXAMPLES)
+@_names
+@joins
+def restart(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
+    """Stop each NODE, and start it from its parameters as they are now."""
+    return _order(run, names, "restart", as_json=as_json)
+
+
+def _order(run: str | None, names: Sequence[str], order: str, *, as_json: bool) -> int:
+    """Give an order, wait until it is carried out, and print the state of each node; FAILED if one failed."""
+    with joined(run) as peer:
+        graph = peer.graph()
+        wanted = list(dict.fromkeys(graph.node(name).name for name in names))
+        before: dict[str, Any] = {}
+        for answer in peer.ask("order_nodes", order=order, nodes=wanted):
+            before |= answer
+        for name in wanted:
+            if name not in before:
+                raise NoSuchTarget(f"{printable(name)} is not busflow's: it can only be stopped where it was started")
+        after = {name: _carried_out(peer, order, before[name]) for name in wanted}
+        graph = peer.graph()
+    if as_json:
+        print_answer({"run": peer.run.name, "nodes": [_row_json(graph.nodes[name]) for name in wanted]})
+    else:
+        for name in wanted:
+            click.echo(f"{printable(name)}: {_outcome(before[name], after[name])}")
+    if order == "stop":
+        _print_dependants(graph, wanted)
+    failed = [name for name in wanted if after[name]["failure_count"] > before[name]["failure_count"]]
+    for name in failed:
+        print_message(f"error: {name} has failed: {'; '.join(after[name]['failures'])}")
+    return ExitCode.FAILED if failed else ExitCode.OK
+
+
+_POLL_S = 0.05
+_PATIENCE_S = 60.0
+_PAUSE = Event()
+"""An event that is never set: `_carried_out` waits on it between two questions."""
+_ENDED = {"stopped", "stopped by hand", "failed"}
+"""The states of a node that does not run, and does not start again by itself."""
+
+
+def _carried_out(peer: Peer, order: str, before: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Wait until an order for a node is carried out; return its process's answer about it.
+
+    Raises:
+        InspectionUnavailable: The run has ended, or it takes too long.
+    """
+    if (order, before["state"] in _ENDED) in {("stop", True), ("start", False)}:
+        return before
+    for _ in range(round(_PATIENCE_S / _POLL_S)):
+        now = peer.graph().node(before["name"]).details
+        started = now["started_by_hand"] > before["started_by_hand"]
+        if (started and now["state"] not in {"starting", "stopping"}) or (order == "stop" and now["state"] in _ENDED):
+            return now
+        _PAUSE.wait(_POLL_S)
+    why = f"busflow could not {order} {printable(before['name'])} within {_PATIENCE_S:g} s"
+    raise InspectionUnavailable(f"{why}; busflow log --level error may show why")
+
+
+def _outcome(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    """Return what has become of a node, in a few words."""
+    state = str(after["state"])
+    if before is after:
+        return "has ended already" if state == "stopped" else f"is {state} already"
+    return f"waits for {printable(', '.join(after['depends_on']))}" if state == "waiting" else state
+
+
+def _print_dependants(graph: GraphView, stopped: Sequence[str]) -> None:
+    for each in graph.nodes.values():
+        needed = [name for name in each.details.get("depends_on", ()) if name in stopped]
+        if needed and each.name not in stopped and _state(each) not in _ENDED:
+            print_message(f"warning: {each.name} depends on {', '.join(needed)}, and goes on")
 
 
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
@@ -124,6 +236,8 @@ def _row_json(node: NodeView) -> dict[str, Any]:
         "process": details.get("process"),
         "pid": details.get("pid"),
         "restarts": details.get("restarts", 0),
+        "stopped_by_hand": details.get("stopped_by_hand", 0),
+        "started_by_hand": details.get("started_by_hand", 0),
         "failures": details.get("failures", []),
         "publishers": len(node.publishers),
         "subscriptions": len(node.subscriptions),
@@ -146,3 +260,5 @@ def _print_failures(nodes: Sequence[NodeView]) -> None:
             print_message(f"error: {each.name} has failed: {why}")
         elif _state(each) == "restarting":
             print_message(f"warning: {each.name} is started anew: {why or 'it ended'}")
+        elif _state(each) == "stopped by hand":
+            print_message(f"warning: {each.name} is stopped by hand; busflow node start {each.name} starts it")

@@ -6,7 +6,7 @@ _VERBS = {
     "component": "nodes share a process unless the launch file says `process:`; busflow node list shows them",
     "daemon": "there is none to start or stop; busflow ps lists what runs",
     "launch": "write busflow run FILE",
-    "lifecycle": "a node starts and stops with its run; busflow node list -v shows its state",
+    "lifecycle": "busflow node start, stop and restart change a node's state; busflow node list -v shows it",
     "multicast": "busflow doctor checks the running graphs and what they need on this machine",
     "pkg": "busflow plugins lists the plugins, busflow interface packages the packages of types; busflow new makes one",
 }

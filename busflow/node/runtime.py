@@ -299,6 +299,11 @@ class NodeRuntime:
         """Refuse to create more; publishers and subscriptions stay attached, for a restart or for `disconnect`."""
         self._ended = True
 
+    def discard_queued(self, reason: str) -> None:
+        """Drop what its subscriptions have not handled, so that a later start begins with new messages."""
+        for subscription in self.ends.subscriptions:
+            subscription.discard_queued(reason)
+
     def disconnect(self) -> None:
         """Leave every topic and service; iterations over subscriptions end."""
         self.ends.leave()

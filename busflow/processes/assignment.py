@@ -6,7 +6,7 @@ The pipe stays open as long as the main process lives; the worker process ends w
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
@@ -93,7 +93,9 @@ class Memory:
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     """Parameters by node, of nodes where some were set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
-    """Lives by node: those of the process, and the node's own restarts in each of them."""
+    """Lives by node: those of the process, and the node's own restarts and starts by hand in each of them."""
+    stopped: Sequence[str] = ()
+    """Nodes that were stopped by hand when the process ended, and so stay stopped."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
         """Return the members of a plan with the parameters and lives they had when the process ended."""

@@ -121,6 +121,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
         raise LaunchError(plan.errors)
     if assignment.restarts:
         plan.members = assignment.memory.restored(plan, graph.log)
+        graph.held = frozenset(assignment.memory.stopped)
     report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
     plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
     return graph

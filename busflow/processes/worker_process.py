@@ -121,14 +121,16 @@ class WorkerProcess:
         self._is_out_of_sight = False
         self._killed_for = ""
         self._parameters: dict[str, Any] = {}
+        self._stopped: tuple[str, ...] = ()
 
     @property
     def memory(self) -> Memory:
         """Parameters and counted lives with which the next life begins."""
         lives = Counter(dict.fromkeys(self.nodes, len(self.lives)))
         for life in self.lives:
-            lives.update({node["name"]: node["restarts"] for node in (life.report or {}).get("nodes", ())})
-        return Memory(dict(self._parameters), dict(lives))
+            nodes = (life.report or {}).get("nodes", ())
+            lives.update({node["name"]: node["restarts"] + node["started_by_hand"] for node in nodes})
+        return Memory(dict(self._parameters), dict(lives), self._stopped)
 
     @property
     def policy(self) -> RestartPolicy:
@@ -298,6 +300,9 @@ class WorkerProcess:
                 self._owner.show_record(record_of(message["log"], self.name))
         elif "report" in message:
             self.report, self._last_report_s = message["report"], self._last_message_s
+            if not self._stopping.is_set():
+                nodes = message["report"]["nodes"] if message["report"] else ()
+                self._stopped = tuple(node["name"] for node in nodes if node["state"] == NodeState.STOPPED_BY_HAND)
             self._is_debugged = bool(message.get("debugged"))
             self._end = dict(message.get("end") or self._end)
         elif "parameters" in message:

@@ -34,8 +34,8 @@ from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.report import Report, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
-from busflow.runner.supervisor import Overseer, Unit, outlast
-from busflow.runner.units import GRACE_S, node_among, stop_units, units_of
+from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Unit, outlast
+from busflow.runner.units import GRACE_S, RESORT_S, node_among, stop_units, units_of
 from busflow.runner.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -106,6 +106,8 @@ class Graph:
         self.ending: asyncio.Event = asyncio.Event()
         """Set once the graph is to end, for whatever reason."""
         self._ready = asyncio.Event()
+        self.held: frozenset[str] = frozenset()
+        """Nodes that are not started with the others, since they were stopped by hand in an earlier life."""
         self._lives: dict[Unit, asyncio.Task[None]] | None = None
         """The tasks of the nodes, once they start; no task group, which could leave none behind."""
 
@@ -163,6 +165,8 @@ class Graph:
                 begun.callback(extension.end)
             for unit in self.units:
                 unit.runtime.connect(self.bus)
+                if unit.name in self.held:
+                    unit.hold()
             self._begun = begun.pop_all()
         self._loop = loop
         if self._asked_early is not None:
@@ -196,6 +200,27 @@ class Graph:
         for unit in units:
             unit.runtime.connect(self.bus)
         self._begin_lives(units, self._lives)
+
+    async def stop_by_hand(self, units: Sequence[Unit]) -> None:
+        """Stop some of the nodes until they are started by hand, while the others go on."""
+        for unit in units:
+            unit.stop_by_hand()
+        await stop_units(units, self.clock, START_TIMEOUT_S)
+
+    async def start_by_hand(self, unit: Unit) -> None:
+        """Start a node that has ended, while the others go on.
+
+        Raises:
+            NotRunning: the graph ends, or code of the node still runs.
+        """
+        lives = {} if self._lives is None else self._lives
+        if unit in lives:  # it has ended in this turn of the loop, or nothing ends it
+            await asyncio.wait([lives[unit]], timeout=RESORT_S)
+        if self.ending.is_set() or unit in lives:
+            why = "its code still runs: no cancellation has ended it" if unit in lives else "the run ends"
+            raise NotRunning(f"{unit.name} cannot be started: {why}")
+        unit.renew()
+        self._begin_lives([unit], lives)
 
     def _overseer(self) -> Overseer:
         return Overseer(
@@ -296,7 +321,7 @@ class Graph:
         try:
             async with asyncio.TaskGroup() as tasks:
                 lives = self._lives = {}
-                self._begin_lives(self.units, lives)
+                self._begin_lives([unit for unit in self.units if not unit.is_held], lives)
                 tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
                 try:
                     await self.ending.wait()
@@ -358,8 +383,8 @@ class Graph:
 
     @property
     def has_finished(self) -> bool:
-        """Whether all its nodes have ended."""
-        return all(unit.ended.is_set() for unit in self.units)
+        """Whether all its nodes have ended; one that was stopped by hand may be started again, until the end begins."""
+        return all(unit.ended.is_set() and (self.ending.is_set() or not unit.is_held) for unit in self.units)
 
     # What the program around the graph does.
 

@@ -21,7 +21,7 @@ _COLUMNS = ("topic", "type", "published", "subscription", "delivered", "dropped"
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """One node, its state, restarts and failures."""
+    """One node, its state, restarts, failures, and stops and starts by hand."""
 
     name: str
     plugin: str
@@ -29,6 +29,9 @@ class NodeReport:
     parameters_set: int = 0
     """Number of changes of its parameters while it ran."""
     restarts: int = 0
+    stopped_by_hand: int = 0
+    """Number of stops by hand, those of a restart by hand included."""
+    started_by_hand: int = 0
     failures: int = 0
     """Number of failures, also of those after which it was restarted."""
     last_failure: str | None = None

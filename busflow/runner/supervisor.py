@@ -38,6 +38,8 @@ class NodeState(StrEnum):
     FAILED = "failed"
     RESTARTING = "restarting"
     """It failed or ended, and will be restarted."""
+    STOPPED_BY_HAND = "stopped by hand"
+    """It was stopped while the others went on, and runs again only when it is started by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +71,24 @@ class Unit:
         self.failure: Failure | None = None
         """The last failure."""
         self.failure_count: int = 0
+        self.stopped_by_hand: int = 0
+        """How often it was stopped while the others went on, to restart it included."""
+        self.started_by_hand: int = 0
+        """How often it was started after its end."""
         self.needs: list[tuple[Unit, Condition]] = []
-        """Units and conditions that it waits for before its first start; the graph finds the units."""
+        """Units and conditions that it waits for before a start, where they are not met; the graph finds the units."""
         self.met: set[Condition] = set()
         """Conditions of this node that are met; other units may wait for them."""
         self.started: asyncio.Event = asyncio.Event()
+        """Set once the start of the graph need not wait for it any longer."""
         self.ended: asyncio.Event = asyncio.Event()
-        self._condition_events = {Condition.READY: self.started}
+        self._condition_events = {Condition.READY: asyncio.Event()}
         self._overseer = overseer
         self._backoff = Backoff(self.supervision.restart)
         self._lives_before = self.runtime.surroundings.life
         self._stop_asked = asyncio.Event()
+        self._by_hand = False
+        """True from when it is stopped by hand until it is started by hand."""
         self._scope = anyio.CancelScope()
         self._starting: anyio.CancelScope | None = None
         self._begin_life()
@@ -106,6 +115,11 @@ class Unit:
         """The number of restarts, a scheduled one included."""
         return self._backoff.restarts
 
+    @property
+    def is_held(self) -> bool:
+        """Whether it is stopped by hand, and not yet started again."""
+        return self._by_hand
+
     def statistics(self) -> NodeReport:
         """The node's line of the report."""
         return NodeReport(
@@ -114,6 +128,8 @@ class Unit:
             state=self.state.value,
             parameters_set=self.runtime.parameters.times_set,
             restarts=self.restarts,
+            stopped_by_hand=self.stopped_by_hand,
+            started_by_hand=self.started_by_hand,
             failures=self.failure_count,
             last_failure=self.failure and self.failure.summary,
         )
@@ -122,22 +138,51 @@ class Unit:
         """Start the node, let it run until it ends, fails or is asked to stop; stop it; restart it by its policy."""
         try:
             with self._scope:
-                begun = not self.needs or await self._wait_for_others()
-                while begun:
-                    await self._live_once()
-                    begun = False
-                    while self._pause_s is not None and not begun and await self._pause(self._pause_s):
-                        begun = self._begin_anew()
+                begun = not self.started_by_hand or (not self._stop_asked.is_set() and self._begin_anew())
+                begun = begun and (not self.needs or await self._wait_for_others())
+                while begun or self._pause_s is not None:
+                    if begun:
+                        await self._live_once()
+                    if self._pause_s is None or not await self._pause(self._pause_s):
+                        break
+                    begun = self._begin_anew()
         finally:
             if not self.ended.is_set():
                 self._end()
 
     def _end(self) -> None:
+        if self._by_hand:
+            self.runtime.discard_queued("stopped by hand")
         self.runtime.disconnect()
-        self.state = NodeState.FAILED if self.state is NodeState.FAILED else NodeState.STOPPED
-        for event in (*self._condition_events.values(), self.ended):
+        if self.state is not NodeState.FAILED:
+            self.state = NodeState.STOPPED_BY_HAND if self._by_hand else NodeState.STOPPED
+        # What waits for a node that was stopped by hand goes on waiting: it may be started again.
+        conditions = () if self._by_hand else self._condition_events.values()
+        for event in (*conditions, self.started, self.ended):
             event.set()
         self._overseer.on_end(self)
+
+    # By hand.
+
+    def stop_by_hand(self) -> None:
+        """Count a stop by hand, before `ask_to_stop`; what waits for this node then goes on waiting."""
+        self._by_hand = True
+        self.stopped_by_hand += 1
+
+    def hold(self) -> None:
+        """Leave a node stopped that was stopped by hand in an earlier life of its process."""
+        self._by_hand = True
+        self.runtime.close()
+        self._end()
+
+    def renew(self) -> None:
+        """Count a start by hand of a node that has ended; `live` then runs it again."""
+        self._by_hand = False
+        self.started_by_hand += 1
+        self._stop_asked = asyncio.Event()
+        self._scope = anyio.CancelScope()
+        self.ended.clear()
+        self.state = NodeState.STARTING
 
     async def _live_once(self) -> None:
         try:
@@ -304,11 +349,16 @@ class Unit:
         self.failure_count += 1
         if not self._settled:
             self._settle(failure, mendable=mendable)
-        elif self._pause_s is None or self._stop_asked.is_set():
+        elif (self._pause_s is None or self._stop_asked.is_set()) and not self._is_tolerated:
             self.state = NodeState.FAILED
             self._overseer.on_failure(failure)
         else:
             self.runtime.log.error(failure.summary)
+
+    @property
+    def _is_tolerated(self) -> bool:
+        """Whether a failure on the way out is no reason to end the run: its policy would have restarted the node."""
+        return self._by_hand and self.supervision.restart.when is not Restart.NEVER
 
     def _settle(self, failure: Failure | None, *, mendable: bool = True) -> None:
         """Decide if the node is restarted, now that it has failed or ended."""
@@ -327,8 +377,11 @@ class Unit:
                 self.runtime.log.error(str(limit))
                 failure = failure or Failure(self.name, f"{type(self.node).__name__}.run", limit)
         if self._pause_s is None and failure is not None:
-            self.state = NodeState.FAILED
-            self._overseer.on_failure(failure)
+            if self._is_tolerated:
+                self.runtime.log.error(failure.summary)
+            else:
+                self.state = NodeState.FAILED
+                self._overseer.on_failure(failure)
         self._end_life()
 
     async def _pause(self, pause_s: float) -> bool:
@@ -343,7 +396,8 @@ class Unit:
         predecessor = self.runtime
         self._begin_life()
         try:
-            self.runtime = rebuild(predecessor, predecessor.node.parameters, self._lives_before + self.restarts)
+            life = self._lives_before + self.restarts + self.started_by_hand
+            self.runtime = rebuild(predecessor, predecessor.node.parameters, life)
             self.runtime.life.on_failure = self._failed
             if Condition.FIRST_MESSAGE not in self.met:
                 self.runtime.ends.on_first = predecessor.ends.on_first

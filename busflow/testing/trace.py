@@ -61,7 +61,7 @@ class Trace(Extension):
 
     def node_rebuilt(self, unit: Unit) -> None:
         """Write that a node is about to be restarted."""
-        self._add("restart", unit.name, f"#{unit.restarts}")
+        self._add("restart", unit.name, f"#{unit.restarts + unit.started_by_hand}")
 
     def _on_attach(self, attached: object) -> None:
         if isinstance(attached, Timer):

@@ -229,6 +229,22 @@ async def test_subscription_that_left_stays_in_the_account(make_bench):
 
 
 @virtual_time
+async def test_subscription_that_comes_again_continues_its_account(make_bench):
+    bench = make_bench()
+    publisher = bench.publisher()
+    for value in (1, 2):
+        subscription = bench.subscription()
+        publisher.publish(Int64(data=value))
+        subscription.discard_queued("stopped")
+        subscription.close()
+    publisher.publish(Int64(data=3))
+    bench.subscription()
+    publisher.publish(Int64(data=4))
+    (line,) = bench.bus.ledger()
+    assert (line.published, line.dropped, line.queued, line.drops) == (3, 2, 1, {"stopped": 2})
+
+
+@virtual_time
 async def test_successor_keeps_the_history(make_bench):
     bench = make_bench()
     latched = {"durability": "transient_local", "depth": 2}

@@ -102,3 +102,55 @@ def test_restarting_node_is_reported(project: Path, start_run: Callable[..., Any
     captured = capsys.readouterr()
     assert captured.out == "/listener\n/talker\n"
     assert r"warning: /talker is started anew: failed in Talker.talk (timer): ValueError: \x1b[31mlost" in captured.err
+
+
+@pytest.mark.e2e
+def test_nodes_are_stopped_and_started_by_hand(
+    project: Path, start_run: Callable[..., Any], capsys: Captured, monkeypatch: pytest.MonkeyPatch
+):
+    text = (project / "talk.yaml").read_text()
+    (project / "talk.yaml").write_text(text.replace("  listener:\n", "  listener:\n    depends_on: {talker: ready}\n"))
+    run = start_run(project, "talk.yaml", "--report", "run.json")
+    run.wait_for("heard")
+    monkeypatch.chdir(project)
+    for command, said, noted in (
+        ("stop talker", "/talker: stopped by hand", "warning: /listener depends on /talker, and goes on"),
+        ("stop talker", "/talker: is stopped by hand already", "warning: /listener depends on /talker, and goes on"),
+        ("start talker", "/talker: running", ""),
+        ("start /talker", "/talker: is running already", ""),
+        ("restart listener talker", "/listener: running\n/talker: running", ""),
+        ("stop listener", "/listener: stopped by hand", ""),
+    ):
+        assert main(["node", *command.split()]) == 0
+        assert [text.strip() for text in capsys.readouterr()] == [said, noted]
+    assert main(["node", "stop", "talkr"]) == 4
+    assert "there is no node /talkr; did you mean '/talker'?" in capsys.readouterr().err
+    assert main(["node", "info", "listener"]) == 0
+    out, err = capsys.readouterr()
+    assert "  State: stopped by hand\n" in out
+    assert "  Stopped by hand: 2\n  Started by hand: 1\n" in out
+    assert err == "warning: /listener is stopped by hand; busflow node start /listener starts it\n"
+    assert main(["doctor"]) == 3
+    assert "warning: /listener is stopped by hand\n  fix: busflow node start listener\n" in capsys.readouterr().out
+    assert main(["node", "stop", "talker", "listener", "--json"]) == 0
+    nodes = json.loads(capsys.readouterr().out)["nodes"]
+    assert [(node["state"], node["stopped_by_hand"]) for node in nodes] == [("stopped by hand", n) for n in (3, 2)]
+    run.stop()
+    talker, listener = json.loads((project / "run.json").read_text())["nodes"]
+    assert (talker["state"], talker["stopped_by_hand"], talker["started_by_hand"]) == ("stopped by hand", 3, 2)
+    assert (listener["restarts"], listener["failures"]) == (0, 0)
+
+
+@pytest.mark.e2e
+def test_start_that_fails_is_an_error(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    text = (project / "talk.yaml").read_text()
+    (project / "talk.yaml").write_text(text.replace("plugin: talker\n", "plugin: talker\n    restart: on-failure\n"))
+    plugin = project / "plugins/talker.py"
+    fails = "    async def stop(self) -> None:\n        raise ValueError('the cable is loose')\n"
+    plugin.write_text(f"{plugin.read_text()}\n{fails}")
+    start_run(project, "talk.yaml").wait_for("heard")
+    assert main(["node", "stop", "talker"]) == 1
+    out, err = capsys.readouterr()
+    assert out == "/talker: stopped by hand\n"
+    assert err.startswith("error: /talker has failed: failed in Talker.stop: ValueError: the cable is loose")
+    assert main(["node", "start", "talker"]) == 0

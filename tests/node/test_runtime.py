@@ -419,6 +419,19 @@ async def test_closed_endpoints_share_one_line_of_the_ledger():
 
 
 @virtual_time
+async def test_runtime_drops_its_queued_messages():
+    bus, runtime = Bus(SimClock()), declared(Relay())
+    bus.open()
+    runtime.connect(bus)
+    source = declared(Relay(name="source"), remaps=())
+    source.connect(bus)
+    source.create_publisher(Number, "/in", None, origin="here").publish(Number())
+    runtime.discard_queued("stopped")
+    incoming = runtime.ends.subscriptions[0].statistics()
+    assert (incoming.topic, incoming.published, incoming.queued, incoming.drops) == ("/in", 1, 0, {"stopped": 1})
+
+
+@virtual_time
 async def test_created_subscription_needs_a_callable_handler():
     async with graph_of(Source) as graph:
         with pytest.raises(InvalidDeclaration, match="needs a method to call with each message, or none, not 3"):

@@ -124,7 +124,7 @@ def test_each_message_past_a_dead_receiver_counts(start):
     }
     away = {line["node"]: line["drops"].get("unmatched", 0) for line in topic["subscriptions"]}
     assert away["/hearer"] > away["/here"]
-    assert sum("published while the process of /hearer was not there" in text for text in run.printed) == 1
+    assert sum("published while /hearer was not there" in text for text in run.printed) == 1
 
 
 @pytest.mark.long
@@ -152,6 +152,32 @@ def test_restarted_process_keeps_its_parameters(start, monkeypatch, capsys):
     assert len(draws) == len(set(draws)) == 2, "as a node that is restarted draws other numbers"
     (node,) = [each for each in run.report()["nodes"] if each["name"] == "/teller"]
     assert node["parameters_set"] == 1
+
+
+@pytest.mark.long
+def test_node_stopped_by_hand_survives_its_process(start, monkeypatch, capsys):
+    run = start(STEADY.replace("POLICY", "on-failure").replace("right:", "right: {restart: on-failure}"), "-v")
+    run.wait_for("heard enough", times=2)
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    assert main(["node", "stop", "teller", "hearer"]) == 0
+    assert capsys.readouterr().out == "/teller: stopped by hand\n/hearer: stopped by hand\n"
+    with join() as peer:
+        (stopped_s,) = (each["elapsed_s"] for each in peer.ask("run") if each["process"] == "left")
+        while any(each["elapsed_s"] < stopped_s + 1 for each in peer.ask("run") if each["process"] == "left"):
+            pass  # the process reports twice a second to the main one, which then knows of the stop
+        run.kill("left")
+        run.wait_for("the process left is started", times=2)
+        run.wait_for("the process left runs", times=2)
+        assert peer.graph().node("/teller").details["state"] == "stopped by hand"
+        assert peer.graph().topic("/numbers").publishers == ()
+    assert main(["node", "start", "teller", "hearer"]) == 0
+    run.wait_for("begins anew", times=1)
+    assert run.end() == 130
+    draws = [each["number"] for each in run.log() if each["event"] == "draws"]
+    assert len(draws) == len(set(draws)) == 2
+    for line in run.topic("/numbers")["subscriptions"]:
+        assert line["published"] == line["delivered"] + line["dropped"] + line["queued"]
+    assert {node["state"] for node in run.report()["nodes"]} == {"stopped"}
 
 
 @pytest.mark.long

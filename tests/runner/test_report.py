@@ -74,6 +74,8 @@ def test_report_has_every_promised_key(report):
         "state",
         "parameters_set",
         "restarts",
+        "stopped_by_hand",
+        "started_by_hand",
         "failures",
         "last_failure",
     }

@@ -42,6 +42,8 @@ def _remarks(report: Report) -> Iterator[str]:
             yield f"{printable(node.name)}: parameters changed {_times(node.parameters_set)} while it ran"
         if node.restarts or node.failures:
             yield f"{printable(node.name)}: {_node_history(node)}"
+        if node.stopped_by_hand or node.started_by_hand:
+            yield f"{printable(node.name)}: {_by_hand(node)}"
     for block in report.blocks:
         yield (
             f"{printable(block.node)}: {printable(block.handler)} blocked the event loop {_times(block.count)}, "
@@ -76,7 +78,7 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
     for line in topic.subscriptions:
         if unmatched := line.drops.get(UNMATCHED):
             missed = counted(unmatched, "message was", "messages were")
-            yield f"{missed} published while the process of {printable(line.node)} was not there"
+            yield f"{missed} published while {printable(line.node)} was not there"
 
 
 def _times(count: int) -> str:
@@ -89,6 +91,14 @@ def _node_history(node: NodeReport) -> str:
     anew = f"was started anew {_times(node.restarts)}" if node.restarts else ""
     last = f"; the last time it {printable(node.last_failure, limit=200)}" if node.last_failure else ""
     return " and ".join(filter(None, [failed, anew])) + last
+
+
+def _by_hand(node: NodeReport) -> str:
+    """Return the stops and starts by hand of a node as text."""
+    stopped = f"was stopped by hand {_times(node.stopped_by_hand)}" if node.stopped_by_hand else ""
+    started = f"was started by hand {_times(node.started_by_hand)}" if node.started_by_hand else ""
+    stayed = "; it stayed so" if node.state == "stopped by hand" else ""
+    return " and ".join(filter(None, [stopped, started])) + stayed
 
 
 def _process_history(process: ProcessReport) -> str:

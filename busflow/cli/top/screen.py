@@ -43,7 +43,7 @@ _LOGGED = 200
 _ECHO_S = 0.1
 """The shortest time between two shown messages, as a person can read."""
 _LEVELS = {50: "bold red", 40: "red", 30: "yellow"}
-_STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim"}
+_STATES = {"failed": "bold red", "restarting": "yellow", "stopped": "dim", "stopped by hand": "yellow"}
 
 
 class Top(App[None]):

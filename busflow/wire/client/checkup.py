@@ -70,6 +70,9 @@ def _failed_nodes(graph: GraphView) -> Iterator[Problem]:
         if node.details.get("state") == "failed":
             why = "; ".join(node.details.get("failures", [])) or "it does not say why"
             yield Problem("node-failed", f"{node.name} has failed: {why}", "see busflow log --level error")
+        elif node.details.get("state") == "stopped by hand":
+            fix = f"busflow node start {node.name.removeprefix('/')}"
+            yield Problem("node-stopped", f"{node.name} is stopped by hand", fix, severity=Severity.WARNING)
         elif restarts := node.details.get("restarts", 0):
             why = "; ".join(node.details.get("failures", [])) or "see busflow log --level warning"
             text, fix = f"{node.name} was started anew {counted(restarts, 'time')}", "mend what makes it fail"

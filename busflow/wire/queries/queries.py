@@ -13,6 +13,7 @@ from busflow.bus.subscription import Subscription
 from busflow.errors import NoSuchTarget
 from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
+from busflow.runner.by_hand import Order, OrdersByHand
 from busflow.runner.report import service_reports
 from busflow.text import did_you_mean, quoted
 from busflow.wire.queries.kept_messages import KeptMessages
@@ -74,11 +75,13 @@ class Questions:
         """Those of nodes that were deleted while the graph ran: not shown while they have no end."""
         self._log_book = LogBook()
         graph.log.sinks.append(self._log_book.write)
+        self._orders = OrdersByHand(graph)
         self._meters = Meters(graph.bus, lambda topic: lambda message: len(supports(topic.type).encode(message)))
 
     def close(self) -> None:
-        """Remove all meters, and keep no more log lines."""
+        """Remove all meters, carry out no more orders, and keep no more log lines."""
         self._meters.close()
+        self._orders.close()
         self._graph.log.sinks.remove(self._log_book.write)
 
     def all(self) -> Mapping[str, Question]:
@@ -93,6 +96,7 @@ class Questions:
             "measure": self.measure,
             "parameters": self.parameters,
             "set_parameters": self.set_parameters,
+            "order_nodes": self.order_nodes,
             "parameter_changes": self.parameter_changes,
             "log": self.log,
         }
@@ -209,6 +213,11 @@ class Questions:
                 return asdict(unit.runtime.parameters.set(arguments["values"]))
         raise NoSuchTarget(f"there is no node {quoted(arguments['node'])} in this process")
 
+    def order_nodes(self, arguments: Mapping[str, Any]) -> object:
+        """Begin to `start`, `stop` or `restart` (the `order`) these `nodes`; return them as `graph` shows them now."""
+        units = self._orders.give(Order(arguments["order"]), set(map(str, arguments["nodes"])))
+        return {unit.name: _node(unit) for unit in units}
+
     def parameter_changes(self, arguments: Mapping[str, Any]) -> object:
         """Return the changes after the number `since` gives for this process; without it the last number."""
         since = arguments.get("since")
@@ -249,6 +258,10 @@ def _node(unit: Unit) -> dict[str, Any]:
         "plugin": unit.plugin,
         "state": unit.state.value,
         "restarts": unit.restarts,
+        "stopped_by_hand": unit.stopped_by_hand,
+        "started_by_hand": unit.started_by_hand,
+        "depends_on": sorted(unit.supervision.depends_on),
+        "failure_count": unit.failure_count,
         "failures": [unit.failure.summary] if unit.failure else [],
         "publishers": _names(unit.runtime.ends.publishers),
         "subscriptions": _names(unit.runtime.ends.subscriptions),
