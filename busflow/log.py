@@ -55,15 +55,34 @@ class Log:
         self.lost: int = 0
         """The number of lines a sink failed to write: a closed stream, a full disk."""
         self.level = level
-        """The lowest level that is written."""
+        """The lowest level that is written, where none is set for a node."""
         self._clock = clock
-        self._wrapper = structlog.make_filtering_bound_logger(LEVELS[level])
+        self._levels: dict[str, str] = {}
+        self._wrappers: dict[str, Any] = {}
+        """The class of each node's loggers, which those that the node binds values to have too."""
 
     def bind(self, node: str, *, to_all: bool = True) -> FilteringBoundLogger:
         """Return the logger of one node; without `to_all`, its lines go only to sinks added later."""
         write = partial(self._write, node, to_all)
-        logger = structlog.wrap_logger(None, processors=[write], wrapper_class=self._wrapper, context_class=dict)
+        if node not in self._wrappers:
+            self._wrappers[node] = type("NodeLogger", (self._filter(node),), {})
+        wrapper = self._wrappers[node]
+        logger = structlog.wrap_logger(None, processors=[write], wrapper_class=wrapper, context_class=dict)
         return cast("FilteringBoundLogger", logger.bind())
+
+    def level_of(self, node: str) -> str:
+        """Return the lowest level that is written of a node."""
+        return self._levels.get(node, self.level)
+
+    def set_level(self, node: str, level: str) -> None:
+        """Set the lowest level that is written of a node, also for the loggers that it has already."""
+        self._levels[node] = level
+        if node in self._wrappers:
+            self._wrappers[node].__bases__ = (self._filter(node),)
+
+    def _filter(self, node: str) -> type[Any]:
+        """Return structlog's class whose methods below the node's level do nothing, at hardly any cost."""
+        return cast("type[Any]", structlog.make_filtering_bound_logger(LEVELS[self.level_of(node)]))
 
     def pass_on(self, record: LogRecord) -> None:
         """Write a line of another process, from any thread; it was filtered there."""

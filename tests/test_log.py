@@ -48,6 +48,18 @@ def test_lines_below_the_level_are_not_counted():
     assert {level: count for level, count in log.counts.items() if count} == {"warning": 1, "error": 1}
 
 
+def test_level_of_a_node_changes_its_loggers():
+    log, records = logged()
+    log.set_level("/later", "error")
+    node, later = log.bind("/n"), log.bind("/later")
+    log.set_level("/n", "debug")
+    for logger in (node, later):
+        logger.debug("a")
+        logger.info("b")
+    assert [(each.node, each.event) for each in records] == [("/n", "a"), ("/n", "b")]
+    assert [log.level_of(name) for name in ("/n", "/later", "/other")] == ["debug", "error", "info"]
+
+
 def test_an_exception_is_an_error_that_names_it():
     log, records = logged()
     try:

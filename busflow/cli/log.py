@@ -1,4 +1,4 @@
-"""`busflow log`: shows the last lines of a running graph's log, and follows it."""
+"""`busflow log`: shows the last lines of a running graph's log, follows it, and sets the level of a node."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from busflow.cli.options.run import complete_nodes, joined, joins
-from busflow.cli.terminal.output import print_line, print_message
-from busflow.errors import NoSuchTarget
+from busflow.cli.terminal.output import print_answer, print_line, print_message
+from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import counted, did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -20,10 +20,14 @@ _EXAMPLES = """\b
 Examples:
   busflow log
   busflow log -f --node sensor_processor
-  busflow log --level warning --json | jq -r .text"""
+  busflow log --level warning --json | jq -r .text
+  busflow log --set sensor_processor debug"""
 
 _TOPIC = "/rosout"
 _LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40, "critical": 50}
+_ROS_LEVELS = {"warn": "warning", "fatal": "critical"}
+"""ROS 2's words for two of them."""
+_ANSWER_S = 5.0
 _COLOURS = {10: "bright_black", 20: "green", 30: "yellow", 40: "red", 50: "bright_red"}
 _NS_PER_S = 1_000_000_000
 _KEPT = 1000
@@ -42,13 +46,32 @@ Line = Mapping[str, Any]
 @click.option("-n", "count", type=click.IntRange(0), metavar="N", help="At most the last N lines.  [default: all kept]")
 @click.option("--node", metavar="NODE", shell_complete=complete_nodes, help="Only the lines of this node.")
 @click.option("--level", type=click.Choice(list(_LEVELS)), default="debug", help="Only lines of this level or above.")
+@click.option(
+    "--set",
+    "setting",
+    type=(str, click.Choice([*_LEVELS, *_ROS_LEVELS])),
+    metavar="NODE LEVEL",
+    help="Have NODE log from LEVEL on, instead of showing lines: debug, info, warning, error, critical.",
+)
 @joins
-def log(run: str | None, follow: bool, count: int | None, node: str | None, level: str, as_json: bool) -> None:
+def log(
+    run: str | None,
+    follow: bool,
+    count: int | None,
+    node: str | None,
+    level: str,
+    setting: tuple[str, str] | None,
+    as_json: bool,
+) -> int:
     """Show the log of a running graph: its last lines, of which the run keeps 1000.
 
     With -f it first shows the last 10 lines, or as many as -n says, and then new lines until the run ends. Debug lines
-    exist if the graph was started with -v.
+    exist if the graph was started with -v, or of a node whose level was set to debug.
     """
+    if setting is not None:
+        if follow or count is not None or node is not None:
+            raise click.UsageError("--set shows no lines: give -f, -n and --node in a command of their own")
+        return _set_level(run, *setting, as_json=as_json)
     show = print_line if as_json else _show
     least = _LEVELS[level]
     with joined(run) as peer:
@@ -57,7 +80,7 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         if not follow:
             for line in kept_lines(peer, wanted, node=name, level=least):
                 show(line)
-            return
+            return ExitCode.OK
         with peer.listen(peer.graph().topic(_TOPIC)) as listener:
             kept = kept_lines(peer, wanted, node=name, level=least)
             for line in kept:
@@ -69,6 +92,30 @@ def log(run: str | None, follow: bool, count: int | None, node: str | None, leve
         if missed:
             lines = counted(missed, "line is", "lines are")
             print_message(f"warning: {lines} missing: more came than could be shown")
+        return ExitCode.OK
+
+
+def _set_level(run: str | None, node: str, level: str, *, as_json: bool) -> int:
+    """Set the level of a node through its service, which nodes of ROS 2 may have too; FAILED if it refuses."""
+    word = _ROS_LEVELS.get(level, level)
+    with joined(run) as peer:
+        name = peer.graph().node(node).name
+        service = f"{name}/set_logger_levels"
+        if service not in peer.graph().services:
+            raise NoSuchTarget(
+                f"{printable(name)} has no service {printable(service)}: it lets nobody set its log level"
+            )
+        logger = name.removeprefix("/").replace("/", ".")
+        request = {"levels": [{"name": logger, "level": _LEVELS[word]}]}
+        (result,) = peer.call(peer.service(service), request, timeout_s=_ANSWER_S)["results"]
+    if not result["successful"]:
+        print_message(f"error: {name} keeps its level: {result['reason']}")
+        return ExitCode.FAILED
+    if as_json:
+        print_answer({"run": peer.run.name, "node": name, "level": word})
+    else:
+        click.echo(f"{printable(name)}: logs from {word} on")
+    return ExitCode.OK
 
 
 def _known(peer: Peer, node: str | None) -> str | None:

@@ -14,7 +14,7 @@ from busflow.cli.terminal.output import print_answer, print_message
 from busflow.cli.terminal.table import Column, print_table, print_text
 from busflow.errors import ExitCode, InspectionUnavailable, NoSuchTarget
 from busflow.text import printable
-from busflow.wire.client.graph_view import is_hidden
+from busflow.wire.client.graph_view import LOGGER_SERVICES, is_hidden
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
@@ -73,7 +73,7 @@ def list_(run: str | None, all_: bool, count: bool, verbose: bool, as_json: bool
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("name", metavar="NODE", shell_complete=complete_nodes)
-@click.option("--include-hidden", is_flag=True, help="Also hidden topics and services.")
+@click.option("--include-hidden", is_flag=True, help="Also hidden topics and services, and those of its log level.")
 @joins
 def info(run: str | None, name: str, include_hidden: bool, as_json: bool) -> None:
     """Show what NODE publishes, receives, offers and calls, its state, its plugin and its parameters."""
@@ -212,7 +212,7 @@ def _print_dependants(graph: GraphView, stopped: Sequence[str]) -> None:
 def _ends(ends: Sequence[EndView], *, hidden: bool) -> list[tuple[str, str]]:
     """Return topic and type of the endpoints, sorted and without duplicates."""
     found = {(end.token.topic, end.token.type) for end in ends}
-    return sorted(each for each in found if hidden or not is_hidden(each[0]))
+    return sorted(each for each in found if hidden or not (is_hidden(each[0]) or each[1] in LOGGER_SERVICES))
 
 
 def _state(node: NodeView) -> str:

@@ -20,7 +20,7 @@ _OPTIONS = {
     ("run", "--params-file"): "write --set nodes.NODE.parameters_from=FILE",
     ("run", "-r"): _REMAP,
     ("run", "--remap"): _REMAP,
-    ("run", "--log-level"): "write --verbose for debug lines; busflow log --level shows the lines from a level on",
+    ("run", "--log-level"): "write --verbose for debug lines; busflow log --set NODE LEVEL is for one node",
     ("run", "--show-args"): "write busflow run FILE --help",
     ("run", "-s"): "write busflow run FILE --help, which shows the arguments",
     ("run", "--print"): "write busflow config FILE",

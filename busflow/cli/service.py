@@ -14,6 +14,7 @@ from busflow.cli.terminal.output import print_answer, print_found
 from busflow.cli.terminal.table import print_table, print_text
 from busflow.errors import InvalidInput, NoSuchTarget, Problem, ServiceUnavailable
 from busflow.text import did_you_mean, printable
+from busflow.wire.client.graph_view import LOGGER_SERVICES
 
 if TYPE_CHECKING:
     from busflow.cli.terminal.field_paths import Shape
@@ -44,11 +45,12 @@ _name = click.argument("name", shell_complete=complete_services)
 @click.command("list", epilog=_EXAMPLES)
 @click.option("-t", "--show-types", is_flag=True, help="Also show each service's type.")
 @click.option("-c", "--count-services", "count", is_flag=True, help="Only show the number of services.")
+@click.option("--include-hidden-services", "all_", is_flag=True, help="Also hidden services, and those of log levels.")
 @joins
-def list_(run: str | None, show_types: bool, count: bool, as_json: bool) -> None:
+def list_(run: str | None, show_types: bool, count: bool, all_: bool, as_json: bool) -> None:
     """List the services of a running graph."""
     with joined(run) as peer:
-        services = list(peer.graph().services.values())
+        services = [each for each in peer.graph().services.values() if all_ or not _is_hidden(each)]
     if as_json:
         print_answer({"run": peer.run.name, "services": [_as_json(each) for each in services]})
     elif count:
@@ -162,6 +164,10 @@ def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
     if not found.publishers:
         raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
     return found
+
+
+def _is_hidden(service: TopicView) -> bool:
+    return service.hidden or not LOGGER_SERVICES.isdisjoint(service.types)
 
 
 def _counts(account: dict[str, Any]) -> list[str]:

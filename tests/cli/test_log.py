@@ -43,6 +43,27 @@ class TestKeptLines:
 
 
 @pytest.mark.e2e
+def test_level_of_a_node_is_set(project: Path, start_run: Callable[..., Any], capsys: Captured):
+    plugin = project / "plugins/listener.py"
+    plugin.write_text(
+        plugin.read_text().replace('self.log.info("heard"', 'self.log.debug("quietly")\n        self.log.info("heard"')
+    )
+    run = start_run(project, "talk.yaml")
+    run.wait_for("heard")
+    assert main(["log", "--set", "listener", "debug"]) == 0
+    assert capsys.readouterr() == ("/listener: logs from debug on\n", "")
+    run.wait_for("quietly")
+    assert main(["log", "--set", "listener", "fatal", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["node"], answer["level"]) == ("/listener", "critical")
+    assert main(["log", "--set", "listner", "debug"]) == 4
+    assert "there is no node /listner; did you mean '/listener'?" in capsys.readouterr().err
+    assert main(["log", "--set", "listener", "loud"]) == 2
+    assert main(["log", "-f", "--set", "listener", "debug"]) == 2
+    assert "--set shows no lines" in capsys.readouterr().err
+
+
+@pytest.mark.e2e
 def test_follow_prints_all_lines_until_the_end(project: Path, start_run: Callable[..., Any], place: Any):
     run = start_run(project, "talk.yaml", "--set", "nodes.talker.parameters.fail_at=200")
     run.wait_for("heard")

@@ -85,6 +85,8 @@ def test_type_and_call_print_as_ros2(capsys: Captured, ros2_file: Said):
 def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
     assert asked(capsys, "list") == (0, "/lamp/dim\n/lamp/never\n/lamp/switch\n/nobody\n", "")
     assert asked(capsys, "list", "-c") == (0, "4\n", "")
+    assert asked(capsys, "list", "-c", "--include-hidden-services") == (0, "6\n", "")
+    assert asked(capsys, "find", "rcl_interfaces/GetLoggerLevels") == (0, "/lamp/get_logger_levels\n", "")
     assert asked(capsys, "find", "std_srvs/SetBool") == (0, "/lamp/switch\n", "")
     code, out, _ = asked(capsys, "info", "lamp/dim")
     assert code == 0

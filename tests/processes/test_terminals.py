@@ -35,6 +35,13 @@ def busflow(start_for_all):
     return busflow
 
 
+def test_log_level_is_set_in_any_process(busflow):
+    busflow("log", "--set", "two", "warn", "--json")
+    call = ("two/get_logger_levels", "rcl_interfaces/srv/GetLoggerLevels", "{names: [two]}")
+    (told,) = busflow("service", "call", *call, "--json")
+    assert told["response"] == {"levels": [{"name": "two", "level": 30}]}
+
+
 @pytest.mark.parametrize(("verb", "rate"), [("hz", "rate_hz"), ("bw", "bytes_per_s")])
 def test_topic_is_measured_in_every_publishing_process(busflow, verb, rate):
     (told,) = busflow("topic", verb, "numbers", "-n", "1", "--every", "2s", "--json")

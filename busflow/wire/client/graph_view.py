@@ -18,6 +18,9 @@ from busflow.wire.zenoh.qos_text import WireQoS, from_text
 HIDDEN = "_"
 """A name, or a part of one, with this prefix is shown only on request, as in ROS 2."""
 
+LOGGER_SERVICES = frozenset(f"rcl_interfaces/srv/{verb}LoggerLevels" for verb in ("Get", "Set"))
+"""The types of the services for log levels, which every node has, and which are listed only on request."""
+
 
 @dataclass(frozen=True, slots=True)
 class EndView:

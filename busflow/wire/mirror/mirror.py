@@ -87,7 +87,7 @@ class Mirror:
         """The topics that each node had endpoints on and has left."""
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
-        self._services = ServiceMirror(self._connection, self._token)
+        self._services = ServiceMirror(self._connection, self._token, graph.log)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ways: list[Any] = []
 

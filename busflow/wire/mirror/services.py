@@ -18,12 +18,14 @@ from busflow.interfaces.message import ServiceType
 from busflow.node.parameter_store import ParameterStore
 from busflow.wire.mirror.service_inlet import RemoteServer
 from busflow.wire.mirror.service_outlet import ServiceOutlet
+from busflow.wire.queries.logger_services import LoggerServices
 from busflow.wire.queries.parameter_services import ParameterServices
 from busflow.wire.zenoh.keys import Token, TokenKind, topic_key
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
     from busflow.interfaces.message import Message
+    from busflow.log import Log
     from busflow.wire.mirror.connection import Connection
 
 Shown = Server[Any, Any] | Client[Any, Any] | ParameterStore
@@ -36,8 +38,10 @@ MakeToken = Callable[[TokenKind, str, str, "TypeSupport", str], Token]
 class ServiceMirror:
     """Shows local servers and clients to other processes, and connects remote servers with local clients."""
 
-    def __init__(self, connection: Connection, make_token: MakeToken) -> None:
+    def __init__(self, connection: Connection, make_token: MakeToken, log: Log) -> None:
+        """Create a mirror of services; `log` is the run's, whose levels its nodes' logger services set."""
         self._connection, self._make_token, self._log = connection, make_token, connection.log
+        self._levels = log
         self._bus, self._session, self._supports = connection.bus, connection.session, connection.supports
         self._shown: dict[Shown, list[zenoh.LivelinessToken]] = {}
         self._gids: dict[str, bytes] = {}
@@ -65,16 +69,17 @@ class ServiceMirror:
             self._admit(remote)
 
     def attach_parameters(self, store: ParameterStore) -> None:
-        """Answer ROS 2's services for a node's parameters; a restarted node's store replaces its former one."""
+        """Answer ROS 2's services for a node's parameters and log level; a restart replaces the former store."""
         self.detach_parameters(store.node)
         self._shown[store], self._outlets[store] = [], []
-        for name, service_type, answer in ParameterServices(store).all():
+        loggers = LoggerServices(self._levels, store.node)
+        for name, service_type, answer in (*ParameterServices(store).all(), *loggers.all()):
             token = self._make_token(TokenKind.SERVICE, store.node, name, self._supports(service_type), _QOS)
             self._shown[store].append(self._session.liveliness().declare_token(str(token)))
             self._outlets[store].append(self._outlet(name, service_type, answer))
 
     def detach_parameters(self, node: str) -> None:
-        """Answer no more for the parameters of a node."""
+        """Answer no more for the parameters and the log level of a node."""
         for former in [each for each in self._shown if isinstance(each, ParameterStore) and each.node == node]:
             self._hide(former)
 

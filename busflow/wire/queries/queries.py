@@ -17,6 +17,7 @@ from busflow.runner.by_hand import Order, OrdersByHand
 from busflow.runner.report import service_reports
 from busflow.text import did_you_mean, quoted
 from busflow.wire.queries.kept_messages import KeptMessages
+from busflow.wire.queries.logger_services import LoggerServices
 from busflow.wire.queries.logs import DEPTH, LogBook, ParameterLog
 from busflow.wire.queries.meter import Meters
 from busflow.wire.queries.parameter_services import ParameterServices
@@ -157,7 +158,9 @@ class Questions:
         accounts = {name: service.statistics() for name, service in services.items()}
         types: dict[str, type[ServiceType]] = {name: service.type for name, service in services.items()}
         for unit in self._graph.units:
-            types |= {name: service_type for name, service_type, _ in ParameterServices(unit.runtime.parameters).all()}
+            own = LoggerServices(self._graph.log, unit.name).all()
+            offered = (*ParameterServices(unit.runtime.parameters).all(), *own)
+            types |= {name: service_type for name, service_type, _ in offered}
         return {
             name: {
                 "type": type_name(service_type),

@@ -10,7 +10,9 @@ def test_the_graph_of_a_run_shows_its_services():
     with join() as peer:
         services = peer.graph().services
         assert [(name, each.type) for name, each in services.items()] == [
+            ("/lamp/get_logger_levels", "rcl_interfaces/srv/GetLoggerLevels"),
             ("/lamp/never", "std_srvs/srv/Trigger"),
+            ("/lamp/set_logger_levels", "rcl_interfaces/srv/SetLoggerLevels"),
             ("/lamp/switch", "std_srvs/srv/SetBool"),
         ]
         assert [end.node for end in services["/lamp/switch"].publishers] == ["/lamp"]
