@@ -1,12 +1,13 @@
-"""Publishing: publishes typed values at a rate, once there are enough subscriptions."""
+"""Publishing: publishes typed values at a rate, or those of a stream, once there are enough subscriptions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
+from itertools import repeat
 from math import inf
 from threading import Event
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import click
 
@@ -16,6 +17,7 @@ from busflow.cli.terminal.abridged import Abridger
 from busflow.cli.terminal.field_paths import shape_of
 from busflow.cli.terminal.one_line import python_form
 from busflow.cli.terminal.output import print_line, print_message
+from busflow.cli.topic.message_lines import MessageLines
 from busflow.cli.topic.typed_values import TypedValues
 from busflow.clock import SystemClock
 from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, Problem
@@ -37,9 +39,17 @@ class Publishing:
     """The publishing of typed values on a topic of a run."""
 
     def __init__(
-        self, peer: Peer, name: str, type_name: str, values: str, offer: Offer, *, print_every: int, as_json: bool
+        self,
+        peer: Peer,
+        name: str,
+        type_name: str,
+        values: str | BinaryIO,
+        offer: Offer,
+        *,
+        print_every: int,
+        as_json: bool,
     ) -> None:
-        """Check everything before anything is published.
+        """Check everything before anything is published; `values` are of every message, or a stream with a line each.
 
         Raises:
             InvalidName: The topic's name is not valid.
@@ -57,21 +67,30 @@ class Publishing:
         if there is not None and self._type.name not in there.types:
             message = f"{self._topic} has the type {there.type}, not {self._type.name}"
             raise InvalidInput(Problem("type", message, f"busflow interface show {there.types[0]} shows its fields"))
-        self._values = TypedValues(values, self._type, self._shape)
+        self._values: Iterable[TypedValues] = (
+            repeat(TypedValues(values, self._type, self._shape))
+            if isinstance(values, str)
+            else MessageLines(values, self._type, self._shape)
+        )
         asked = [each.token for each in there.subscriptions] if there is not None else []
         self._offer, self._qos = offer, offer.text(asked)
         self._warned = set[str]()
         self._warn_misfits(asked)
         if there is None or not there.subscriptions:
             self._warn_unreceived(graph)
+        self._is_stream = not isinstance(values, str)
         self._clock = SystemClock()
+        self._looked_ns = 0
         self._pause = Event()
 
-    def go(self, rate: float, times: int | None, matches: int, patience_s: float | None = None) -> ExitCode:
+    def go(self, rate: float | None, times: int | None, matches: int, patience_s: float | None = None) -> ExitCode:
         """Publish at most `times` messages; return FAILED if there were not `matches` subscriptions in time.
+
+        Without a rate, each message of a stream is published as it comes.
 
         Raises:
             InspectionUnavailable: The run has ended.
+            InvalidInput: A line of the stream is no message.
         """
         with ExitStack() as ends:
             speaker = self._matched(ends, matches, inf if patience_s is None else patience_s)
@@ -81,21 +100,31 @@ class Publishing:
                 return ExitCode.FAILED
             if not self._as_json:
                 click.echo("publisher: beginning loop")
-            start_ns = looked_ns = self._clock.monotonic_ns()
-            while True:
-                self._publish(speaker)
+            self._looked_ns = due_ns = self._clock.monotonic_ns()
+            for each in self._values:
+                self._publish(speaker, each)
                 if times is not None and speaker.published >= times:
                     return ExitCode.OK
-                due_ns = start_ns + round(speaker.published * _NS_PER_S / rate)
-                while (left_ns := due_ns - self._clock.monotonic_ns()) > 0:
-                    self._pause.wait(min(left_ns / _NS_PER_S, _LOOK_S))
-                    if self._clock.monotonic_ns() - looked_ns > _LOOK_S * _NS_PER_S:
-                        looked_ns = self._clock.monotonic_ns()
-                        self._require_run()
-                        self._warn_misfits(self._subscriptions())
+                if rate is not None:
+                    late_ns = max(0, self._clock.monotonic_ns() - due_ns) if self._is_stream else 0
+                    due_ns += late_ns + round(_NS_PER_S / rate)  # a stream that was silent does not catch up
+                self._pause_until(due_ns)
+        return ExitCode.OK
 
-    def _publish(self, speaker: Speaker) -> None:
-        values = self._values.at(self._clock.now().nanoseconds)
+    def _pause_until(self, due_ns: int) -> None:
+        """Wait, and check once a second that the run is alive."""
+        while True:
+            now_ns = self._clock.monotonic_ns()
+            if now_ns - self._looked_ns > _LOOK_S * _NS_PER_S:
+                self._looked_ns = now_ns
+                self._require_run()
+                self._warn_misfits(self._subscriptions())
+            if now_ns >= due_ns:
+                return
+            self._pause.wait(min((due_ns - now_ns) / _NS_PER_S, _LOOK_S))
+
+    def _publish(self, speaker: Speaker, typed: TypedValues) -> None:
+        values = typed.at(self._clock.now().nanoseconds)
         speaker.publish(values)
         if speaker.published % self._print_every:
             return

@@ -37,6 +37,20 @@ def test_published_messages_arrive():
     assert arrived == [0.5, 1.5, 2.5, 3.5, 4.5]
 
 
+def test_lines_of_stdin_arrive_until_a_bad_one():
+    command = [sys.executable, "-m", "busflow", "topic", "pub", "--stdin", "cmd", FLOAT]
+    text = '{"data": 1.5}\n\n{data: 2.5}\n'
+    with join() as peer, peer.listen(peer.graph().topic("commanded")) as listener:
+        for lines in (text, f"{text}{{data: high}}\n{{data: 4.5}}\n"):
+            done = subprocess.run([*command, "-r", "200"], input=lines, capture_output=True, text=True, timeout=60)
+            arrived = [listener.get(60) for _ in range(2)]
+            assert [peer.type(FLOAT).decode(each.payload)["data"] for each in arrived if each] == [1.5, 2.5]
+            assert done.stdout.startswith("publisher: beginning loop\npublishing #1: std_msgs.msg.Float64(data=1.5)")
+            assert done.returncode == (2 if "high" in lines else 0)
+        assert listener.get(0) is None
+    assert done.stderr.startswith("standard input:4:8: error: std_msgs/msg/Float64: data: 'high' is no float64")
+
+
 def test_as_often_and_as_fast_as_asked_for(capsys: Captured):
     assert main(["topic", "pub", "-t", "5", "-r", "200", "-p", "2", "cmd", FLOAT, "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -61,6 +75,7 @@ def test_a_type_that_only_the_run_knows(capsys: Captured):
 @pytest.mark.parametrize(
     ("arguments", "code", "expected"),
     [
+        (["cmd", FLOAT, "{data: 1}", "--stdin"], 2, "--stdin reads the values: leave VALUES out"),
         (["cmd", FLOAT, "{data: oops}"], 2, "data: 'oops' is no float64\n  {data: oops}\n         ^^^^\n"),
         (["cmd", FLOAT, "{value: 1.0}"], 2, "has no field 'value'; known: data"),
         (["cmd", FLOAT, "{data: 1.0"], 2, "this bracket is never closed"),
