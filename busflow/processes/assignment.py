@@ -94,7 +94,7 @@ class Memory:
     """Parameters by node, of nodes where some were set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
     """Lives by node: those of the process, and the node's own restarts and starts by hand in each of them."""
-    stopped: Sequence[str] = ()
+    stopped: Sequence[str] = field(default_factory=list[str])
     """Nodes that were stopped by hand when the process ended, and so stay stopped."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:
