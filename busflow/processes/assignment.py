@@ -6,7 +6,7 @@ The pipe stays open as long as the main process lives; the worker process ends w
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
@@ -79,7 +79,8 @@ class Assignment:
         """
         try:
             values: dict[str, Any] = json.loads(stream.readline(_MOST_CHARACTERS)) if stream is not None else {}
-            values |= {"card": RunCard(**values["card"]), "memory": Memory(**values["memory"])}
+            memory = values["memory"] | {"stopped": tuple(values["memory"]["stopped"])}
+            values |= {"card": RunCard(**values["card"]), "memory": Memory(**memory)}
             values |= {key: tuple(values[key]) for key in ("nodes", "others", "path")}
             return cls(**values)
         except (ValueError, TypeError, LookupError):
@@ -94,7 +95,7 @@ class Memory:
     """Parameters by node, of nodes where some were set at run time: `{values, set, times}`, as in `report_changes`."""
     lives: Mapping[str, int] = field(default_factory=dict[str, int])
     """Lives by node: those of the process, and the node's own restarts and starts by hand in each of them."""
-    stopped: Sequence[str] = field(default_factory=list[str])
+    stopped: tuple[str, ...] = ()
     """Nodes that were stopped by hand when the process ended, and so stay stopped."""
 
     def restored(self, plan: Plan, log: Log) -> list[PlannedNode]:

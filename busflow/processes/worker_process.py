@@ -130,7 +130,7 @@ class WorkerProcess:
         for life in self.lives:
             nodes = (life.report or {}).get("nodes", ())
             lives.update({node["name"]: node["restarts"] + node["started_by_hand"] for node in nodes})
-        return Memory(dict(self._parameters), dict(lives), list(self._stopped))
+        return Memory(dict(self._parameters), dict(lives), self._stopped)
 
     @property
     def policy(self) -> RestartPolicy:
