@@ -31,6 +31,8 @@ Examples:
   busflow doctor --run lab1 --json | jq '.findings[].message'"""
 
 
+_PEERS = 3
+"""Addresses that a finding names."""
 _Findings = list[tuple[str | None, Problem]]
 """Problems, each with the name of its run, or None."""
 
@@ -135,6 +137,7 @@ def _examine(present: PresentRun) -> _Examined:
     wrong = (
         *_about_age(present),
         *_about_machines(present),
+        *_about_connections(present),
         *_about_processes(present),
         *findings(graph, tokens, answers),
     )
@@ -146,6 +149,19 @@ def _about_machines(present: PresentRun) -> Iterator[Problem]:
         text = f"the machine {name} is not linked" + (f": {reason}" if reason else "")
         fix = f"start it there: busflow run {short_path(present.run.card.file)} --machine {name}"
         yield Problem("machine-missing", text, fix.removesuffix(" --machine main"), severity=Severity.WARNING)
+
+
+def _about_connections(present: PresentRun) -> Iterator[Problem]:
+    from busflow.wire.machines.silent_connections import silent_connections
+
+    silent = silent_connections(present.port) if present.port is not None else ()
+    if silent:
+        peers = list(dict.fromkeys(each.peer for each in silent))
+        shown = ", ".join(peers[:_PEERS]) + (f" and {len(peers) - _PEERS} more" if len(peers) > _PEERS else "")
+        what = counted(len(silent), "connection has", "connections have")
+        text = f"{what} sent nothing to port {present.port} for up to {silent[0].silent_s:.0f} s, from {shown}"
+        fix = "let a firewall admit your machines only: silent connections keep them out"
+        yield Problem("silent-connections", text, fix, severity=Severity.WARNING)
 
 
 def _about_processes(present: PresentRun) -> Iterator[Problem]:

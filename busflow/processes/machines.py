@@ -104,7 +104,8 @@ class Machines:
     def about(self) -> Mapping[str, Any]:
         """Return the states of the machines, as the run answers queries."""
         states = {name: {"linked": each.linked, "reason": each.reason} for name, each in self._machines.items()}
-        return {"machine": self.own, "machines": states}
+        listen = self._spec.machines[self.own].listen
+        return {"machine": self.own, "machines": states, "port": None if listen is None else listen.port}
 
     async def watch(self) -> None:
         """Log why each missing machine is missing, once for each reason, until this is cancelled."""

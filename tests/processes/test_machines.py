@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from datetime import timedelta
 from pathlib import Path
 
@@ -302,6 +302,21 @@ def test_certificate_of_another_authority_is_not_linked(start: Callable, two: st
     main.wait_for("the machine arm is not linked: its certificate is not one of our authority")
     assert main.end() == arm.end() == 130
     assert main.topic("/numbers")["published"] > 0, "its nodes do not wait for anybody"
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux lists the connections of other processes")
+def test_doctor_names_connections_that_send_nothing(start: Callable, two: str, port: int):
+    arm = start(two, machine="arm")
+    arm.wait_for("the machine main is not linked")
+    with ExitStack() as silent:
+        for _ in range(3):
+            silent.enter_context(socket.create_connection(("127.0.0.1", port)))
+        text = f"3 connections have sent nothing to port {port} for up to "
+        while text not in (said := ask(arm.runtime, "doctor", expect=3)):
+            pass
+    assert ", from 127.0.0.1\n  fix: let a firewall admit your machines only" in said
+    assert arm.end() == 130
 
 
 def test_nothing_but_tls_with_certificate_is_accepted(start: Callable, two: str, certificates: Path, port: int):

@@ -39,9 +39,21 @@ class PresentRun:
     @property
     def missing(self) -> Mapping[str, str]:
         """The machines that the run's own one is not linked to, and why."""
-        here = [process for process in self.processes if process["pid"] == self.run.card.pid and "machines" in process]
-        machines = [process["machines"] for process in here]
-        return {name: how["reason"] for each in machines for name, how in each.items() if not how["linked"]}
+        machines = self._here.get("machines", {})
+        return {name: how["reason"] for name, how in machines.items() if not how["linked"]}
+
+    @property
+    def port(self) -> int | None:
+        """The port at which the run's own machine listens for the others, if it does."""
+        return self._here.get("port")
+
+    @property
+    def _here(self) -> Mapping[str, Any]:
+        """The answer of the main process of this machine; empty if it does not answer."""
+        for process in self.processes:
+            if process["pid"] == self.run.card.pid:
+                return process
+        return {}
 
     @property
     def state(self) -> str:
