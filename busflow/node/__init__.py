@@ -18,7 +18,6 @@ A set validates first: values, the model's validators, read-only parameters, and
 with no await in between, it replaces the parameters, paces the timers and notifies. A `def` handler is never
 interrupted by it; an `async def` handler can find other parameters after an `await`.
 
-`/parameter_events` has no publisher until it is needed: where a node of the graph subscribes, every node with
-parameters publishes from the start (`ParameterEvents.declare`); for a later subscriber the publisher is made at the
-first change.
+`/parameter_events` has no publisher until it is needed: where a node of the graph subscribes, or other processes see
+the graph, every node with parameters has one from the start; for a later subscriber it is made at the first change.
 """

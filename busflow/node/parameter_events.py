@@ -1,8 +1,9 @@
-"""ParameterEvents: publishes a node's parameters on `/parameter_events`, as ROS 2 does, if it has subscriptions."""
+"""ParameterEvents: publishes a node's parameters on `/parameter_events`, as ROS 2 does, where they can be received."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from structlog.typing import FilteringBoundLogger
@@ -38,7 +39,7 @@ class ParameterEvents:
         self._publisher: Publisher[ParameterEvent] | None = None
 
     def declare(self) -> None:
-        """Publish from now on: a node of the graph listens, and both ends are checked before anything runs."""
+        """Create the publisher. Before the start, where a node of the graph subscribes, both ends are checked then."""
         if self._publisher is None and self._parameters.infos:
             self._publisher = self._created()
 
@@ -47,20 +48,32 @@ class ParameterEvents:
         if former._publisher is not None:
             self.declare()
 
-    def publish_all(self) -> None:
-        """Publish every parameter as a new one, for subscriptions that are there from the start."""
-        if self._publisher is not None:
-            rows = self._parameters.describe()
-            self._publish(self._publisher, [ParameterChange(row.name, None, row.value) for row in rows])
+    def open(self) -> None:
+        """Publish every parameter as a new one, for subscriptions that are there from the start.
+
+        Where other processes see the parameters the topic is there from now on, so that they find it.
+        """
+        with self._logged():
+            if self._parameters.is_shown:
+                self.declare()
+            if self._publisher is not None and self._publisher.is_received:
+                rows = self._parameters.describe()
+                self._publish(self._publisher, [ParameterChange(row.name, None, row.value) for row in rows])
 
     def publish(self, changes: Iterable[ParameterChange], bus: Bus) -> None:
         """Publish a change. A subscription whose QoS does not fit receives nothing, and the log says so."""
         topic = bus.topics.get(PARAMETER_EVENTS)
         if self._publisher is None and (topic is None or not topic.pushes):
             return
-        try:
+        with self._logged():
             self._publisher = self._publisher or self._created()
             self._publish(self._publisher, changes)
+
+    @contextmanager
+    def _logged(self) -> Generator[None]:
+        """Log an error instead of raising it: a node does not fail because others cannot follow its parameters."""
+        try:
+            yield
         except BusflowError as error:
             self._log.warning("a change of parameters is not announced", topic=PARAMETER_EVENTS, reason=str(error))
 

@@ -104,6 +104,8 @@ class ParameterStore:
         """The source of each parameter, by dotted name; from the node's surroundings."""
         self.on_change: list[Callable[[Parameters, SetResult], None]] = []
         """Listeners to a change, called just after it with the parameters before it."""
+        self.is_shown: bool = False
+        """Whether other processes see the parameters."""
         self.times_set: int = 0
         """The number of changes."""
         self._paces: list[_Pace] = []

@@ -287,7 +287,7 @@ class NodeRuntime:
     def open(self) -> None:
         """Start to deliver messages, answer requests and tick."""
         self.ends.open()
-        self.parameter_events.publish_all()
+        self.parameter_events.open()
         for handler in self._parameter_handlers:
             handler.catch_up()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from busflow.bus.endpoint import ROSOUT
+from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.interfaces.message import type_name
 
@@ -164,7 +164,7 @@ class Report:
 
 
 def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
-    """The bus's topics by name, each with its subscriptions' ledger; `/rosout` only with a subscription."""
+    """The bus's topics by name, each with its subscriptions' ledger; those of every run only once they are used."""
     return tuple(
         TopicReport(
             name=each.topic,
@@ -176,7 +176,7 @@ def topic_reports(bus: Bus) -> tuple[TopicReport, ...]:
             subscriptions=each.subscriptions,
         )
         for each in (bus.topics[name].statistics() for name in sorted(bus.topics))
-        if each.topic != ROSOUT or each.published
+        if each.topic not in {PARAMETER_EVENTS, ROSOUT} or each.published or each.subscriptions
     )
 
 

@@ -46,7 +46,7 @@ def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], 
     captured = capsys.readouterr()
     assert captured.out.splitlines()[0].split() == ["busflow", "0.1.0"]
     (line,) = (line for line in captured.out.splitlines() if line.startswith("talk "))
-    assert line.split("  ")[-1].strip().startswith("2 nodes, 2 topics, system clock, answers in ")
+    assert line.split("  ")[-1].strip().startswith("2 nodes, 3 topics, system clock, answers in ")
     assert captured.out.endswith("\nnothing is wrong\n")
 
 

@@ -58,7 +58,7 @@ def test_verbose_list_has_a_row_per_node(capsys: Captured):
     head, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
     assert head == ["NODE", "STATE", "PLUGIN", "PROCESS", "PID", "PUB", "SUB", "RESTARTS"]
     assert [row[:4] + row[5:] for row in rows] == [
-        ["/imu_publisher", "running", "imu_publisher", "main", "2", "0", "0"],
+        ["/imu_publisher", "running", "imu_publisher", "main", "3", "0", "0"],
         ["/processor", "running", "processor", "main", "2", "2", "0"],
     ]
 

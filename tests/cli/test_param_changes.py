@@ -11,6 +11,7 @@ import pytest
 
 from busflow.cli import main
 from busflow.launchfile.load.load import load
+from busflow.wire.client.client import join
 
 Captured = pytest.CaptureFixture[str]
 
@@ -83,6 +84,23 @@ def test_one_is_set_in_ros2_s_words(capsys: Captured):
     assert main(["param", "set", "sensor", "rate_hz", "20"]) == 0
     assert capsys.readouterr() == ("Set parameter successful\n", "")
     assert got(capsys, "rate_hz") == 20.0
+
+
+@pytest.mark.usefixtures("launch_file")
+def test_other_processes_find_and_receive_changes():
+    with join() as peer:
+        topic = peer.graph().topic("parameter_events")
+        assert [end.node for end in topic.publishers] == ["/sensor"]
+        type_ = peer.type(topic.type)
+        with peer.listen(topic, type_) as listener:
+            assert main(["param", "set", "sensor", "noise.imu", "0.5"]) == 0
+            received = listener.get(60)
+    assert received is not None
+    event = type_.decode(received.payload)
+    assert event["node"] == "/sensor"
+    assert [(each["name"], each["value"]["double_value"]) for each in event["changed_parameters"]] == [
+        ("noise.imu", 0.5)
+    ]
 
 
 @pytest.mark.usefixtures("launch_file")

@@ -7,6 +7,7 @@ from busflow.errors import LaunchError
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import Float64
 from busflow.node.parameter_messages import plain_value
+from busflow.node.parameter_store import ParameterStore
 from busflow.testing import harness, virtual_time
 
 
@@ -73,6 +74,25 @@ async def test_without_a_listener_there_is_no_topic():
         assert "/parameter_events" not in lab.graph.bus.topics
 
 
+def shown(attached: object) -> None:
+    """Let other processes see the parameters of each node that is attached to a bus, as a mirror does."""
+    if isinstance(attached, ParameterStore):
+        attached.is_shown = True
+
+
+@virtual_time
+async def test_topic_is_there_where_others_look():
+    lab = harness(Tuned)
+    lab.graph.bus.on_attach.append(shown)
+    async with lab:
+        (publisher,) = lab.graph.bus.topics["/parameter_events"].publishers
+        assert publisher.published == 0
+        assert lab.graph.report().topics == ()
+        lab.set_parameters(Tuned, gain=2)
+        assert publisher.published == 1
+        assert [each.name for each in lab.graph.report().topics] == ["/parameter_events"]
+
+
 @virtual_time
 async def test_subscription_receives_all_parameters_first_then_changes():
     async with harness(Watcher, Tuned) as lab:
@@ -106,6 +126,18 @@ async def test_topic_of_another_type_is_logged():
         (line,) = [each for each in lab.log if each.level == "warning" and each.node == "/tuned"]
         assert line.event == "a change of parameters is not announced"
         assert "carries std_msgs/msg/Float64" in str(line.values["reason"])
+
+
+@virtual_time
+async def test_topic_of_another_type_stops_no_node():
+    class Squatter(Node):
+        numbers = publisher(Float64, "/parameter_events")
+
+    lab = harness(Squatter, Tuned)
+    lab.graph.bus.on_attach.append(shown)
+    async with lab:
+        (line,) = [each for each in lab.log if each.level == "warning"]
+        assert (line.node, line.event) == ("/tuned", "a change of parameters is not announced")
 
 
 @virtual_time

@@ -184,6 +184,7 @@ class Mirror:
             if isinstance(attached, Server | Client):
                 self._services.attach(attached)
             elif isinstance(attached, ParameterStore):
+                attached.is_shown = True
                 self._services.attach_parameters(attached)
                 self._questions.parameter_log.follow(attached)
             elif isinstance(attached, Publisher | Subscription) and not attached.endpoint.remote:

@@ -13,11 +13,13 @@ Ends: TypeAlias = Mapping[str, tuple[str, ...]]
 """Nodes by the name of the topic or service."""
 _OF_PARAMETERS = "rcl_interfaces/srv/"
 """Types of the six services for parameters that each node has; drawn, they would hide all other lines."""
+_PARAMETER_EVENTS = "/parameter_events"
+"""Topic on which each node with parameters publishes; it is left out for the same reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connections:
-    """Nodes at the endpoints of each topic and service; hidden ones and services for parameters are left out."""
+    """Nodes at the endpoints of each topic and service; hidden ones and those for parameters are left out."""
 
     published: Ends = field(default_factory=dict[str, tuple[str, ...]])
     subscribed: Ends = field(default_factory=dict[str, tuple[str, ...]])
@@ -33,7 +35,11 @@ class Connections:
 
         shown = [topic for topic in graph.topics.values() if not topic.hidden]
         return cls(
-            {topic.name: found for topic in shown if (found := nodes(topic.publishers))},
+            {
+                topic.name: found
+                for topic in shown
+                if topic.name != _PARAMETER_EVENTS and (found := nodes(topic.publishers))
+            },
             {topic.name: found for topic in shown if (found := nodes(topic.subscriptions))},
             {
                 each.name: found

@@ -217,7 +217,8 @@ def test_its_help_imports_nothing_heavy():
 def test_every_topic_is_a_channel_with_its_definition(served: Served):
     client = served.client()
     client.until(lambda _: client.channels)
-    assert list(client.channels) == ["/balance_state", "/imu/data", "/joint_states", "/rosout", "/stability_index"]
+    topics = ["/balance_state", "/imu/data", "/joint_states", "/parameter_events", "/rosout", "/stability_index"]
+    assert list(client.channels) == topics
     channel = client.channels["/imu/data"]
     assert {word: channel[word] for word in ("encoding", "schemaName", "schemaEncoding")} == {
         "encoding": "cdr",
@@ -292,6 +293,7 @@ def test_topics_come_and_go(served: Served, lab1: Any):
     assert {"name": "/imu/data", "subscriberIds": ["/sensor_processor"]} in whole["subscribedTopics"]
     assert {"name": "/sensor_publisher/reset", "providerIds": ["/sensor_publisher"]} in whole["advertisedServices"]
     assert not [each["name"] for each in whole["advertisedServices"] if "parameters" in each["name"]]
+    assert "/parameter_events" not in [each["name"] for each in whole["publishedTopics"]]
     command = [sys.executable, "-m", "busflow", "topic", "pub", "-r", "5", "chatter", "std_msgs/String", "{data: hi}"]
     with subprocess.Popen(
         command, env=lab1[0].environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
