@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 from busflow.errors import KeyPath, LaunchError, Place, Problem
@@ -14,12 +15,14 @@ from busflow.launchfile.load.resolver import Resolver
 from busflow.launchfile.model.key_faults import without
 from busflow.launchfile.model.misplaced import with_keys_in_place
 from busflow.launchfile.model.problems import Problems, problem_at
-from busflow.launchfile.yaml.document import Limits, Repeated, read_file
+from busflow.launchfile.yaml.document import MAX_BYTES, Limits, Repeated, read_file
 from busflow.launchfile.yaml.value import Origin, StatedBy, StatedPath, Value
-from busflow.node.plugins import unreadable
+from busflow.node.plugins import find, unreadable
 from busflow.text import nearest
 
 MAX_FILES = 100
+_LOOKED_AT = 1000
+"""The most files of a folder among which one with a similar name is looked for."""
 
 
 @dataclass(slots=True)
@@ -116,18 +119,40 @@ class Files:
 
 
 def _neighbour(path: Path, beside: Path | None = None) -> str | None:
-    """Suggest an existing file or folder for a missing one, relative to `beside`."""
+    """Suggest what exists for a missing file or folder, relative to `beside`."""
     try:
         if path.exists():
             return None
-        if not path.parent.exists():
-            return _neighbour(path.parent, beside) or f"there is no folder {path.parent}"
-        for whole in (path.parent / f"{path.name}.yaml", path.parent / "configs" / f"{path.stem}.yaml"):
-            if whole.is_file():  # for instance `busflow run lab1`
-                break
-        else:
-            near = nearest(path.name, [each.name for each in islice(path.parent.iterdir(), 1000)])
-            whole = path.parent / near if near else None
+        found = _nearest(path)
+        if found is None and beside is None and (plugin := _plugin(path)):
+            return plugin
     except (OSError, ValueError):
         return None
-    return f"did you mean {str(whole) if beside is None else os.path.relpath(whole, beside)!r}?" if whole else None
+    if found is not None:
+        return f"did you mean {str(found) if beside is None else os.path.relpath(found, beside)!r}?"
+    missing = next((each for each in reversed(path.parents) if not each.exists()), None)
+    return f"there is no folder {missing}" if missing is not None else None
+
+
+def _nearest(path: Path) -> Path | None:
+    """Return the file or folder whose name is nearest to that of a missing one, else the nearest folder above it."""
+    folder = path.parent if path.parent.exists() else _nearest(path.parent)
+    if folder is None or not folder.is_dir():
+        return None
+    for whole in (folder / path.name, folder / f"{path.name}.yaml", folder / "configs" / f"{path.stem}.yaml"):
+        if whole.is_file():  # for instance `busflow run lab1`
+            return whole
+    near = nearest(path.name, [each.name for each in islice(folder.iterdir(), _LOOKED_AT)])
+    return folder / near if near else folder if folder != path.parent else None
+
+
+def _plugin(path: Path) -> str | None:
+    """Suggest a launch file that runs a plugin, where the name of one is given instead of a file."""
+    name = str(path)
+    if all(each.name != name for each in find([Path("plugins")])):
+        return None
+    stated = re.compile(rf"plugin:\s*{re.escape(name)}\b")
+    for file in sorted(islice(chain(Path().glob("*.yaml"), Path("configs").glob("*.yaml")), _LOOKED_AT)):
+        if file.stat().st_size <= MAX_BYTES and stated.search(file.read_text("utf-8", errors="replace")):
+            return f"{name} is a plugin, which a launch file runs: did you mean {str(file)!r}?"
+    return f"{name} is a plugin: name it in a launch file, nodes: {{{name}: {{plugin: {name}}}}}"

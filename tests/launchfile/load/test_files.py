@@ -39,9 +39,31 @@ def test_bare_name_suggests_a_launch_file(folder, asked: str, there: str):
 
 
 @pytest.mark.parametrize(
-    ("path", "fix"), [("labs/lab1.yaml", "did you mean 'lab'?"), ("zzz/lab1.yaml", "there is no folder zzz")]
+    ("path", "fix"),
+    [
+        ("labs/lab1.yaml", "did you mean 'lab/lab1.yaml'?"),
+        ("labs/lba1.yaml", "did you mean 'lab/lab1.yaml'?"),
+        ("labs/zzz.yaml", "did you mean 'lab'?"),
+        ("zzz/lab1.yaml", "there is no folder zzz"),
+        ("zzz/yyy/lab1.yaml", "there is no folder zzz"),
+    ],
 )
 def test_missing_folder_suggests_a_neighbour(folder, path: str, fix: str):
     folder.write(TALKER, "lab/lab1.yaml")
     _, problems = examine(path, environment={})
+    assert [each.fix for each in problems] == [fix]
+
+
+@pytest.mark.parametrize(
+    ("file", "fix"),
+    [
+        ("configs/lab1.yaml", "talker is a plugin, which a launch file runs: did you mean 'configs/lab1.yaml'?"),
+        ("elsewhere/lab1.yaml", "talker is a plugin: name it in a launch file, nodes: {talker: {plugin: talker}}"),
+    ],
+)
+def test_plugin_instead_of_file_suggests_its_launch_file(folder, file: str, fix: str):
+    folder.write("from busflow import Node\n\n\nclass Talker(Node):\n    pass\n", "plugins/talker.py")
+    folder.write("nodes: {other: {plugin: talkers}}\n", "configs/all.yaml")
+    folder.write(TALKER, file)
+    _, problems = examine("talker", environment={})
     assert [each.fix for each in problems] == [fix]
