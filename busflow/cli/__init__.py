@@ -111,9 +111,9 @@ def _answer(arguments: list[str]) -> int:
     root = Root(_COMMANDS, _APART, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
     root.params += _OPTIONS
     if "_BUSFLOW_COMPLETE" in os.environ:
-        from click.shell_completion import shell_complete
+        from busflow.cli.completion import complete
 
-        return shell_complete(root, {}, "busflow", "_BUSFLOW_COMPLETE", os.environ["_BUSFLOW_COMPLETE"])
+        return complete(root)
     try:
         with root.make_context("busflow", arguments, color=colour()) as context:
             return _invoke(root, context)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.completers import completer
 from busflow.cli.options.lazy_group import LazyGroup
-from busflow.cli.options.run import complete_nodes, completer, joined, joined_to_complete, joins
+from busflow.cli.options.run import complete_nodes, joined, joined_to_complete, joins
 from busflow.cli.terminal.output import print_answer
 from busflow.cli.terminal.table import Column, print_table
 from busflow.errors import NoSuchTarget

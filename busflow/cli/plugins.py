@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from busflow.cli.options.completers import complete_plugins
 from busflow.cli.options.lazy_group import LazyGroup
 from busflow.cli.terminal.output import print_answer, print_problems
 from busflow.cli.terminal.table import Column, print_table
@@ -63,7 +64,7 @@ def list_(folders: Sequence[Path], as_json: bool) -> int:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("name")
+@click.argument("name", shell_complete=complete_plugins)
 @_options
 def info(name: str, folders: Sequence[Path], as_json: bool) -> int:
     """Show the parameters of the plugin NAME with defaults and ranges, and its topics in and out."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.completers import complete_plugins
 from busflow.cli.options.launch_file import DURATION, Given, launch_file
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ def _number(ctx: click.Context, param: click.Parameter, given: float) -> float:
 @click.argument("recording", metavar="RECORDING", type=click.Path(path_type=Path))
 @launch_file(required=False, file_="[FILE]")
 @click.option("--node", "nodes", multiple=True, metavar="NAME", help="A node of FILE to run again; all by default.")
-@click.option("--plugin", metavar="NAME", help="A plugin to run in place of FILE, under the name of --node or its own.")
+@click.option("--plugin", metavar="NAME", shell_complete=complete_plugins,
+              help="A plugin to run in place of FILE, under the name of --node or its own.")  # fmt: skip
 @click.option("--folder", type=click.Path(exists=True, file_okay=False, path_type=Path), default=None,
               help="The plugin folder of --plugin.  [default: plugins, and what is installed]")  # fmt: skip
 @click.option(

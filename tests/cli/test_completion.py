@@ -37,6 +37,11 @@ def test_fish_shows_the_whole_of_a_description(capsys: Captured):
     assert 'string split --max 1 "," $completion' in capsys.readouterr().out
 
 
+def test_bash_puts_no_blank_before_a_value(capsys: Captured):
+    main(["completion", "bash"])
+    assert "[[ $value == *= ]] && compopt -o nospace" in capsys.readouterr().out
+
+
 def test_another_shell_is_refused_with_those_there_are(capsys: Captured):
     assert main(["completion", "tcsh"]) == 2
     assert "'bash', 'zsh', 'fish'" in capsys.readouterr().err

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from busflow.cli.options.completers import complete_arguments, complete_paths
 from busflow.errors import LaunchError, Problem
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
@@ -158,9 +159,10 @@ def launch_file(
                 "sets",
                 multiple=True,
                 metavar="PATH=VALUE",
+                shell_complete=complete_paths,
                 help="Change one value, by its path: nodes.imu.parameters.rate_hz=50.",
             ),
-            click.argument("assignments", nargs=-1, metavar=rest),
+            click.argument("assignments", nargs=-1, metavar=rest, shell_complete=complete_arguments),
             click.argument("file", required=required, metavar=file_, type=click.Path(path_type=Path)),
         ):
             called = parameter(called)

@@ -10,7 +10,8 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
+
+from busflow.cli.options.completers import Completer, completer
 
 if TYPE_CHECKING:
     from busflow.wire.client.client import Peer
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 _COMPLETION_S = 0.5
 """The most time for a completion, so that a run that hangs does not block the shell."""
-
-Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def joins(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -57,20 +56,7 @@ def full_type(name: str, kind: str = "msg") -> str:
     return name.replace("/", f"/{kind}/") if name.count("/") == 1 else name
 
 
-# Completion. The shell shows everything that a completer prints, so a completer hides its errors.
-
-
-def completer(names: Callable[[click.Context, str], Iterable[tuple[str, str | None]]]) -> Completer:
-    """Return a completer for these names, each of which has a line of help or None."""
-
-    def complete(context: click.Context, _parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        try:
-            found = list(names(context, incomplete))
-        except Exception:  # noqa: BLE001  # the shell would show the error in the middle of the input
-            return []
-        return [CompletionItem(name, help=line) for name, line in found if name.startswith(incomplete)]
-
-    return complete
+# Completion of names in a running graph.
 
 
 def joined_to_complete(context: click.Context) -> AbstractContextManager[Peer]:

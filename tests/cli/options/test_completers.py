@@ -1,0 +1,34 @@
+"""Completers: what the tab key offers of a launch file and of plugins, as bash hands its words over."""
+
+import pytest
+
+from busflow.cli import main
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("run talk.yaml r", ["rate_hz:="]),
+        ("run talk.yaml rate_hz := 5 --set nodes.talker.parameters.r", ["nodes.talker.parameters.rate_hz="]),
+        ("check talk.yaml --set nodes.talker.parameters.f", ["nodes.talker.parameters.fail_at="]),
+        ("check talk.yaml --set = nodes.listener.", ["nodes.listener.plugin="]),
+        ("run talk.yaml rate_hz :=", []),
+        ("plugins info tal", ["talker"]),
+        ("replay run.mcap --plugin tal", ["talker"]),
+        ("run --set nodes.", []),
+        ("run missing.yaml r", []),
+        ("run talk.yaml --profile nope --set nodes.", []),
+    ],
+)
+@pytest.mark.usefixtures("project")
+def test_launch_file_and_plugins_are_completed(
+    words: str, expected: list[str], monkeypatch: pytest.MonkeyPatch, capsys: Captured
+):
+    monkeypatch.setenv("_BUSFLOW_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"busflow {words}")
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split())))
+    main([])
+    captured = capsys.readouterr()
+    assert ([line.removeprefix("plain,") for line in captured.out.split()], captured.err) == (expected, "")
