@@ -10,8 +10,11 @@ from typing import Any
 import pytest
 
 from busflow.cli import main
+from busflow.cli.options.waiting import Waiting
+from busflow.errors import NoSuchTarget
 from busflow.launchfile.load.load import load
-from busflow.wire.client.client import join
+from busflow.wire.client.client import Peer, join
+from busflow.wire.client.graph_view import TopicView
 
 Captured = pytest.CaptureFixture[str]
 
@@ -88,9 +91,14 @@ def test_one_is_set_in_ros2_s_words(capsys: Captured):
 
 @pytest.mark.usefixtures("launch_file")
 def test_other_processes_find_and_receive_changes():
-    with join() as peer:
+    def published(peer: Peer) -> TopicView:
         topic = peer.graph().topic("parameter_events")
-        assert [end.node for end in topic.publishers] == ["/sensor"]
+        if [end.node for end in topic.publishers] != ["/sensor"]:
+            raise NoSuchTarget("the node has not been opened")
+        return topic
+
+    with join() as peer:
+        topic = Waiting(60.0).until(lambda: published(peer), NoSuchTarget)
         type_ = peer.type(topic.type)
         with peer.listen(topic, type_) as listener:
             assert main(["param", "set", "sensor", "noise.imu", "0.5"]) == 0
