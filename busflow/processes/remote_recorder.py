@@ -9,22 +9,25 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
-from busflow.bus.qos import QoS
+from busflow.bus.qos import Durability, QoS
 from busflow.clock import SystemClock
-from busflow.errors import BusflowError
+from busflow.errors import BagError, BusflowError
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.node.parameter_messages import event_message
 from busflow.node.parameter_store import ParameterChange
 from busflow.node.parameters import ParameterInfo
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
 from busflow.recording.mcap.writer import McapWriter
 from busflow.recording.recorder.channels import Announcer
-from busflow.recording.recorder.destination import named, new_recording
+from busflow.recording.recorder.destination import as_directory, named, new_directory, new_recording
 from busflow.recording.recorder.provenance import facts, library
-from busflow.recording.recorder.recording_file import RecordingFile
+from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile
 from busflow.recording.recorder.spool import Spool
 from busflow.wire.client.graph_view import view
 from busflow.wire.client.known_type import known_type
@@ -38,7 +41,10 @@ if TYPE_CHECKING:
 
     from busflow.bus.patterns import Selection
     from busflow.interfaces.encoding.foreign import ForeignType
-    from busflow.launchfile.model.description import Compression
+    from busflow.launchfile.model.description import Compression, Split
+    from busflow.recording.recorder.destination import Destination
+    from busflow.recording.recorder.provenance import Words
+    from busflow.recording.recorder.recording_file import Begin
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import TopicView
 
@@ -49,7 +55,9 @@ _PARAMETERS_QOS = QoS(depth=1000)
 class RemoteRecorder:
     """Writes what a run publishes into a file, until it is closed."""
 
-    def __init__(self, peer: Peer, selection: Selection, to: str, compression: Compression) -> None:
+    def __init__(
+        self, peer: Peer, selection: Selection, *, to: str, compression: Compression, split: Split | None = None
+    ) -> None:
         """Make the file; `follow` says when to look for topics.
 
         Args:
@@ -57,6 +65,7 @@ class RemoteRecorder:
             selection: the topics to record.
             to: the path of the file, in which `{name}` and `{start}` stand for the run's name and the time.
             compression: how the file is made smaller.
+            split: when a part ends, of a recording that is a directory of parts.
 
         Raises:
             RecordingRefused: it is there already, or cannot be made.
@@ -71,21 +80,40 @@ class RemoteRecorder:
         self._announcer = Announcer()
         self._sequence = self._missed = 0
         self._complete = False
+        self._undescribed: Exception | None = None
+        """The error after which the parts are without their metadata."""
         self.path: Path = named(to, run=peer.run.name)
-        run = self._asked("run")
-        clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
-        with new_recording(self.path) as destination:
-            file = McapWriter(destination, library=library(), compression=compression)
-            name, words = facts(peer.run.name, seed, clock, self._clock.now_ns())
-            file.add_metadata(name, {**words, "heard": "from outside"})
-        self._spool = Spool(RecordingFile(destination, file), threaded=True, on_failure=lambda _error: None)
+        """The file, or the directory of parts."""
+        self._split = split
+        begin = self._beginning(compression)
+        if split is None:
+            file = RecordingFile(*begin(self.path))
+        else:
+            with new_directory(as_directory(self.path)) as self.path:
+                file = SplitFile(self.path / f"{self.path.name}.mcap", split, begin, durable=True)
+        self._spool = Spool(file, threaded=True, on_failure=lambda _error: None)
         self.nodes: int = self._write_parameters()
         """Number of nodes whose parameters at the beginning have been recorded."""
+
+    def _beginning(self, compression: Compression) -> Begin:
+        """Return the function that begins the file, or each part, with the facts of the run."""
+        run = self._asked("run")
+        clock, seed = str(run.get("clock", self._clock.kind)), run.get("seed")
+        name, words = facts(self._peer.run.name, seed, clock, self._clock.now_ns())
+
+        def begin(path: Path, *more: Words) -> tuple[Destination, McapWriter]:
+            with new_recording(path) as destination:
+                writer = McapWriter(destination, library=library(), compression=compression)
+                for each in (*more, (name, {**words, "heard": "from outside"})):
+                    writer.add_metadata(*each)
+            return destination, writer
+
+        return begin
 
     @property
     def failure(self) -> Exception | None:
         """Error after which nothing more can be written; None while writing works."""
-        return self._spool.failure
+        return self._spool.failure or self._undescribed
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -152,9 +180,11 @@ class RemoteRecorder:
     def follow(self) -> None:
         """Begin to listen to wanted topics that are new."""
         for topic in view(self._peer.tokens(), []).topics.values():
-            for kind in topic.kinds:
-                if topic.publishers and (topic.name, *kind) not in self._listeners:
+            for kind in topic.kinds if topic.publishers else ():
+                if (listener := self._listeners.get((topic.name, *kind))) is None:
                     self._listen(topic, *kind)
+                else:
+                    listener.look(topic)
 
     def _listen(self, topic: TopicView, type_name: str, type_hash: str | None) -> None:
         if not self._selection.includes(topic.name):
@@ -179,6 +209,9 @@ class RemoteRecorder:
             announced = listener.number or self._announce(listener)
             if not announced or not self._spool.put(listener.number, self._sequence, time_ns, received.payload):
                 self._missed += 1
+            elif self._split is not None and (publisher := listener.latching.get(received.gid)) is not None:
+                latched = Latched(publisher, listener.number, self._sequence, time_ns, received.payload)
+                self._spool.do(lambda file: file.add_latched(latched))
 
     def _announce(self, listener: _TopicListener) -> bool:
         listener.number = self._announcer.announce(self._spool, listener.topic, listener.type, listener.offered)
@@ -195,6 +228,24 @@ class RemoteRecorder:
             recorded, missed = self.recorded, self.missed
             whole = self._spool.do(lambda file: file.conclude(report, recorded, missed))
             self._complete = self._spool.close() and whole
+        if self._split is not None:
+            self._describe_parts()
+
+    def _describe_parts(self) -> None:
+        """Write the metadata by which readers find the parts."""
+        try:
+            with Bag(self.path) as bag:
+                write_metadata(self.path, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+        except (BagError, OSError) as error:
+            self._complete, self._undescribed = False, error
+
+
+@dataclass(frozen=True, slots=True)
+class _Publisher:
+    """A publisher of the run."""
+
+    gid: bytes
+    qos: QoS
 
 
 class _TopicListener(Listener):
@@ -207,7 +258,15 @@ class _TopicListener(Listener):
         self.number = 0
         """Number of the topic's channel; 0 before the first message."""
         self.offered: list[QoS] = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
+        self.latching: dict[bytes, _Publisher] = {}
+        """The transient_local publishers, by gid."""
         self._owner = owner
+        self.look(topic)
+
+    def look(self, topic: TopicView) -> None:
+        """Take note of the topic's publishers."""
+        ends = ((end.token.gid, as_qos(end.qos, most_depth=_MOST_DEPTH)) for end in topic.publishers)
+        self.latching = {gid: _Publisher(gid, qos) for gid, qos in ends if qos.durability is Durability.TRANSIENT_LOCAL}
 
     def put(self, sample: zenoh.Sample) -> None:
         """Pass a message on at once: nothing waits here."""

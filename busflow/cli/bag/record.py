@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from busflow.cli.options.bag import SIZE
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.run import complete_runs, complete_topics, joined
 from busflow.cli.terminal.output import print_answer, print_message
@@ -61,6 +62,8 @@ class _RecordCommand(click.Command):
 @click.option("--exclude", _EXCLUDE_TOPICS, multiple=True, metavar="PATTERN", help="Leave these topics out.")
 @click.option("--exclude-regex", "exclude_regexes", multiple=True, metavar="REGEX",
               help="Leave topics out whose names contain this.")  # fmt: skip
+@click.option("-b", "--max-bag-size", "size", type=SIZE, metavar="SIZE", help="Go on in another file at 500MB, 1GiB.")
+@click.option("-d", "--max-bag-duration", "duration_s", type=DURATION, help="Go on in another file after this time.")
 @click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option("--compression", type=click.Choice(["zstd", "lz4", "none"]), default="zstd", show_default=True)
 @click.option(
@@ -76,6 +79,8 @@ def record(
     output: str,
     exclude: tuple[str, ...],
     exclude_regexes: tuple[str, ...],
+    size: int | None,
+    duration_s: float | None,
     for_s: float | None,
     compression: str,
     on_drop: str,
@@ -84,7 +89,7 @@ def record(
 ) -> int:
     """Record the topics TOPIC of a running graph, by names or patterns such as /arm/**, until Ctrl-C.
 
-    In FILE {name} stands for the run's name, and {start} for the time in UTC.
+    In FILE {name} stands for the run's name, and {start} for the time in UTC. With -b or -d it is a directory of files.
     Messages that are lost on the way are counted, and make the recording incomplete. The exit code is 4 if there was no
     such topic, and 1 if nothing was published. busflow run --record misses nothing and holds more: calls, ticks, every
     change of a parameter, the launch file.
@@ -92,13 +97,14 @@ def record(
     if bool(topics or named or regexes) == everything:
         raise click.UsageError("name the topics to record, or give --all")
     from busflow.bus.patterns import Selection
-    from busflow.launchfile.model.description import Compression
+    from busflow.launchfile.model.description import Compression, Split
 
+    split = None if size is None and duration_s is None else Split(size, duration_s)
     selection = Selection((*topics, *named), exclude, regexes=regexes, exclude_regexes=exclude_regexes)
     with joined(run) as peer:
         from busflow.processes.remote_recorder import RemoteRecorder
 
-        recorder = RemoteRecorder(peer, selection, output, Compression(compression))
+        recorder = RemoteRecorder(peer, selection, to=output, compression=Compression(compression), split=split)
         try:
             code = _listen(peer, recorder, for_s)
         finally:

@@ -13,10 +13,15 @@ from busflow.cli.options.launch_file import DurationType
 from busflow.cli.terminal.output import print_message
 from busflow.errors import ExitCode, NoSuchTarget
 from busflow.text import did_you_mean, printable
+from busflow.validation.byte_sizes import parse_size
 
 if TYPE_CHECKING:
     from busflow.recording.bag.bag import Bag
     from busflow.recording.bag.channel import Channel
+
+    _TextType = click.ParamType[int]
+else:
+    _TextType = click.ParamType  # generic in newer versions of click only
 
 _ZERO = re.compile(r"0+(\.0*)? *(ns|us|ms|s|min|h)?")
 
@@ -28,7 +33,21 @@ class _Offset(DurationType):
         return 0.0 if _ZERO.fullmatch(value.strip()) else super().convert(value, param, ctx)
 
 
+class _Size(_TextType):
+    """The type of an option that takes `64MiB`, `500MB`, or a plain number of bytes."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the size in bytes."""
+        try:
+            return parse_size(int(value) if value.isdecimal() and len(value) < 20 else value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
 _OFFSET = _Offset()
+SIZE = _Size()
 
 
 def reads(name: str = "file") -> Callable[[Callable[..., Any]], Callable[..., Any]]:

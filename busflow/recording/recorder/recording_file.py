@@ -20,7 +20,7 @@ from busflow.recording.recorder.destination import new_recording
 from busflow.recording.recorder.provenance import Words, facts, launch_files, ledger, library
 
 if TYPE_CHECKING:
-    from busflow.bus.endpoint import Endpoint
+    from busflow.bus.qos import QoS
     from busflow.launchfile.model.description import RecordSpec, Split
     from busflow.recording.recorder.destination import Destination
     from busflow.runner.graph import Graph
@@ -131,11 +131,20 @@ def beginning(graph: Graph, spec: RecordSpec, process: str = "") -> Begin:
     return begin
 
 
+class LatchingPublisher(Protocol):
+    """A transient_local publisher; equal ones are the same."""
+
+    @property
+    def qos(self) -> QoS:
+        """What it offers."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Latched:
     """A message of a transient_local publisher."""
 
-    publisher: Endpoint
+    publisher: LatchingPublisher
     channel_id: int
     sequence: int
     time_ns: int
@@ -166,7 +175,7 @@ class SplitFile(RecordingFile):
         """The messages that an earlier part has, and the size of all that stands before new ones."""
         self._schemas: dict[int, tuple[int, str, str, bytes]] = {}
         self._channels: dict[int, tuple[int, str, str, int, Mapping[str, str]]] = {}
-        self._latched: dict[Endpoint, deque[Latched]] = {}
+        self._latched: dict[LatchingPublisher, deque[Latched]] = {}
         super().__init__(*begin(self._path(0), _words(0, 1, {})))
 
     @property

@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 from copy import deepcopy
 
 import pytest
@@ -17,7 +18,7 @@ from busflow.cli.param import parameters_of
 from busflow.interfaces.encoding.description import rihs01
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
-from busflow.msgs.std_msgs import Bool
+from busflow.msgs.std_msgs import Bool, String
 from busflow.recording.bag.bag import Bag
 from busflow.recording.replay.history import past_of
 from busflow.wire.client.client import join
@@ -99,6 +100,49 @@ class TestLab:
         assert answer["topics"] == recorded
         assert [re.sub("[0-9]{8}T[0-9]{6}Z", "DATE", each.name) for each in tmp_path.iterdir()] == ["imu_lab-DATE.mcap"]
         assert answer["file"] == next(tmp_path.iterdir()).name
+
+    def test_parts_begin_after_a_time_each_whole(self, tmp_path, capsys):
+        path = tmp_path / "run"
+        with join() as peer, peer.advertise("/robot", foreign(Bool), qos=":1:,1:,:,:,,") as speaker:
+            speaker.publish({"data": True})
+            assert main(["bag", "record", "-o", str(path), "--all", "-d", "400ms", "--for", "1.3s"]) == 0
+        assert capsys.readouterr().out.startswith(f"{path}: ")
+        files = sorted(each.name for each in path.iterdir())
+        assert files[0] == "metadata.yaml"
+        assert files[1:] == [f"run_{number}.mcap" for number in range(len(files) - 1)]
+        assert len(files) > 2
+        with Bag(path) as bag:
+            assert bag.complete
+            assert [entry.sequence for entry in bag.entries()] == list(range(1, bag.messages + 1))
+            assert len(list(bag.entries(["/robot"]))) == 1
+        for name in files[1:]:
+            with Bag(path / name) as part:
+                assert [each.channel.plain(each.payload) for each in part.entries(["/robot"])] == [{"data": True}]
+
+    def test_parts_begin_at_a_size(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+
+        def publish() -> None:
+            with join() as peer, peer.advertise("/big", foreign(String)) as speaker:
+                assert speaker.wait_for_listener(60)
+                for _ in range(3):
+                    speaker.publish({"data": "x" * 200_000})
+                assert ended.wait(60)
+
+        ended = threading.Event()
+        publisher = threading.Thread(target=publish)
+        publisher.start()
+        try:
+            assert (
+                main(["bag", "record", "-o", "big.mcap", "big", "-b", "100kB", "--compression", "none", "--for", "1s"])
+                == 0
+            )
+        finally:
+            ended.set()
+            publisher.join()
+        with Bag("big") as bag:
+            assert [file.overview().messages for file in bag.files] == [3, 1, 1]  # the first with two nodes' parameters
+            assert bag.complete
 
     @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
     def test_a_signal_ends_the_file(self, tmp_path, number, code):
