@@ -22,6 +22,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from importlib import import_module
 from itertools import takewhile
@@ -277,6 +278,15 @@ def test_the_snippets_of(page):
 def test_links_between_pages_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
         assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_no_page_overwrites_a_file_of_another():
+    pages = Counter(
+        title
+        for page in PAGES
+        for title in set(re.findall(r'^```\w+ title="(.+)"$', page.read_text("utf-8"), re.MULTILINE))
+    )
+    assert [title for title, count in pages.items() if count > 1] == []
 
 
 def test_pip_commands_install_from_the_clone():
