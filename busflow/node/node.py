@@ -26,12 +26,15 @@ from busflow.node.handlers import inherit
 from busflow.node.parameters import Parameters, validate
 from busflow.node.runtime import NodeRuntime
 from busflow.node.signatures import calling_frame, calling_line
+from busflow.text import printable
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
 _HOOKS = frozenset({"declare", "start", "run", "stop"})
+NO_INIT = "write no __init__: its ends are declared in the class, or in declare(), and start() sets up the rest"
+"""The advice for a node class with an `__init__` of its own."""
 
 
 _RCLPY = {
@@ -98,6 +101,12 @@ class Node(_RclpyNames):
         expected = parameters_class(type(self))
         if parameters is None:
             parameters = validate(expected, values)
+        elif isinstance(parameters, str):
+            kind, name = type(self).__name__, printable(repr(parameters), limit=100)
+            named = (
+                f"{kind} is named by the launch file, by its class or with {kind}(name={name}), not with {name} alone"
+            )
+            raise InvalidDeclaration(named if type(self).__init__ is Node.__init__ else f"{named}; {NO_INIT}")
         elif values or not isinstance(parameters, expected):
             raise InvalidDeclaration(
                 f"{type(self).__name__} takes either one {expected.__name__} or its values by name"
@@ -294,5 +303,5 @@ def runtime_of(node: Node) -> NodeRuntime:
     runtime = vars(node).get("_runtime")
     if runtime is None:
         kind = type(node).__name__
-        raise InvalidDeclaration(f"{kind}.__init__ must call super().__init__(…); state belongs in start()")
+        raise InvalidDeclaration(f"{kind}.__init__ must call super().__init__(); better, {NO_INIT}")
     return runtime

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from busflow.clock import Clock, SimClock, Time
 from busflow.errors import InvalidDeclaration
 from busflow.launchfile.model.description import ClockMode, LaunchDescription
-from busflow.node.node import Node
+from busflow.node.node import NO_INIT, Node
 from busflow.node.supervision import Supervised, Supervision
 
 What: TypeAlias = str | Path | LaunchDescription | Node | type[Node] | Supervised
@@ -32,12 +33,16 @@ def made_by_hand(what: Any) -> tuple[Node, Supervision]:
     """The node that is given, or one of the class that is, and what is asked for it.
 
     Raises:
-        InvalidDeclaration: it is neither.
+        InvalidDeclaration: it is neither, or the class needs arguments.
     """
     node, supervision = (what.node, what.supervision) if isinstance(what, Supervised) else (what, Supervision())
     if isinstance(node, Node):
         return node, supervision
     if isinstance(node, type) and issubclass(node, Node):
+        try:
+            signature(node).bind()
+        except TypeError as error:
+            raise InvalidDeclaration(f"{node.__name__} cannot be built: {error}; {NO_INIT}") from None
         return node(), supervision
     raise InvalidDeclaration(f"a graph is made of launch files, Node classes and instances, not {what!r}")
 

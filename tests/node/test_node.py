@@ -6,6 +6,7 @@ Tests of `node.py`, `context.py`, `endpoints.py`, `entry_points.py`, `lifetime.p
 from __future__ import annotations
 
 import asyncio
+import re
 import threading
 from typing import TYPE_CHECKING
 
@@ -189,6 +190,31 @@ async def test_init_without_super_is_refused_with_advice():
 
     with pytest.raises(InvalidDeclaration, match=r"Forgetful\.__init__ must call super\(\)\.__init__"):
         await graph_of(Forgetful).start()
+
+
+class Rclpys(Node):
+    def __init__(self):
+        super().__init__("sensor_processor")
+
+
+class Wanting(Node):
+    def __init__(self, port):
+        super().__init__(name=port)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (Rclpys, "Rclpys is named by the launch file, by its class or with Rclpys(name='sensor_processor')"),
+        (lambda: launch(Rclpys), "write no __init__: its ends are declared in the class"),
+        (lambda: launch(Wanting), "Wanting cannot be built: missing a required argument: 'port'; write no __init__"),
+        (lambda: Node("front"), "Node is named by the launch file, by its class or with Node(name='front')"),
+    ],
+)
+def test_init_of_a_nodes_own_is_answered(make, said):
+    with pytest.raises(InvalidDeclaration, match=re.escape(said)) as caught:
+        make()
+    assert ("__init__" in str(caught.value)) == ("front" not in said)
 
 
 @virtual_time

@@ -27,7 +27,7 @@ from busflow.launchfile.yaml.value import StatedBy
 from busflow.node import plugins
 from busflow.node.context import Surroundings
 from busflow.node.factory import NodeFactory
-from busflow.node.node import Node
+from busflow.node.node import NO_INIT, Node
 from busflow.node.parameter_store import ValueSource
 from busflow.node.supervision import Supervision
 from busflow.validation.tracebacks import user_line
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from busflow.log import Log
 
 T = TypeVar("T")
-_NO_INIT = "write no __init__: its ends are declared in the class, or in declare(), and start() sets up the rest"
 
 
 @dataclass(slots=True)
@@ -168,7 +167,7 @@ def _guarded(plan: Plan, spec: NodeSpec | None, what: str, build: Callable[[], T
 def problem_in_code(error: BaseException, what: str, origin: Place | None = None) -> Problem:
     """Return the problem of an exception in a plugin's own code, at the line that raised it, or else at `origin`."""
     place = user_line(error)
-    fix = f"correct the line that raises {type(error).__name__}" if place is not None else _NO_INIT
+    fix = f"correct the line that raises {type(error).__name__}" if place is not None else NO_INIT
     return Problem("declaration", f"{what}: {type(error).__name__}: {error}", fix, place or origin)
 
 
