@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.lazy_group import LazyGroup
+from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_services, full_type, joined, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
 from busflow.cli.terminal.output import print_answer, print_found
@@ -18,6 +20,7 @@ from busflow.wire.client.graph_view import LOGGER_SERVICES
 
 if TYPE_CHECKING:
     from busflow.cli.terminal.field_paths import Shape
+    from busflow.cli.terminal.message_text import Wanted
     from busflow.wire.client.client import Peer
     from busflow.wire.client.graph_view import TopicView
 
@@ -27,13 +30,15 @@ _VERBS = {
     "find": ("busflow.cli.service:find", "List the services of a type."),
     "info": ("busflow.cli.service:info", "Show a service's servers and clients, and what became of the calls."),
     "call": ("busflow.cli.service:call", "Call a service."),
+    "echo": ("busflow.cli.service:echo", "Print the requests and responses of a service."),
 }
 _EXAMPLES = """\b
 Examples:
   busflow service list -t
   busflow service info sensor_publisher/reset
   busflow service call sensor_publisher/reset std_srvs/srv/Trigger
-  busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2"""
+  busflow service call lamp/switch std_srvs/srv/SetBool '{data: true}' --timeout 2
+  busflow service echo lamp/switch"""
 _ANSWER = "5s"
 
 service: LazyGroup = LazyGroup(
@@ -155,15 +160,68 @@ def call(
         click.echo(f"response:\n{python_form(response, answered)}\n")
 
 
+@click.command(cls=WaitingCommand, epilog=_EXAMPLES)
+@_name
+@click.argument("type_name", metavar="[TYPE]", required=False)
+@click.option("-n", "--count", type=click.IntRange(min=1), metavar="N", help="Stop after N requests and responses.")
+@click.option("--timeout", "timeout_s", type=DURATION, help="Stop with exit code 1 when nothing came for this time.")
+@wait_option
+@wants
+@joins
+def echo(
+    run: str | None,
+    name: str,
+    type_name: str | None,
+    count: int | None,
+    timeout_s: float | None,
+    wait_s: float | None,
+    wanted: Wanted,
+) -> int:
+    """Print each request that the server of the service NAME gets, and each response that it gives, until Ctrl-C.
+
+    They are those of ROS 2's service introspection, which needs no setting here. A call that fails has no response.
+    """
+    from busflow.cli.terminal.message_text import TextForm
+    from busflow.cli.topic.echoing import Echo
+    from busflow.wire.client.graph_view import TopicView
+
+    form = TextForm.FLOW if wanted.form is TextForm.YAML else wanted.form
+    waiting = Waiting(wait_s)
+    with waiting.joined(run) as peer:
+        service = waiting.until(lambda: peer.graph().service(name), NoSuchTarget)
+        if type_name is not None:
+            _require_type(service, full_type(type_name, "srv"))
+        type_ = peer.service(service.name, events=True).event
+        if type_ is None:
+            raise NoSuchTarget(f"the calls of {printable(service.name)}, which every node answers, are not published")
+        decode = type_.decode
+
+        def with_words(payload: bytes) -> Any:
+            event: dict[str, Any] = dict(decode(payload))
+            info: dict[str, Any] = dict(event["info"])
+            return {**event, "info": {**info, "event_type": _EVENTS.get(info["event_type"], info["event_type"])}}
+
+        topic = TopicView(f"{service.name}/_service_event", (type_.name,), (), ())
+        return Echo(peer, topic, type_, replace(wanted, form=form), decode=with_words).follow(count, timeout_s)
+
+
+_EVENTS = {0: "REQUEST_SENT", 1: "REQUEST_RECEIVED", 2: "RESPONSE_SENT", 3: "RESPONSE_RECEIVED"}
+"""ROS 2's words for the types of events, by their number."""
+
+
 def _asked(peer: Peer, name: str, type_name: str) -> TopicView:
     """Return the service, or raise if it has another type or no server."""
     found = peer.graph().service(name)
-    if type_name not in found.types:
-        message = f"{found.name} has the type {found.type}, not {printable(type_name)}"
-        raise InvalidInput(Problem("type", message, f"busflow interface show {found.types[0]} shows its fields"))
+    _require_type(found, type_name)
     if not found.publishers:
         raise ServiceUnavailable(f"nobody answers {found.name}: it has clients only")
     return found
+
+
+def _require_type(service: TopicView, type_name: str) -> None:
+    if type_name not in service.types:
+        message = f"{service.name} has the type {service.type}, not {printable(type_name)}"
+        raise InvalidInput(Problem("type", message, f"busflow interface show {service.types[0]} shows its fields"))
 
 
 def _is_hidden(service: TopicView) -> bool:

@@ -17,10 +17,10 @@ from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2 import LACKING, REPORT
 from busflow.recording.bag.rosbag2_metadata import FileCounts, file_counts, write_metadata
 from busflow.recording.recorder.destination import as_directory, named, refusal
-from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.share import Share
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
+from busflow.runner.service_events import SUFFIX
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:

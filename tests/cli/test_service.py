@@ -1,12 +1,15 @@
 """`busflow service`: its output beside that of `ros2 service`, and calls of a node that fails or does not answer."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from busflow.cli import main
+from busflow.wire.client.client import join
 
 Captured = pytest.CaptureFixture[str]
 Said = Callable[[str], str]
@@ -92,6 +95,41 @@ def test_a_service_is_listed_found_counted_and_described(capsys: Captured):
     assert code == 0
     assert out.splitlines()[:3] == ["Type: std_srvs/srv/Trigger", "Clients count: 0", "Services count: 1"]
     assert "server  /lamp  0 received" in out
+
+
+@pytest.mark.usefixtures("lamp")
+def test_echo_prints_requests_and_responses(capsys: Captured):
+    command = [sys.executable, "-m", "busflow", "service", "echo", "lamp/switch", "std_srvs/SetBool", "-n", "3"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as echo, join() as peer:
+        while not (topic := peer.graph().topics.get("/lamp/switch/_service_event")) or not topic.publishers:
+            assert echo.poll() is None
+        assert asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: true}")[0] == 0
+        assert asked(capsys, "call", "lamp/switch", "std_srvs/SetBool", "{data: false}")[0] == 1
+        out, err = echo.communicate(timeout=60)
+    assert (echo.returncode, err) == (0, "")
+    request, response, failed, rest = out.split("---\n")
+    assert request.startswith("info:\n  event_type: REQUEST_RECEIVED\n  stamp:\n    sec: ")
+    assert request.endswith("  sequence_number: 1\nrequest: [{data: true}]\nresponse: []\n")
+    assert response.startswith("info:\n  event_type: RESPONSE_SENT\n")
+    assert response.endswith('request: []\nresponse: [{success: true, message: "it is \\x1b[31mon"}]\n')
+    assert failed.endswith("  sequence_number: 2\nrequest: [{data: false}]\nresponse: []\n")
+    assert rest == ""
+
+
+@pytest.mark.usefixtures("lamp")
+@pytest.mark.parametrize(
+    ("arguments", "code", "expected"),
+    [
+        (["lamp/swich"], 4, "there is no service /lamp/swich; did you mean '/lamp/switch'?"),
+        (["lamp/swich", "--wait", "50ms"], 4, "waiting: there is no service /lamp/swich"),
+        (["lamp/switch", "std_srvs/Trigger"], 2, "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
+        (["lamp/get_logger_levels"], 4, "the calls of /lamp/get_logger_levels, which every node answers, are not pub"),
+        (["lamp/dim", "--timeout", "0.05"], 1, "nothing to print came on /lamp/dim/_service_event for 0.05 s"),
+    ],
+)
+def test_echo_that_cannot_be_says_why(capsys: Captured, arguments: list[str], code: int, expected: str):
+    found, out, err = asked(capsys, "echo", *arguments)
+    assert (found, out, expected in err) == (code, "", True)
 
 
 @pytest.mark.usefixtures("lamp")

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from busflow.wire.client.client import join
+
 TWO_PUBLISHERS = """
 processes:
   left:
@@ -20,10 +22,16 @@ nodes:
 
 
 @pytest.fixture(scope="module")
-def busflow(start_for_all):
-    """A command beside a run of two processes that both publish and receive a topic."""
+def run(start_for_all):
+    """A run of two processes that both publish and receive a topic."""
     run = start_for_all(TWO_PUBLISHERS)
     run.wait_for("heard enough", times=2)
+    return run
+
+
+@pytest.fixture(scope="module")
+def busflow(run):
+    """A command beside that run."""
     environment = {**os.environ, "BUSFLOW_RUNTIME_DIR": str(run.runtime)}
 
     def busflow(*arguments):
@@ -33,6 +41,21 @@ def busflow(start_for_all):
         return [json.loads(each) for each in ([done.stdout] if whole else done.stdout.splitlines())]
 
     return busflow
+
+
+@pytest.mark.long
+def test_calls_are_echoed_from_the_servers_process(run, busflow, monkeypatch):
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    command = [sys.executable, "-m", "busflow", "service", "echo", "told_two", "-n", "2", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as echo, join() as peer:
+        while not (topic := peer.graph().topics.get("/told_two/_service_event")) or not topic.publishers:
+            assert echo.poll() is None
+        assert len(topic.publishers) == 1
+        (called,) = busflow("service", "call", "told_two", "std_srvs/srv/Trigger", "--json")
+        out, _ = echo.communicate(timeout=60)
+    request, response = (json.loads(line)["message"] for line in out.splitlines())
+    assert [each["info"]["event_type"] for each in (request, response)] == ["REQUEST_RECEIVED", "RESPONSE_SENT"]
+    assert response["response"] == [called["response"]]
 
 
 def test_log_level_is_set_in_any_process(busflow):

@@ -10,7 +10,7 @@ from busflow.cli.options.launch_file import DURATION
 from busflow.cli.options.message import wants
 from busflow.cli.options.run import complete_topics, complete_types, joins
 from busflow.cli.options.waiting import Waiting, WaitingCommand, wait_option
-from busflow.errors import ExitCode
+from busflow.errors import ExitCode, NoSuchTarget, UnknownType
 
 if TYPE_CHECKING:
     from busflow.cli.terminal.message_text import Wanted
@@ -66,12 +66,14 @@ def echo(
     With --json each message is an object on a line of its own, and nothing is cut unless --truncate-length is given.
     """
     from busflow.cli.terminal.message_text import TextForm
-    from busflow.cli.topic.echoing import Echo
+    from busflow.cli.topic.echoing import Echo, found_topic, warn_if_unpublished
 
     waiting, with_info = Waiting(wait_s), with_info and wanted.form is not TextForm.JSON
     with waiting.joined(run) as peer:
-        echoed = Echo(peer, name, type_name, wanted, waiting, with_info=with_info)
+        graph, topic, type_ = waiting.until(lambda: found_topic(peer, name, type_name), NoSuchTarget, UnknownType)
+        echoed = Echo(peer, topic, type_, wanted, with_info=with_info)
         if last is not None:
             echoed.show_last(last)
             return ExitCode.OK
+        warn_if_unpublished(graph, topic)
         return echoed.follow(1 if once else count, timeout_s, demand_field=once)

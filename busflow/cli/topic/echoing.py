@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,21 +14,12 @@ from busflow.cli.options.run import full_type
 from busflow.cli.terminal.field_paths import Absent
 from busflow.cli.terminal.output import print_message
 from busflow.clock import SystemClock
-from busflow.errors import (
-    ExitCode,
-    InspectionUnavailable,
-    InvalidInput,
-    MalformedMessage,
-    NoSuchTarget,
-    Problem,
-    UnknownType,
-)
+from busflow.errors import ExitCode, InspectionUnavailable, InvalidInput, MalformedMessage, NoSuchTarget, Problem
 from busflow.text import counted, did_you_mean, printable
 from busflow.wire.client.graph_view import GraphView, TopicView
 from busflow.wire.client.known_type import known_type
 
 if TYPE_CHECKING:
-    from busflow.cli.options.waiting import Waiting
     from busflow.cli.terminal.message_text import Wanted
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.wire.client.client import Listener, Peer, Received
@@ -41,26 +34,30 @@ class Echo:
     def __init__(
         self,
         peer: Peer,
-        name: str,
-        type_name: str | None,
+        topic: TopicView,
+        type_: ForeignType,
         wanted: Wanted,
-        waiting: Waiting,
         *,
         with_info: bool = False,
+        decode: Callable[[bytes], Any] | None = None,
     ) -> None:
-        """Find the topic and its type; `with_info` prints each message's times and number before it.
+        """Prepare to print a topic's messages.
+
+        Args:
+            peer: The client of the run.
+            topic: The topic, which need not be in the run yet.
+            type_: The type of its messages.
+            wanted: What is printed of a message.
+            with_info: Whether each message's times and number are printed before it.
+            decode: Makes a message of its bytes, in place of the type's own function.
 
         Raises:
-            InvalidName: The topic's name is not valid.
-            NoSuchTarget: There is no such topic in time, and no type was given; the error names the nearest.
-            UnknownType: Neither busflow nor the run knows the type in time.
-            InvalidInput: It has another type, its type has no such field, or its publishers disagree about the type.
+            InvalidInput: The type has no such field.
         """
-        self._peer = peer
-        self._graph, self._topic, self._type = waiting.until(
-            lambda: _found(peer, name, type_name), NoSuchTarget, UnknownType
-        )
-        self._print = wanted.printer(self._topic.name, self._type)
+        self._peer, self._topic, self._type = peer, topic, type_
+        self._print = wanted.printer(topic.name, type_)
+        if decode is not None:
+            self._print = replace(self._print, decode=decode)
         self._warned: set[str] = set()
         self._with_info = with_info
         self._demand_field = False
@@ -92,7 +89,6 @@ class Echo:
             NoSuchTarget: A message lacks the demanded field.
         """
         self._demand_field = demand_field
-        warn_if_unpublished(self._graph, self._topic)
         shown, printed_at = 0, self._clock.monotonic_ns()
         with self._peer.listen(self._topic, self._type) as listener:
             while count is None or shown < count:
@@ -154,8 +150,15 @@ class Echo:
             print_message(text)
 
 
-def _found(peer: Peer, name: str, type_name: str | None) -> tuple[GraphView, TopicView, ForeignType]:
-    """Return the run's graph, the topic of a name, and its type; with a type, the topic need not be there yet."""
+def found_topic(peer: Peer, name: str, type_name: str | None) -> tuple[GraphView, TopicView, ForeignType]:
+    """Return the run's graph, the topic of a name, and its type; with a type, the topic need not be there yet.
+
+    Raises:
+        InvalidName: The topic's name is not valid.
+        NoSuchTarget: There is no such topic, and no type was given; the error names the nearest.
+        UnknownType: Neither busflow nor the run knows the type.
+        InvalidInput: The topic has another type, or its publishers disagree about the type.
+    """
     graph, full = peer.graph(), check_full_topic_name(f"/{name.removeprefix('/')}")
     if type_name is None or full in graph.topics:
         topic = graph.topic(name)

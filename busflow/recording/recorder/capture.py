@@ -24,14 +24,13 @@ from busflow.msgs.std_msgs import String
 from busflow.node import parameter_messages
 from busflow.node.parameter_store import ParameterChange, ParameterStore, SetResult
 from busflow.recording.recorder.channels import Track, Tracks
-from busflow.recording.recorder.service_events import SUFFIX, event_class, event_message
 from busflow.recording.recorder.ticks import TICKS, tick_message
 from busflow.runner.rosout import log_message
+from busflow.runner.service_events import SUFFIX, event_class, event_message, is_elsewhere
 from busflow.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from busflow.bus.services.call import Call
-    from busflow.bus.services.service import Service
     from busflow.bus.topic import Topic
     from busflow.clock import Clock
     from busflow.interfaces.message import Message
@@ -161,11 +160,12 @@ class Capture:
         service = self._graph.bus.services[name]
         cls = event_class(service.type)
         track = self.tracks.add(topic, cls)
+        self._seen.add(topic)  # it has a publisher while another process listens, of the same events
         track.offered.append(_SERVICE_QOS)
         elsewhere: set[int] = set()  # calls of a server in another process, which records them
 
         def record(call: Call[Any, Any]) -> None:
-            if self._share is not None and _is_elsewhere(call, service, elsewhere):
+            if self._share is not None and is_elsewhere(call, service, elsewhere):
                 return
             message = event_message(cls, call, self._clock.now())
             if message is not None:
@@ -239,14 +239,3 @@ class ParameterTrack:
         self._known[store.node].update({change.name: change.new for change in changes})
         if changes:
             write(parameter_messages.event_message(self._clock.now(), store.node, changes, store.infos))
-
-
-def _is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:
-    """True if a server of another process answers a call; `known` holds those calls while they last."""
-    if call.outcome is None and not isinstance(service.server, Server | None):
-        known.add(call.number)
-        return True
-    found = call.number in known
-    if call.outcome is not None:
-        known.discard(call.number)
-    return found

@@ -15,9 +15,9 @@ from busflow.errors import BusflowError
 from busflow.interfaces.encoding.foreign import ForeignType
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.msgs.service_msgs import ServiceEventInfo
-from busflow.recording.recorder.service_events import SUFFIX, client_gid, event_class
 from busflow.recording.replay.comparison import Check, Published
 from busflow.runner.extension import Extension
+from busflow.runner.service_events import SUFFIX, client_gid, event_class
 
 if TYPE_CHECKING:
     from busflow.bus.services.call import Activity, Call

@@ -14,8 +14,8 @@ from busflow.msgs.rcl_interfaces import ParameterEvent
 from busflow.msgs.std_msgs import String
 from busflow.node.parameter_messages import plain_value
 from busflow.recording.bag.facts import mappings
-from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.recorder.ticks import TICKS, Tick
+from busflow.runner.service_events import SUFFIX
 from busflow.text import counted
 
 if TYPE_CHECKING:

@@ -16,7 +16,6 @@ from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.log import Log, LogRecord
 from busflow.recording.bag.bag import Bag
 from busflow.recording.recorder.recorder import record_graph
-from busflow.recording.recorder.service_events import SUFFIX
 from busflow.recording.replay.comparison import Check, Difference
 from busflow.recording.replay.history import Past, past_of
 from busflow.recording.replay.nodes import OF_THE_RUN, replay_plan
@@ -26,6 +25,7 @@ from busflow.recording.tools.message_diff import Comparison
 from busflow.runner.graph import Graph
 from busflow.runner.loops.virtual import RUN_THREAD_S, VirtualLoop
 from busflow.runner.loops.virtual_test import run_virtual
+from busflow.runner.service_events import SUFFIX
 from busflow.runner.sources import What
 from busflow.text import counted
 

@@ -61,6 +61,8 @@ class ServiceKind:
     hash: str
     request: ForeignType
     response: ForeignType
+    event: ForeignType | None = None
+    """The type of the messages in which its calls are published, if it was asked for; None where they are not."""
 
 
 class Peer:
@@ -267,29 +269,31 @@ class Peer:
         for _ in self._replies("run", {}, _SETTLE_S):
             pass
 
-    def service(self, name: str) -> ServiceKind:
-        """Return the types of a service.
+    def service(self, name: str, *, events: bool = False) -> ServiceKind:
+        """Return the types of a service; with `events` also that of its published calls.
 
         Raises:
             NoSuchTarget: no process of the run says what it is.
         """
-        found = self.services([name])
+        found = self.services([name], events=events)
         if name not in found:
             raise NoSuchTarget(f"the run does not say what the service {name} takes")
         return found[name]
 
-    def services(self, names: Sequence[str]) -> dict[str, ServiceKind]:
-        """Return the types of those services that a process of the run knows."""
+    def services(self, names: Sequence[str], *, events: bool = False) -> dict[str, ServiceKind]:
+        """Return the types of those services that a process of the run knows, as `service` does."""
         from busflow.interfaces.encoding.foreign import ForeignType
 
         found: dict[str, ServiceKind] = {}
-        for answer in self.ask("services", names=list(names)):
+        for answer in self.ask("services", names=list(names), events=events):
             for name, kind in answer.items():
                 request, response = (
                     ForeignType(f"{kind['type']}_{part}", kind[part.lower()]["hash"], kind[part.lower()]["description"])
                     for part in ("Request", "Response")
                 )
-                found[name] = ServiceKind(name, kind["type"], kind["hash"], request, response)
+                event = kind.get("event")
+                published = event and ForeignType(f"{kind['type']}_Event", event["hash"], event["description"])
+                found[name] = ServiceKind(name, kind["type"], kind["hash"], request, response, published)
         return found
 
     def call(self, service: ServiceKind, values: Mapping[str, Any], *, timeout_s: float) -> Any:

@@ -28,9 +28,11 @@ from busflow.bus.timer import Timer
 from busflow.errors import MalformedMessage
 from busflow.interfaces.encoding.typesupport import TypeSupport
 from busflow.node.parameter_store import ParameterStore
+from busflow.runner.service_events import SUFFIX
 from busflow.wire.mirror.connection import Connection
 from busflow.wire.mirror.outlet import Outlet
 from busflow.wire.mirror.remote_publishers import RemotePublishers
+from busflow.wire.mirror.service_events import ServiceEvents
 from busflow.wire.mirror.services import ServiceMirror
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.queries import Questions
@@ -88,6 +90,7 @@ class Mirror:
         self._subscriptions: dict[Subscription[Any], zenoh.LivelinessToken] = {}
         self._outlets: dict[Publisher[Any], Outlet] = {}
         self._services = ServiceMirror(self._connection, self._token, graph.log)
+        self._service_events = ServiceEvents(self._connection)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ways: list[Any] = []
 
@@ -183,6 +186,7 @@ class Mirror:
         try:
             if isinstance(attached, Server | Client):
                 self._services.attach(attached)
+                self._service_events.offer(attached.service)
             elif isinstance(attached, ParameterStore):
                 attached.is_shown = True
                 self._services.attach_parameters(attached)
@@ -299,6 +303,8 @@ class Mirror:
             self._services.on_token(text, token, alive=alive)
         elif token.kind is TokenKind.SUBSCRIPTION and token.topic == PARAMETER_EVENTS:
             self._announce_parameters()
+        elif token.kind is TokenKind.SUBSCRIPTION and token.topic.endswith(SUFFIX):
+            self._service_events.on_token(text, token, alive=alive)
         elif alive:
             self._remote_publishers.come(token)
         else:

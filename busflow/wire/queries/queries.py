@@ -15,6 +15,7 @@ from busflow.interfaces.message import ServiceType, type_name
 from busflow.node.parameter_messages import type_of
 from busflow.runner.by_hand import Order, OrdersByHand
 from busflow.runner.report import service_reports
+from busflow.runner.service_events import event_class
 from busflow.text import did_you_mean, quoted
 from busflow.wire.queries.kept_messages import KeptMessages
 from busflow.wire.queries.logger_services import LoggerServices
@@ -152,7 +153,10 @@ class Questions:
         return {each.name: _described(each) for each in chosen if wanted is None or each.name in wanted}
 
     def services(self, arguments: Mapping[str, Any]) -> object:
-        """Return `{type, hash, request, response}` by service name, the last two as in `types`; `names` limits them."""
+        """Return `{type, hash, request, response}` by service name, the last two as in `types`; `names` limits them.
+
+        With `events` there is also `event`, the type in which the calls are published; None of a node's own services.
+        """
         wanted = arguments.get("names")
         services = self._graph.bus.services
         accounts = {name: service.statistics() for name, service in services.items()}
@@ -167,12 +171,16 @@ class Questions:
                 "hash": self._supports(service_type).type_hash,
                 "request": _described(self._supports(service_type.Request)),
                 "response": _described(self._supports(service_type.Response)),
+                "event": self._event(service_type) if name in accounts and arguments.get("events") else None,
                 "servers": [asdict(each) for each in accounts[name].servers] if name in accounts else [],
                 "clients": [asdict(each) for each in accounts[name].clients] if name in accounts else [],
             }
             for name, service_type in types.items()
             if wanted is None or name in wanted
         }
+
+    def _event(self, service_type: type[ServiceType]) -> Mapping[str, Any]:
+        return _described(self._supports(event_class(service_type)))
 
     def history(self, arguments: Mapping[str, Any]) -> object:
         """Return the last `count` messages of `topic`, oldest first, how many are kept, and their type."""

@@ -1,7 +1,6 @@
 """Recordings hold what a run published, and recording does not change the run.
 
-Tests of `recorder.py`, `capture.py`, `channels.py`, `options.py`, `provenance.py`, `service_events.py`, `share.py` and
-`ticks.py`.
+Tests of `recorder.py`, `capture.py`, `channels.py`, `options.py`, `provenance.py`, `share.py` and `ticks.py`.
 """
 
 import asyncio

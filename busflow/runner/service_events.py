@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import types
-from typing import Annotated, Any, cast
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import numpy as np
 
 from busflow.bus.services.call import Call
+from busflow.bus.services.server import Server
 from busflow.clock import Time
 from busflow.interfaces.message import Length, Message, ServiceType, type_name
 from busflow.msgs.service_msgs import ServiceEventInfo
+
+if TYPE_CHECKING:
+    from busflow.bus.services.service import Service
 
 SUFFIX = "/_service_event"
 """The suffix that makes the event topic's name of a service's name."""
@@ -19,6 +24,7 @@ SUFFIX = "/_service_event"
 _GID_BYTES = 16
 
 
+@cache
 def event_class(service: type[ServiceType]) -> type[Message]:
     """The message type `…_Event` of a service.
 
@@ -70,3 +76,14 @@ def event_message(cls: type[Message], call: Call[Any, Any], stamp: Time) -> Mess
 def client_gid(caller: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """The id of a client: the same for the same node in every run."""
     return np.frombuffer(hashlib.blake2b(caller.encode(), digest_size=_GID_BYTES).digest(), np.uint8)
+
+
+def is_elsewhere(call: Call[Any, Any], service: Service[Any, Any], known: set[int]) -> bool:
+    """Return whether a server of another process answers a call; `known` holds such calls while they last."""
+    if call.outcome is None and not isinstance(service.server, Server | None):
+        known.add(call.number)
+        return True
+    found = call.number in known
+    if call.outcome is not None:
+        known.discard(call.number)
+    return found
