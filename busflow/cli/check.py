@@ -150,7 +150,7 @@ def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator
     """Yield a problem if the recording that the file asks for could not be written now."""
     from busflow.errors import RecordingRefused
     from busflow.launchfile.model.problems import problem_at
-    from busflow.recording.recorder.destination import foresee
+    from busflow.recording.recorder.destination import foresee, foresee_snapshots
     from busflow.runner.sources import is_simulated
 
     whole = description.resolved
@@ -159,7 +159,10 @@ def _about_recording(description: LaunchDescription, *, apart: bool) -> Iterator
     several = description.record.split is not None or (apart and not is_simulated(description))
     stated = whole.find(("record", "to")) or whole.find(("record",)) or whole
     try:
-        foresee(description.record.to, run=description.name, apart=several)
+        if description.record.snapshot is None:
+            foresee(description.record.to, run=description.name, apart=several)
+        else:
+            foresee_snapshots(description.record.to, run=description.name)
     except RecordingRefused as error:
         yield problem_at("cannot-record", str(error), None, stated.origin)
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import busflow
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, ProcessFailed
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, ProcessFailed, RecordingRefused
 from busflow.launchfile.model.placement import Placement
 from busflow.node.supervision import Restart
 from busflow.processes.assignment import Assignment
@@ -117,6 +117,8 @@ class ProcessGroup(Extension):
         """Attach the recording of all processes; called while the plan still has the nodes of all."""
         from busflow.processes.joint_recording import JointRecording
 
+        if record.snapshot is not None:
+            raise RecordingRefused("snapshot: keeps the last moments of one process so far: add --one-process")
         recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
         self._graph.attach(recording)
         return recording

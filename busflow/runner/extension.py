@@ -6,7 +6,8 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from busflow.runner.report import Report
+    from busflow.bus.failure import Failure
+    from busflow.runner.report import Report, SnapshotReport
     from busflow.runner.supervisor import Unit
 
 
@@ -35,6 +36,13 @@ class Extension:
 
     def node_rebuilt(self, unit: Unit) -> None:
         """React to a node that is about to restart: its instance is new, and its endpoints are not connected yet."""
+
+    def node_failed(self, failure: Failure) -> None:
+        """React to the failure of a node, whether or not the node is restarted."""
+
+    def snapshot(self, reason: str) -> SnapshotReport | None:  # noqa: ARG002  # for those that override it
+        """Write the last moments of the run; return None if this extension keeps none."""
+        return None
 
     def node_dismissed(self, unit: Unit) -> None:
         """React to a node that has left the running graph for good, or for another one of its name."""

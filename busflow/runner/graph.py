@@ -19,7 +19,16 @@ from busflow.bus.services.call import Pair, Req, Res
 from busflow.bus.services.client import TIMEOUT_S
 from busflow.bus.subscription import Subscription
 from busflow.clock import Clock, SystemClock
-from busflow.errors import BusflowError, ExitCode, InvalidParameter, LaunchError, NodeFailed, NotRunning, StopTimeout
+from busflow.errors import (
+    BusflowError,
+    ExitCode,
+    InvalidParameter,
+    LaunchError,
+    NodeFailed,
+    NoSuchTarget,
+    NotRunning,
+    StopTimeout,
+)
 from busflow.interfaces.message import Message
 from busflow.launchfile.check.planned_node import PlannedNode
 from busflow.launchfile.check.preflight import Plan, Preflight
@@ -31,7 +40,7 @@ from busflow.node.node import Node, runtime_of
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
 from busflow.runner.orphan_tasks import OrphanTasks
-from busflow.runner.report import Report, service_reports, topic_reports
+from busflow.runner.report import Report, SnapshotReport, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Unit, outlast
@@ -366,12 +375,19 @@ class Graph:
         self.ending.set()
         self._call_host()
         self.log.bind(failure.node, to_all=not self.prints_failures).error(failure.summary)
+        self._notify_failed(failure)
 
     def _on_pause(self, unit: Unit, failure: Failure | None, pause_s: float) -> None:
         log = self.log.bind(unit.name)
         if failure is not None:
             log.error(failure.summary)
         log.warning("restarts", after_s=pause_s, restart=unit.restarts)
+        if failure is not None:
+            self._notify_failed(failure)
+
+    def _notify_failed(self, failure: Failure) -> None:
+        for extension in self.extensions:
+            extension.node_failed(failure)
 
     def _on_restart(self, unit: Unit) -> None:
         for extension in self.extensions:
@@ -467,6 +483,21 @@ class Graph:
         for extension in self.extensions:
             report = extension.report(report)
         return report
+
+    def snapshot(self, reason: str = "asked for") -> SnapshotReport:
+        """Write the last moments of the run as a bag, with what follows them for the time that is set.
+
+        It returns at once, with the name of the file; `report().snapshots` says when it is written.
+
+        Raises:
+            NoSuchTarget: the run keeps no last moments.
+            RecordingRefused: the file cannot be made.
+        """
+        for extension in self.extensions:
+            found = self.bus.call(partial(extension.snapshot, reason))
+            if found is not None:
+                return found
+        raise NoSuchTarget(f"{self.name} keeps no last moments: write record: {{snapshot: 60s}} in its launch file")
 
     def _around(self) -> Outside:
         if self._main is None:

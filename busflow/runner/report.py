@@ -101,6 +101,25 @@ class RecordingReport:
 
 
 @dataclass(frozen=True, slots=True)
+class SnapshotReport:
+    """A bag of the last moments of a run."""
+
+    path: str
+    reason: str
+    """What it shows: a failure, or that it was asked for."""
+    seconds: float
+    """The time between its first and last message."""
+    recorded: int
+    missed: int
+    written: bool
+    """Whether it is on the disk, or cannot be written."""
+    complete: bool
+    """Whether it is finished and nothing is missing."""
+    why: str = ""
+    """Reason why it is not."""
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """A run's account of itself; all times are those of the run's clock, in seconds."""
 
@@ -125,6 +144,7 @@ class Report:
     processes: tuple[ProcessReport, ...] = ()
     """Processes of a run that has several."""
     recording: RecordingReport | None = None
+    snapshots: tuple[SnapshotReport, ...] = ()
 
     @property
     def dropped(self) -> int:
@@ -160,6 +180,7 @@ class Report:
             "log_lines_lost": self.log_lines_lost,
             **({"processes": [asdict(each) for each in self.processes]} if self.processes else {}),
             **({"recording": asdict(self.recording)} if self.recording else {}),
+            **({"snapshots": [asdict(each) for each in self.snapshots]} if self.snapshots else {}),
         }
 
 

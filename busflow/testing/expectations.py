@@ -25,9 +25,13 @@ from busflow.launchfile.yaml.value import Origin, StatedBy, Value
 from busflow.log import LogRecord
 from busflow.msgs.std_msgs import Header
 from busflow.runner.graph import Graph
+from busflow.runner.report import SnapshotReport
 from busflow.runner.simulation import simulated_graph
 from busflow.text import counted, did_you_mean
 from busflow.validation.annotations import at, split
+
+_MOST_SNAPSHOTS = 10
+"""The number of snapshots after which runs with further seeds keep nothing."""
 
 
 @dataclass(slots=True)
@@ -38,6 +42,8 @@ class Trials:
     for_s: float
     seeds: list[int] = field(default_factory=list[int])
     """Seeds that were tried."""
+    snapshots: list[SnapshotReport] = field(default_factory=list["SnapshotReport"])
+    """Bags of the last moments before something went wrong, if the launch file asks for them."""
     _wrong: dict[str, tuple[Fault, list[int]]] = field(default_factory=dict[str, tuple[Fault, list[int]]])
     """Faults by subject: the first one, and all seeds that showed one."""
 
@@ -64,21 +70,33 @@ class Trials:
 
     def _faults(self, seed: int) -> list[tuple[str, Fault]]:
         """Run with one seed; return the faults, each with its subject."""
+        from busflow.recording.recorder.recorder import record_graph
+
         unhurried = replace(self.description, clock=replace(self.description.clock, rate=None))
         with simulated_graph([unhurried], seed=seed) as (graph, loop_factory):
+            record = self.description.record
+            if record is not None and record.snapshot is not None and len(self.snapshots) < _MOST_SNAPSHOTS:
+                record_graph(graph, record)
             expectations = Expectations(graph, expectations_of(self.description))
             try:
                 with asyncio.Runner(loop_factory=loop_factory) as runner:
-                    runner.run(_run(graph, self.for_s))
+                    return runner.run(self._watched(graph, expectations))
             except (NodeFailed, Stray, Deadlock) as error:
                 return [(str(error).partition("\n")[0], Fault((), str(error), code="failed"))]
-            return [(str(fault.path), fault) for fault in expectations.broken()]
+            finally:
+                self.snapshots += graph.report().snapshots
 
-
-async def _run(graph: Graph, for_s: float) -> None:
-    async with graph:
-        await graph.clock.sleep(for_s)
-        await graph.clock.settle()
+    async def _watched(self, graph: Graph, expectations: Expectations) -> list[tuple[str, Fault]]:
+        """Run to the end; return the faults, of which a new one is shown by a snapshot."""
+        async with graph:
+            await graph.clock.sleep(self.for_s)
+            await graph.clock.settle()
+        faults = [(str(fault.path), fault) for fault in expectations.broken()]
+        new = [fault.message for key, fault in faults if key not in self._wrong]
+        if new:
+            for extension in graph.extensions:
+                extension.snapshot("; ".join(new))
+        return faults
 
 
 def expectations_of(description: LaunchDescription) -> ExpectKeys:

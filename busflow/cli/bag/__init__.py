@@ -5,6 +5,7 @@ from busflow.cli.options.lazy_group import LazyGroup
 _HERE = "busflow.cli.bag"
 _VERBS = {
     "record": (f"{_HERE}.record:record", "Record topics of a running graph."),
+    "snapshot": (f"{_HERE}.snapshot:snapshot", "Write the last moments of a running graph."),
     "info": (f"{_HERE}.info:info", "Show what a recording holds, and whether it is complete."),
     "echo": (f"{_HERE}.echo:echo", "Print the messages of a topic."),
     "play": (f"{_HERE}.play:play", "Publish a recording, in a run of its own or into another."),

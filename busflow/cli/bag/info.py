@@ -87,6 +87,7 @@ def _contents(bag: Bag) -> dict[str, Any]:
             "report": ledger.report,
             "complete": ledger.complete,
         },
+        "snapshot": next((each.reason for each in bag.series if each.reason), None),
         "processes": [_process(each) for each in bag.series if each.facts is not None and each.facts.process],
         "topics": topics,
     }
@@ -161,6 +162,7 @@ def _rows(bag: Bag, contents: dict[str, Any]) -> Iterator[tuple[str, object]]:
         yield "seed", bag.facts.seed
         yield "clock", f"{bag.facts.clock} time" if bag.facts.clock else None
         yield "heard", bag.facts.recorded_by
+        yield "snapshot", printable(contents["snapshot"] or "")
         yield "launch file", "recorded with it; --launch-file prints it" if bag.facts.launch_file else None
         yield "versions", ", ".join(f"{name} {version}" for name, version in bag.facts.versions.items())
     else:

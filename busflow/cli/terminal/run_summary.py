@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -56,6 +57,8 @@ def _remarks(report: Report) -> Iterator[str]:
         yield from (f"{printable(topic.name)}: {text}" for text in _topic_losses(topic))
     if report.recording is not None:
         yield _recording(report.recording)
+    for snapshot in report.snapshots:
+        yield snapshot_line(asdict(snapshot))
 
 
 def _topic_losses(topic: TopicReport) -> Iterator[str]:
@@ -188,6 +191,15 @@ def _recording(recording: RecordingReport) -> str:
     if recording.complete:
         return f"{shown}, complete"
     return f"{shown}, INCOMPLETE, {recording.missed} missed: {printable(recording.why, limit=400)}"
+
+
+def snapshot_line(found: Mapping[str, Any]) -> str:
+    """Return a line about a snapshot, by its entry in the report: where it is, what it holds, and why it was made."""
+    shown = f"{printable(found['path'])}: {counted(found['recorded'], 'message')} of {found['seconds']:.1f} s"
+    state = "complete"
+    if not found["complete"]:
+        state = f"INCOMPLETE, {found['missed']} missed: {printable(found['why'], limit=400)}"
+    return f"{shown}, {state} ({printable(found['reason'], limit=200)})"
 
 
 _TIMER_COLUMNS = (

@@ -21,6 +21,7 @@ from busflow.launchfile.model.description import (
     ProcessSpec,
     RecordSpec,
     RemapSpec,
+    SnapshotSpec,
     Split,
     TopicSpec,
 )
@@ -257,7 +258,9 @@ def _policy(keys: RestartKeys) -> RestartPolicy:
 def record_spec(keys: RecordKeys) -> RecordSpec:
     """Return the recording that the keys describe."""
     split = None if keys.split is None else Split(keys.split.size, keys.split.duration)
-    return RecordSpec(keys.to, tuple(keys.topics), tuple(keys.exclude), keys.on_drop, keys.compression, split)
+    snapshot = None if keys.snapshot is None else SnapshotSpec(keys.snapshot, keys.bytes, keys.after or 0.0)
+    topics, exclude = tuple(keys.topics), tuple(keys.exclude)
+    return RecordSpec(keys.to, topics, exclude, keys.on_drop, keys.compression, split, snapshot)
 
 
 def _process_name_fault(name: str) -> names.NameFault | None:

@@ -52,6 +52,16 @@ class Split:
 
 
 @dataclass(frozen=True, slots=True)
+class SnapshotSpec:
+    """The last moments of a run that are kept in memory."""
+
+    window_s: float
+    most_bytes: int
+    after_s: float = 0.0
+    """The time that is written too, after the snapshot was asked for."""
+
+
+@dataclass(frozen=True, slots=True)
 class RecordSpec:
     """Topics to record from a run, and the file to write."""
 
@@ -61,6 +71,7 @@ class RecordSpec:
     on_drop: OnDrop = OnDrop.WARN
     compression: Compression = Compression.ZSTD
     split: Split | None = None
+    snapshot: SnapshotSpec | None = None  # instead of a recording of the whole run
 
 
 @dataclass(frozen=True, slots=True)

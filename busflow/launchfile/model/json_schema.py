@@ -51,6 +51,7 @@ def launch_schema(plugins: Iterable[PluginSchema] = ()) -> Schema:
     _place_restart(definitions)
     for file in (root, definitions["ProfileKeys"]):
         file["properties"]["record"]["anyOf"].insert(0, {"type": "string"})  # short for `to`
+    definitions["RecordKeys"]["anyOf"] = [{"required": ["to"]}, {"required": ["snapshot"]}]
     definitions["NodeKeys"] |= _by_plugin(plugins, definitions)
     for graph in (root, definitions["GroupKeys"], definitions["ProfileKeys"]):
         _place_includes(graph)

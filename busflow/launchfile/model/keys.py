@@ -275,6 +275,10 @@ Pattern = Annotated[str, AfterValidator(check_pattern)]
 """A pattern of topic names."""
 
 
+MOST_KEPT = 64 << 20
+"""The bytes of a snapshot where the launch file does not say them."""
+
+
 class SplitKeys(Section):
     """When a recording goes on in another file; whichever limit comes first."""
 
@@ -292,7 +296,9 @@ class RecordKeys(Section):
     """Topics that `busflow run` records, and the file. `record: run.mcap` alone records all topics but hidden ones."""
 
     to: str = Field(
-        min_length=1, description="The file, below the working directory: runs/{name}-{start}.mcap with run and time."
+        default="{name}-{start}.mcap",
+        min_length=1,
+        description="The file, below the working directory: runs/{name}-{start}.mcap with run and time.",
     )
     topics: list[Pattern] = Field(
         default_factory=list[str], description="Only these topics and services, by pattern: /imu/*, /arm/**."
@@ -303,6 +309,21 @@ class RecordKeys(Section):
     )
     compression: Compression = Field(default=Compression.ZSTD, description="How the file is made smaller.")
     split: SplitKeys | None = Field(default=None, description="Writes a folder of several files, one after the other.")
+    snapshot: Seconds | None = Field(
+        default=None, description="Keeps only so much in memory, and writes it on `bag snapshot` or a failure: 60s."
+    )
+    bytes: Bytes = Field(default=MOST_KEPT, ge=1024, description="The most memory that `snapshot` takes: 64MiB.")
+    after: Seconds | None = Field(default=None, description="The time after it that a snapshot also holds: 5s.")
+
+    @model_validator(mode="after")
+    def _snapshots_are_whole(self) -> Self:
+        if self.snapshot is not None and self.split is not None:
+            raise ValueError("split is for a whole run, and snapshot for its last moments: leave one of them out")
+        if self.snapshot is None and "to" not in self.model_fields_set:
+            raise ValueError("a recording needs a file: add `to: run.mcap`, or `snapshot: 60s` for the last moments")
+        if self.snapshot is None and self.after is not None:
+            raise ValueError("after: belongs to snapshot: how much to keep, such as snapshot: 60s")
+        return self
 
 
 def _record_file(data: object) -> object:

@@ -58,6 +58,13 @@ class BagPart:
     """The number of its first message."""
     repeated: Mapping[str, int] = field(default_factory=dict[str, int])
     """The number of repeats of each topic."""
+    reason: str = ""
+    """What a snapshot shows; empty for a part of an ordinary recording."""
+
+    @property
+    def begins_later(self) -> bool:
+        """True if it begins with other messages than the first of the run."""
+        return bool(self.reason) or self.first > 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +123,8 @@ def part_of(metadata: Mapping[str, str]) -> BagPart:
     """The place of a file in a metadata record; what is not understood there is left out."""
     counts = json_object(metadata.get("repeated")).items()
     repeated = {topic: count for topic, count in counts if isinstance(count, int)}
-    return BagPart(_number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1, repeated)
+    number, first = _number(metadata.get("number")) or 0, _number(metadata.get("first")) or 1
+    return BagPart(number, first, repeated, metadata.get("reason", ""))
 
 
 def joined(ledgers: Sequence[Mapping[str, str]]) -> Mapping[str, str]:

@@ -42,13 +42,18 @@ def merged(series: Sequence[Iterable[Entry]]) -> Iterator[Numbered]:
     return heapq.merge(*lanes, key=lambda found: found[1].log_time_ns)
 
 
-def renumbered(found: Iterable[Numbered]) -> Iterator[Entry]:
-    """The messages with numbers over all of them; what is missing in a series leaves as large a gap."""
-    last: dict[int, int] = {}
+def renumbered(found: Iterable[Numbered], before: Iterable[int]) -> Iterator[Entry]:
+    """The messages with numbers over all of them; what is missing in a series leaves as large a gap.
+
+    Args:
+        found: the messages.
+        before: for each series the number after which its messages begin.
+    """
+    last = dict(enumerate(before))
     number = 0
     for series, entry in found:
-        number += max(1, entry.sequence - last.get(series, 0))
-        last[series] = entry.sequence
+        number += max(1, entry.sequence - last[series])
+        last[series] = entry.sequence or last[series]  # a repeat has none
         yield entry._replace(sequence=number)
 
 
@@ -112,6 +117,11 @@ class Series:
     def repeated(self) -> tuple[int, ...]:
         """The number of messages in each file that an earlier part has too; they are read in the first file only."""
         return tuple(0 if each is None else sum(each.repeated.values()) for each in self.parts)
+
+    @property
+    def reason(self) -> str:
+        """What it shows, if it is a snapshot of a run's last moments."""
+        return next((each.reason for each in self.parts if each is not None), "")
 
     @property
     def whole(self) -> bool:

@@ -112,9 +112,7 @@ class Capture:
                 self._follow_topic(topic)
             track = self.tracks.by_topic.get(topic.name)
             if track is not None and isinstance(attached, Publisher) and not track.number and self._is_own(attached):
-                track.offered.append(attached.endpoint.qos)
-                if attached.endpoint.node not in track.nodes:
-                    track.nodes.append(attached.endpoint.node)
+                track.offer(attached.endpoint)
 
     def _is_own(self, publisher: Publisher[Any]) -> bool:
         """True if messages of a publisher may be recorded here."""

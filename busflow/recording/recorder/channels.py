@@ -11,6 +11,7 @@ from busflow.recording.bag.offered_qos import offered_qos_profiles
 from busflow.recording.mcap.writer import LARGE, Payload, size_of
 
 if TYPE_CHECKING:
+    from busflow.bus.endpoint import Endpoint
     from busflow.bus.qos import QoS
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -73,6 +74,16 @@ class Track:
     """The nodes that have a publisher, so far."""
     number: int = 0
     """The number of its channel; 0 before its first message."""
+    _publishers: set[Endpoint] = field(default_factory=set["Endpoint"])
+
+    def offer(self, publisher: Endpoint) -> None:
+        """Take note of a publisher; a restarted node's is known."""
+        if publisher in self._publishers:
+            return
+        self._publishers.add(publisher)
+        self.offered.append(publisher.qos)
+        if publisher.node not in self.nodes:
+            self.nodes.append(publisher.node)
 
 
 class Tracks:

@@ -8,6 +8,7 @@ import re
 import shlex
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from busflow.clock import NS_PER_S, SystemClock
@@ -119,6 +120,15 @@ def new_directory(path: Path) -> Generator[Path]:
         raise
 
 
+def numbered(path: Path, least: int) -> tuple[Path, int]:
+    """The first free name of a snapshot, and its number: `run-001.mcap`, `run-002.mcap`; such names sort."""
+    for number in count(least):
+        found = path.with_stem(f"{path.stem}-{number:03}")
+        if not os.path.lexists(found) and not os.path.lexists(as_directory(found)):
+            return found, number
+    raise AssertionError("numbers do not end")
+
+
 def named(pattern: str, *, run: str) -> Path:
     """The path that a pattern stands for: `{name}` is the run's name, `{start}` the time, in UTC.
 
@@ -174,10 +184,31 @@ def foresee(pattern: str, *, run: str, apart: bool) -> None:
         path = as_directory(path)
     else:
         _check_name(path)
-    number = 0
     if os.path.lexists(path):
-        number = errno.EEXIST
-    elif not path.parent.exists():
+        raise refusal(path, OSError(errno.EEXIST, os.strerror(errno.EEXIST)))
+    _check_folder(path)
+
+
+def foresee_snapshots(pattern: str, *, run: str) -> Path:
+    """Find out whether snapshots can be written where a pattern says; return their path without their numbers.
+
+    Raises:
+        RecordingRefused: they cannot.
+    """
+    path = named(pattern, run=run)
+    _check_name(path)
+    _check_folder(path)
+    return path
+
+
+def _check_folder(path: Path) -> None:
+    """Refuse a path in which nothing can be made.
+
+    Raises:
+        RecordingRefused: with the reason.
+    """
+    number = 0
+    if not path.parent.exists():
         number = errno.ENOENT
     elif not path.parent.is_dir():
         number = errno.ENOTDIR

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from busflow.errors import BagError, BusflowError, IncompleteRecording
+from busflow.errors import BagError, IncompleteRecording
 from busflow.launchfile.model.description import OnDrop
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
@@ -20,7 +20,8 @@ from busflow.recording.recorder.capture import Capture
 from busflow.recording.recorder.destination import as_directory, named, new_directory
 from busflow.recording.recorder.options import spec_of
 from busflow.recording.recorder.recording_file import Latched, RecordingFile, SplitFile, beginning
-from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S, Spool
+from busflow.recording.recorder.snapshot import SnapshotRecorder
+from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S, Spool, reason_of
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.text import printable
@@ -48,7 +49,10 @@ def record_graph(graph: Graph, wanted: Wanted | None) -> None:
     spec = spec_of(wanted, next((each.record for each in graph.descriptions if each.record is not None), None))
     if spec is None:
         return
-    graph.attach(Recorder(graph, spec))
+    if spec.snapshot is None:
+        graph.attach(Recorder(graph, spec))
+    else:
+        graph.attach(SnapshotRecorder(graph, spec, spec.snapshot))
 
 
 def record_share(graph: Graph, share: Share) -> None:
@@ -175,7 +179,7 @@ class Recorder(Extension):
                 latched = Latched(publisher, track.number, self._sequence, time_ns, payload)
                 spool.do(lambda file: file.add_latched(latched))
         if not taken:
-            self._report_missing(problem or _reason(spool.failure))
+            self._report_missing(problem or reason_of(spool.failure))
 
     def _miss(self, why: str) -> None:
         """Leave a gap for a message that is not recorded and should be."""
@@ -189,7 +193,7 @@ class Recorder(Extension):
     def _on_failure(self, error: Exception) -> None:
         """Nothing more can be written; in the spool's thread, if it has one."""
         self._failed = True
-        self._report_missing(_reason(error))
+        self._report_missing(reason_of(error))
 
     def _report_missing(self, why: str) -> None:
         """Say once that the recording is not complete, in whichever thread that is found out."""
@@ -205,14 +209,3 @@ class Recorder(Extension):
             self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
         else:
             self._log.warning(text)
-
-
-def _reason(failure: Exception | None) -> str:
-    """The reason why a message was not recorded."""
-    if failure is None:
-        return "messages come faster than they can be written"
-    if isinstance(failure, OSError):
-        reason = failure.strerror
-    else:
-        reason = str(failure) if isinstance(failure, BusflowError) else f"{type(failure).__name__}: {failure}"
-    return f"nothing more can be written to it: {reason}"

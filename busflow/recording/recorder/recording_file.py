@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -83,6 +83,11 @@ class RecordingFile:
     def add_message(self, channel_id: int, sequence: int, time_ns: int, payload: Payload) -> None:
         """Write a message."""
         self._writer.add_message(channel_id, sequence, time_ns, payload)
+
+    def repeat(self, messages: Iterable[tuple[int, int, Payload]], time_ns: int) -> None:
+        """Write earlier messages at this time: each with its channel, the time of its publishing, and its bytes."""
+        for channel_id, published_ns, payload in messages:
+            self._writer.add_message(channel_id, REPEATED, time_ns, payload, published_ns=published_ns)
 
     def add_latched(self, message: Latched) -> None:
         """Take note of a message that was written, and that a late joiner would get."""
@@ -176,7 +181,7 @@ class SplitFile(RecordingFile):
         self._schemas: dict[int, tuple[int, str, str, bytes]] = {}
         self._channels: dict[int, tuple[int, str, str, int, Mapping[str, str]]] = {}
         self._latched: dict[LatchingPublisher, deque[Latched]] = {}
-        super().__init__(*begin(self._path(0), _words(0, 1, {})))
+        super().__init__(*begin(self._path(0), part_words(0, 1, {})))
 
     @property
     def written(self) -> int:
@@ -231,21 +236,20 @@ class SplitFile(RecordingFile):
         latched = sorted((each for kept in self._latched.values() for each in kept), key=attrgetter("sequence"))
         counts = Counter(self._channels[each.channel_id][1] for each in latched)
         number = self._number + 1
-        self._destination, self._writer = self._begin(self._path(number), _words(number, sequence, counts))
+        self._destination, self._writer = self._begin(self._path(number), part_words(number, sequence, counts))
         self._number, self._first, self._first_ns = number, sequence, time_ns
         self._recorded_before += recorded
         self._missed_before += missed
         self._repeated = len(latched)
-        self._repeat(latched, time_ns)
+        self._begin_with(latched, time_ns)
 
-    def _repeat(self, latched: Sequence[Latched], time_ns: int) -> None:
+    def _begin_with(self, latched: Sequence[Latched], time_ns: int) -> None:
         """Write what earlier parts have and a reader of this one needs."""
         for schema in self._schemas.values():
             self._writer.add_schema(*schema)
         for channel in self._channels.values():
             self._writer.add_channel(*channel)
-        for each in latched:
-            self._writer.add_message(each.channel_id, REPEATED, time_ns, each.payload, published_ns=each.time_ns)
+        self.repeat(((each.channel_id, each.time_ns, each.payload) for each in latched), time_ns)
         self._writer.cut()
         self._beginning = self._writer.size
 
@@ -253,6 +257,8 @@ class SplitFile(RecordingFile):
         return self._named.with_stem(f"{self._named.stem}_{number}")
 
 
-def _words(number: int, first: int, repeated: Mapping[str, int]) -> Words:
+def part_words(number: int, first: int, repeated: Mapping[str, int], *, reason: str = "") -> Words:
+    """The metadata of a part, as `BagPart` has it."""
     words = {"number": str(number), "first": str(first)}
-    return PART, {**words, "repeated": json.dumps(repeated)} if repeated else words
+    words |= {"repeated": json.dumps(repeated)} if repeated else {}
+    return PART, words | ({"reason": reason} if reason else {})

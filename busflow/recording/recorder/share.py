@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec, Split
+from busflow.launchfile.model.description import Compression, OnDrop, RecordSpec, SnapshotSpec, Split
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +37,7 @@ class Share:
         spec = dict(words["spec"])
         spec |= {"topics": tuple(spec["topics"]), "exclude": tuple(spec["exclude"])}
         spec["split"] = None if spec["split"] is None else Split(**spec["split"])
+        spec["snapshot"] = None if spec["snapshot"] is None else SnapshotSpec(**spec["snapshot"])
         spec |= {"on_drop": OnDrop(spec["on_drop"]), "compression": Compression(spec["compression"])}
         return cls(
             words["process"], Path(words["file"]), RecordSpec(**spec), frozenset(words["nodes"]), words["outside"]

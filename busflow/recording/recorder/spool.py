@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from busflow.clock import perf_counter
+from busflow.errors import BusflowError
 from busflow.recording.mcap.writer import Payload, size_of
 from busflow.recording.recorder.recording_file import RecordingFile
 
@@ -87,7 +88,7 @@ class Spool:
         self._try(lambda: self._do(work))
         return self.failure is None
 
-    def close(self) -> bool:
+    def close(self, timeout_s: float = CLOSE_TIMEOUT_S) -> bool:
         """Write what waits and close the file; return False if that failed or took too long.
 
         With a thread, the data is then safe on the disk. Without one it is not synced: a simulated run can be repeated.
@@ -97,7 +98,7 @@ class Spool:
             self._try(self._file.cut)
         else:
             self._arrived.set()
-            self._thread.join(CLOSE_TIMEOUT_S)
+            self._thread.join(timeout_s)
             if self._thread.is_alive():
                 return False
         self._file.close()
@@ -162,3 +163,14 @@ class Spool:
             self._file.cut_off()
             if self._thread is not None:  # else the return value of `put` and `do` reports it
                 self._on_failure(error)
+
+
+def reason_of(failure: Exception | None) -> str:
+    """The reason why a message was not recorded."""
+    if failure is None:
+        return "messages come faster than they can be written"
+    if isinstance(failure, OSError):
+        reason = failure.strerror
+    else:
+        reason = str(failure) if isinstance(failure, BusflowError) else f"{type(failure).__name__}: {failure}"
+    return f"nothing more can be written to it: {reason}"

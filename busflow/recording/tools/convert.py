@@ -116,7 +116,7 @@ def _entries(
     """The messages; those of several processes get numbers over all of them, since each has begun at 1."""
     if len(bag.series) == 1:
         return bag.entries(wanted, start_ns, end_ns)
-    return renumbered(bag.numbered(wanted, start_ns, end_ns))
+    return renumbered(bag.numbered(wanted, start_ns, end_ns), [each.before for each in bag.series])
 
 
 def _sink(

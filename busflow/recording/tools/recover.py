@@ -144,6 +144,8 @@ class _Saved:
                 self._ledger = metadata
             case records.Metadata(name=name, metadata=metadata) if name == PART:
                 self._begin_part(metadata)
+                if not self._again and part_of(metadata).begins_later:
+                    writer.add_metadata(name, metadata)
             case records.Metadata() | records.Attachment() if self._again:
                 pass
             case records.Metadata(name=name, metadata=metadata):

@@ -12,7 +12,7 @@ from mcap.writer import Writer
 
 from busflow.errors import BagError, MalformedMessage
 from busflow.recording.bag.bag_file import Survey
-from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, joined
+from busflow.recording.bag.facts import FACTS, LAUNCH_FILE, LEDGER, PART, joined, part_of
 from busflow.recording.bag.offered_qos import offered, offered_qos_profiles
 from busflow.recording.bag.rosbag2_metadata import FileCounts, write_metadata
 from busflow.recording.mcap.writer import CHUNK_BYTES
@@ -56,6 +56,8 @@ class McapCopy:
                 if facts != file.metadata[FACTS]:  # whose own counts are not those of the run
                     facts["heard"] = "by each process"
                 self._writer.add_metadata(FACTS, facts)
+            if PART in file.metadata and len(bag.series) == 1 and part_of(file.metadata[PART]).begins_later:
+                self._writer.add_metadata(PART, file.metadata[PART])
             if file.launch_file is not None:
                 self._writer.add_attachment(0, 0, LAUNCH_FILE, "application/yaml", file.launch_file.encode())
         for channel in channels:
@@ -97,7 +99,7 @@ def _of_all(bag: Bag) -> dict[str, str]:
     ledger = bag.ledger
     words = {"report": json.dumps(dict(bag.report)), "missed": str(ledger.missed if ledger else 0)}
     if ledger is not None and ledger.recorded is not None:
-        words["recorded"] = str(ledger.recorded)
+        words["recorded"] = str(ledger.recorded + sum(each.repeated[0] for each in bag.series))
     if bag.complete:
         return {**words, "complete": "true"}
     return {**words, "complete": "false", "recovered": "; ".join(bag.incomplete)}

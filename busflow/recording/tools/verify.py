@@ -249,8 +249,8 @@ def _contradictions(series: Series, there: int) -> Iterator[tuple[FindingKind, s
         yield FindingKind.WRONG if code == "ledger" else FindingKind.INCOMPLETE, code, text
     if len(series.files) > 1 and not series.whole:
         yield FindingKind.INCOMPLETE, "unfinished", "parts of it are missing"
-    if ledger is not None and not missing and series.whole and not (series.facts and series.facts.recorded_by):
-        # Who came later knows only the run's counts, which are not those of a part either.
+    partly = series.reason or not series.whole or (series.facts and series.facts.recorded_by)
+    if ledger is not None and not missing and not partly:  # else there are only the run's counts
         published = _published(ledger, elsewhere=bool(series.facts and series.facts.process))
         for name, count in series.counts_by_topic().items():
             least, most = published.get(name, (count, count))

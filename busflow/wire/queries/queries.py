@@ -101,6 +101,7 @@ class Questions:
             "order_nodes": self.order_nodes,
             "parameter_changes": self.parameter_changes,
             "log": self.log,
+            "snapshot": self.snapshot,
         }
 
     def run(self, _arguments: Mapping[str, Any]) -> object:
@@ -207,6 +208,10 @@ class Questions:
         lines = self._log_book.last(int(arguments.get("count", DEPTH)), node=node, level=level)
         found = {"lines": [asdict(line) for line in lines], "written": self._log_book.written, "kept": DEPTH}
         return found | {"process": self._process}
+
+    def snapshot(self, arguments: Mapping[str, Any]) -> object:
+        """Begin to write the last moments of the run for a `reason`: its entry in the report, `path` among it."""
+        return asdict(self._graph.snapshot(str(arguments["reason"])))
 
     def parameters(self, arguments: Mapping[str, Any]) -> object:
         """Return each node's parameters: value, type (`ros_type` is ROS 2's number), range, source; `node` is one."""

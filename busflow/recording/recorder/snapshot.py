@@ -1,0 +1,180 @@
+"""`SnapshotRecorder`: keeps the last moments of a run in memory, and writes them as a bag when asked, or on a failure.
+
+Nothing touches the disk before that. Each snapshot has a file, a thread and an account of its own: several may be
+written at a time, and one that fails takes no other with it.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from busflow.errors import IncompleteRecording, RecordingRefused
+from busflow.launchfile.model.description import OnDrop
+from busflow.recording.recorder.capture import Capture
+from busflow.recording.recorder.destination import foresee_snapshots, numbered
+from busflow.recording.recorder.last_moments import Kept, LastMoments
+from busflow.recording.recorder.recording_file import beginning
+from busflow.recording.recorder.snapshot_file import CLOSE_TIMEOUT_S, SnapshotFile
+from busflow.runner.extension import Extension
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from busflow.bus.endpoint import Endpoint
+    from busflow.bus.failure import Failure
+    from busflow.interfaces.message import Message
+    from busflow.launchfile.model.description import RecordSpec, SnapshotSpec
+    from busflow.recording.recorder.channels import Track
+    from busflow.runner.graph import Graph
+    from busflow.runner.report import Report, SnapshotReport
+
+MOST_FOR_FAILURES = 10
+"""The number of snapshots that failures cause in a run: a node that fails every second must not fill the disk."""
+MOST_AT_ONCE = 4
+"""The number of snapshots that may be written at a time; each may hold the messages of a whole window."""
+
+
+class SnapshotRecorder(Extension):
+    """Keeps the last moments of a graph."""
+
+    end_s = CLOSE_TIMEOUT_S
+
+    def __init__(self, graph: Graph, spec: RecordSpec, snapshot: SnapshotSpec) -> None:
+        """A recorder that begins to keep messages when the graph starts."""
+        self._graph, self._spec, self._snapshot = graph, spec, snapshot
+        self._clock, self._log = graph.clock, graph.log.bind("busflow")
+        self._window = LastMoments(snapshot.most_bytes)
+        self._capture = Capture(graph, spec, None, write=self._write, miss=self._miss)
+        self._lock = threading.Lock()  # log lines may come from other threads
+        self._sequence = self._number = self._failures = 0
+        self._open: list[SnapshotFile] = []
+        self._written: list[SnapshotReport] = []
+        self._path: Path | None = None
+        self._is_over = self._is_short = False
+
+    # Its life.
+
+    def begin(self) -> None:
+        """Keep messages from now on.
+
+        Raises:
+            RecordingRefused: the name has a wrong placeholder or suffix, or its folder is not there.
+        """
+        self._path = foresee_snapshots(self._spec.to, run=self._graph.name).absolute()
+        self._begin_file = beginning(self._graph, self._spec)
+        self._capture.begin()
+
+    def end(self) -> None:
+        """Finish the snapshots that are being written; the last moments stay, for one more."""
+        self._capture.end()
+        self._is_over = True
+        for each in tuple(self._open):
+            self._conclude(each)
+        for each in tuple(self._open):
+            each.wait(self._on_written, CLOSE_TIMEOUT_S)
+
+    def node_failed(self, failure: Failure) -> None:
+        """Write the last moments before a node's failure, and log it if that cannot be."""
+        self._failures += 1
+        if self._failures == MOST_FOR_FAILURES:
+            self._log.warning(f"this is the last of {MOST_FOR_FAILURES} snapshots that failures cause in a run")
+        if self._failures <= MOST_FOR_FAILURES:
+            try:
+                self.snapshot(f"{failure.node} {failure.summary}")
+            except RecordingRefused as error:
+                self._log.error(f"the last moments cannot be written: {error}")
+
+    def snapshot(self, reason: str) -> SnapshotReport | None:
+        """Write the last moments, and what follows them for the time that is set; None before the run.
+
+        Raises:
+            RecordingRefused: the file cannot be made.
+        """
+        if self._path is None:
+            return None
+        if len(self._open) >= MOST_AT_ONCE:
+            last = self._open[-1].report()
+            self._log.warning(f"{MOST_AT_ONCE} snapshots are being written, so there is none of its own", reason=reason)
+            return last
+        with self._lock:
+            path, self._number = numbered(self._path, self._number + 1)
+            self._window.forget(self._clock.monotonic_ns())
+            file = SnapshotFile(
+                path,
+                reason,
+                self._window,
+                begin=self._begin_file,
+                tracks=self._capture.tracks,
+                number=self._sequence + 1,
+                threaded=self._clock.kind == "system" and not self._is_over,
+            )
+            self._open.append(file)
+        self._log.info(f"the last moments are written to {printable(path)}", reason=reason)
+        if self._is_over or not self._snapshot.after_s:
+            self._conclude(file)
+        else:
+            due_ns = self._clock.monotonic_ns() + round(self._snapshot.after_s * 1e9)
+            self._clock.call_at(due_ns, partial(self._conclude, file))
+        return file.report()
+
+    def report(self, report: Report) -> Report:
+        """The run's report, with those of its snapshots."""
+        return replace(report, snapshots=(*self._written, *(each.report() for each in self._open)))
+
+    # What comes.
+
+    def _write(self, track: Track, message: Message, publisher: Endpoint | None) -> None:
+        try:
+            payload = track.encode(message)
+        except Exception as error:  # noqa: BLE001  # a message that cannot be recorded is no fault of its publisher
+            self._miss(f"a message on {track.topic} cannot be put into bytes: {error}")
+            return
+        with self._lock:
+            self._sequence += 1
+            now_ns = self._clock.monotonic_ns()
+            due_ns = now_ns + round(self._snapshot.window_s * 1e9)
+            kept = Kept(track, self._sequence, self._clock.now_ns(), due_ns, payload, publisher)
+            self._window.add(kept, now_ns)
+            for each in self._open:
+                if not each.is_concluded:
+                    each.put(kept)
+            lost = self._window.lost
+        if lost and not self._is_short:
+            self._is_short = True
+            self._log.warning(
+                f"{self._window.most_bytes} bytes are too few for what transient_local publishers keep, so snapshots "
+                "have not all of it: raise bytes: under record:"
+            )
+
+    def _miss(self, why: str) -> None:
+        """Leave a gap for a message that is not kept and should be."""
+        with self._lock:
+            self._sequence += 1
+            for each in self._open:
+                each.note(why)
+
+    def _conclude(self, file: SnapshotFile) -> None:
+        if not file.is_concluded:
+            report = replace(self._graph.report(), recording=None, snapshots=()).as_json()
+            with self._lock:
+                last = self._sequence
+                file.conclude(report, last)
+            file.close(self._on_written)
+
+    def _on_written(self, file: SnapshotFile) -> None:
+        """React to a snapshot that was written, or could not be."""
+        with self._lock:
+            self._open.remove(file)
+        found = file.report()
+        self._written.append(found)
+        if found.complete:
+            return
+        text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
+        if self._spec.on_drop is OnDrop.FAIL:
+            self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)"))
+        else:
+            self._log.warning(text)
