@@ -39,12 +39,13 @@ from busflow.node.context import Surroundings
 from busflow.node.node import Node, runtime_of
 from busflow.runner.extension import Extension
 from busflow.runner.host import Outside
+from busflow.runner.lives import Lives
 from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.report import Report, SnapshotReport, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
 from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Unit, outlast
-from busflow.runner.units import GRACE_S, RESORT_S, node_among, stop_units, units_of
+from busflow.runner.units import GRACE_S, node_among, stop_units, units_of
 from busflow.runner.watchdog import Watchdog
 
 N = TypeVar("N", bound=Node)
@@ -117,8 +118,7 @@ class Graph:
         self._ready = asyncio.Event()
         self.held: frozenset[str] = frozenset()
         """Nodes that are not started with the others, since they were stopped by hand in an earlier life."""
-        self._lives: dict[Unit, asyncio.Task[None]] | None = None
-        """The tasks of the nodes, once they start; no task group, which could leave none behind."""
+        self._lives: Lives | None = None
 
     # Life.
 
@@ -208,7 +208,7 @@ class Graph:
         self.units += units
         for unit in units:
             unit.runtime.connect(self.bus)
-        self._begin_lives(units, self._lives)
+        self._lives.begin(units)
 
     async def stop_by_hand(self, units: Sequence[Unit]) -> None:
         """Stop some of the nodes until they are started by hand, while the others go on."""
@@ -222,14 +222,12 @@ class Graph:
         Raises:
             NotRunning: the graph ends, or code of the node still runs.
         """
-        lives = {} if self._lives is None else self._lives
-        if unit in lives:  # it has ended in this turn of the loop, or nothing ends it
-            await asyncio.wait([lives[unit]], timeout=RESORT_S)
-        if self.ending.is_set() or unit in lives:
-            why = "its code still runs: no cancellation has ended it" if unit in lives else "the run ends"
+        has_left = self._lives is None or await self._lives.has_left(unit)
+        if self._lives is None or self.ending.is_set() or not has_left:
+            why = "the run ends" if has_left else "its code still runs: no cancellation has ended it"
             raise NotRunning(f"{unit.name} cannot be started: {why}")
         unit.renew()
-        self._begin_lives([unit], lives)
+        self._lives.begin([unit])
 
     def _overseer(self) -> Overseer:
         return Overseer(
@@ -329,35 +327,19 @@ class Graph:
         self.clock.begin()
         try:
             async with asyncio.TaskGroup() as tasks:
-                lives = self._lives = {}
-                self._begin_lives([unit for unit in self.units if not unit.is_held], lives)
+                lives = self._lives = Lives(self.ending.set)
+                lives.begin([unit for unit in self.units if not unit.is_held])
                 tasks.create_task(self._await_starts(), name=f"busflow.{self.name}.starts")
                 try:
                     await self.ending.wait()
                     await stop_units(self.units, self.clock, self.grace_s)
                 except asyncio.CancelledError:
-                    for life in lives.values():
-                        life.cancel()
+                    lives.cancel()
                     raise
                 finally:
-                    for unit, life in tuple(lives.items()):
-                        await unit.ended.wait()
-                        if life.done() and not life.cancelled():
-                            life.result()
+                    await lives.wait()
         finally:
             self._duration_s = self.clock.seconds()
-
-    def _begin_lives(self, units: Sequence[Unit], lives: dict[Unit, asyncio.Task[None]]) -> None:
-        def on_end(unit: Unit, life: asyncio.Task[None]) -> None:
-            unit.ended.set()  # where it was cancelled before its first step
-            if life.cancelled() or life.exception() is None:
-                del lives[unit]
-            else:  # a mistake in busflow: the graph ends and raises it
-                self.ending.set()
-
-        for unit in units:
-            lives[unit] = asyncio.get_running_loop().create_task(unit.live(), name=unit.name)
-            lives[unit].add_done_callback(partial(on_end, unit))
 
     async def _await_starts(self) -> None:
         for unit in self.units:
@@ -381,9 +363,8 @@ class Graph:
         log = self.log.bind(unit.name)
         if failure is not None:
             log.error(failure.summary)
-        log.warning("restarts", after_s=pause_s, restart=unit.restarts)
-        if failure is not None:
             self._notify_failed(failure)
+        log.warning("restarts", after_s=pause_s, restart=unit.restarts)
 
     def _notify_failed(self, failure: Failure) -> None:
         for extension in self.extensions:

@@ -1,6 +1,6 @@
 """The parts of a graph: nodes to choose from, sources to make it of, and the program around it.
 
-Tests of `host.py`, `sources.py` and `units.py`.
+Tests of `host.py`, `lives.py`, `sources.py` and `units.py`.
 """
 
 import pytest
