@@ -87,6 +87,11 @@ class Child:
         """Wait for the end; return the exit code, or the negative number of the signal that killed the process."""
         return await asyncio.shield(self._ended)
 
+    def send(self, line: bytes) -> None:
+        """Write a line to the process, which has read its first line already."""
+        with suppress(OSError, ValueError):  # it has ended
+            os.write(self._process.stdin.fileno(), line)  # pyright: ignore[reportOptionalMemberAccess]  # it is a pipe
+
     def terminate(self) -> None:
         """Ask the process to stop."""
         self._process.terminate()

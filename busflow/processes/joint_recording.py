@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +12,11 @@ from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT
 from busflow.bus.patterns import Selection
 from busflow.errors import BagError
 from busflow.launchfile.model.description import OnDrop
+from busflow.processes.shares import Shares, unlike
 from busflow.recording.bag.bag import Bag
 from busflow.recording.bag.rosbag2 import LACKING, REPORT
 from busflow.recording.bag.rosbag2_metadata import FileCounts, file_counts, write_metadata
 from busflow.recording.recorder.destination import as_directory, named, refusal
-from busflow.recording.recorder.share import Share
 from busflow.runner.extension import Extension
 from busflow.runner.report import RecordingReport
 from busflow.runner.service_events import SUFFIX
@@ -29,10 +28,10 @@ if TYPE_CHECKING:
     from busflow.launchfile.check.preflight import Plan
     from busflow.launchfile.model.description import RecordSpec
     from busflow.launchfile.model.placement import Placement
+    from busflow.recording.recorder.share import Share
     from busflow.runner.report import Report
 
 _SUFFIX = ".mcap"
-_UNFIT = re.compile(r"[^\w.-]+")
 _LARGEST_REPORT = 512 << 10
 """Most characters of a report in the metadata, of which readers take no more than a MiB."""
 
@@ -59,14 +58,8 @@ class JointRecording(Extension):
         """Directory as the user wrote it."""
         self.directory: Path = self.path.absolute()
         self._spec, self._log = spec, log
-        self._processes = (placement.main, *placement.others)
-        everywhere = [*placement.nodes.values(), *placement.elsewhere.values()]
-        self._nodes = frozenset(node for nodes in everywhere for node in nodes)
-        self._outside = _listeners(plan, placement, self._processes)
-        self._stems: dict[str, str] = {}
-        for process in self._processes:
-            self._stems[process] = _unlike(_stem(process), self._stems.values())
-        self._files: dict[str, list[Path]] = {process: [] for process in self._processes}
+        self._shares = Shares(spec, placement, plan)
+        self._files: dict[str, list[Path]] = {process: [] for process in self._shares.processes}
         self._begun = False
         self.outcome: RecordingReport | None = None
         """Outcome of the recording, once it is known."""
@@ -93,11 +86,12 @@ class JointRecording(Extension):
     def share(self, process: str) -> Share:
         """Return what a process records in the life that it is about to begin."""
         files = self._files[process]
-        name = self._stems[process]
+        stems = self._shares.stems
+        name = stems[process]
         if files:
-            name = _unlike(f"{name}-{len(files) + 1}", {*self._stems.values(), *(path.stem for path in self._paths())})
+            name = unlike(f"{name}-{len(files) + 1}", {*stems.values(), *(path.stem for path in self._paths())})
         files.append(self.directory / f"{name}{_SUFFIX}")
-        return Share(process, files[-1], self._spec, self._nodes, self._outside)
+        return self._shares.of(process, files[-1])
 
     @property
     def is_to_be_complete(self) -> bool:
@@ -163,26 +157,3 @@ class JointRecording(Extension):
         for pattern in selection.unmatched:
             guess = did_you_mean(pattern, names, none="the run had no topics")
             self._log.warning(f"there was no topic {printable(pattern)}, so nothing of it was recorded; {guess}")
-
-
-def _listeners(plan: Plan, placement: Placement, processes: Sequence[str]) -> dict[str, str]:
-    """Map each topic to the first process that receives it, which also records messages from outside the run."""
-    found: dict[str, str] = {}
-    for process in processes:
-        for member in plan.members:
-            if placement.process_of(member.runtime.full_name) == process:
-                for received in member.subscriptions:
-                    found.setdefault(received.topic, process)
-    return found
-
-
-def _stem(process: str) -> str:
-    """Return the name of a process's file, without the machine: each machine has its own directory."""
-    return _UNFIT.sub("_", process.rpartition(":")[2]).lstrip(".") or "process"
-
-
-def _unlike(name: str, others: Collection[str]) -> str:
-    """Return the name, made longer until it differs from all others."""
-    while name in others:
-        name += "_"
-    return name

@@ -6,18 +6,20 @@ import asyncio
 import os
 import sys
 from collections.abc import AsyncGenerator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import busflow
-from busflow.errors import ExitCode, IncompleteRecording, LaunchError, ProcessFailed, RecordingRefused
+from busflow.errors import ExitCode, IncompleteRecording, LaunchError, NotRunning, ProcessFailed
 from busflow.launchfile.model.placement import Placement
 from busflow.node.supervision import Restart
 from busflow.processes.assignment import Assignment
 from busflow.processes.crossing import crossing_problems, keep_main
 from busflow.processes.machines import Machines
 from busflow.processes.report import merged
+from busflow.processes.shares import Shares
 from busflow.processes.worker_process import MemberState, ProcessOutcome, WorkerProcess
 from busflow.runner.extension import Extension
 from busflow.text import printable
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.network import NetworkSpec
     from busflow.log import LogRecord
     from busflow.processes.joint_recording import JointRecording
+    from busflow.processes.joint_snapshots import JointSnapshots
+    from busflow.recording.recorder.snapshot_share import SnapshotShare
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report
     from busflow.wire.mirror.barrier import Barrier
@@ -85,7 +89,7 @@ class ProcessGroup(Extension):
             raise LaunchError(plan.errors)
         self._stated = [variable for each in graph.descriptions for variable in each.environment]
         self._order = [each.runtime.full_name for each in plan.members]
-        self._recording = self._attach_recording(record, placement, plan) if record is not None else None
+        self._prepare_recording(record, placement, plan)
         keep_main(plan, placement)
         self._main = placement.main
         self._machines = Machines(network, placement.machine, self._log, self.seconds) if network else None
@@ -97,12 +101,25 @@ class ProcessGroup(Extension):
         self._shortcomings: list[str] = []  # of a recording with `on_drop: fail`
         self._attach_to(graph)
 
+    def _prepare_recording(self, record: RecordSpec | None, placement: Placement, plan: Plan) -> None:
+        """Attach what records all processes, or keeps their last moments; while the plan has the nodes of all."""
+        self._recording: JointRecording | None = None
+        self._snapshots: JointSnapshots | None = None
+        self._shares = Shares(record, placement, plan) if record is not None else None
+        if record is not None and record.snapshot is None:
+            self._recording = self._attach_recording(record, placement, plan)
+        elif self._shares is not None and record is not None:
+            from busflow.processes.joint_snapshots import JointSnapshots
+
+            self._snapshots = JointSnapshots(self._graph, record, self._shares, self._order_snapshot)
+            self._graph.attach(self._snapshots)
+
     def _attach_to(self, graph: Graph) -> None:
         """Begin and end with the graph of the main process."""
         self._directory: RunDirectory | None = None
         self._membership: Membership | None = None
         self._kill_s = _KILL_S
-        if self._recording is not None:
+        if self._shares is not None:
             from busflow.recording.recorder.spool import CLOSE_TIMEOUT_S
 
             self._kill_s += CLOSE_TIMEOUT_S
@@ -112,13 +129,52 @@ class ProcessGroup(Extension):
             from busflow.recording.recorder.recorder import record_share
 
             record_share(graph, self._recording.share(self._main))
+        self._own_moments = self._keep_moments(graph)
+
+    def _keep_moments(self, graph: Graph) -> SnapshotShare | None:
+        """Attach what keeps the last moments of the main process."""
+        snapshots, shares = self._snapshots, self._shares
+        if snapshots is None or shares is None:
+            return None
+        share = shares.of(self._main, Path())
+        spec = share.spec.snapshot
+        if spec is None:
+            return None
+        from busflow.recording.recorder.snapshot_share import SnapshotShare
+
+        own = SnapshotShare(
+            graph,
+            share,
+            spec,
+            want=snapshots.fail,
+            on_report=lambda report: snapshots.take(self._main, asdict(report)),
+        )
+        graph.attach(own)
+        return own
+
+    def _order_snapshot(self, process: str, path: Path, reason: str) -> bool:
+        """Order a process to write its last moments; False if it does not run."""
+        if process == self._main and self._own_moments is not None:
+            self._own_moments.order(path, reason)
+            return True
+        member = self._by_name.get(process)
+        return member is not None and member.order(snapshot={"path": str(path), "reason": reason})
+
+    def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
+        """React to what a process says of snapshots: that it wants one, or has written its file."""
+        snapshots = self._snapshots
+        if snapshots is None:
+            return
+        if "report" in message:
+            snapshots.take(member.name, message["report"])
+        else:
+            with suppress(NotRunning):  # the run has ended
+                self._graph.bus.call(lambda: snapshots.fail(f"{member.name}: {message['wanted']}"))
 
     def _attach_recording(self, record: RecordSpec, placement: Placement, plan: Plan) -> JointRecording:
         """Attach the recording of all processes; called while the plan still has the nodes of all."""
         from busflow.processes.joint_recording import JointRecording
 
-        if record.snapshot is not None:
-            raise RecordingRefused("snapshot: keeps the last moments of one process so far: add --one-process")
         recording = JointRecording(record, placement, plan, self._log, run=self._graph.name)
         self._graph.attach(recording)
         return recording
@@ -149,6 +205,8 @@ class ProcessGroup(Extension):
     def finish(self) -> ExitCode:
         """Finish the recording of an ended run; return the exit code, which other failures may have changed."""
         graph, recording = self._graph, self._recording
+        if self._snapshots is not None:
+            self._snapshots.finish()
         if recording is not None:
             recording.finish(replace(self.run_report(), recording=None), self._recorded())
             self._report_incomplete(recording)
@@ -294,8 +352,14 @@ class ProcessGroup(Extension):
             memory=member.memory,
             args=self._args,
             event_loop=self._event_loop,
-            record=self._recording.share(member.name).as_words() if self._recording else None,
+            record=self._share_words(member.name),
         ).line()
+
+    def _share_words(self, process: str) -> Mapping[str, Any] | None:
+        """Return what a process records, or keeps for snapshots, in the life that it is about to begin."""
+        if self._recording is not None:
+            return self._recording.share(process).as_words()
+        return None if self._shares is None else self._shares.of(process, Path()).as_words()
 
     def show_record(self, record: LogRecord) -> None:
         """Show a line of another process's log."""
@@ -314,6 +378,10 @@ class ProcessGroup(Extension):
 
     def on_life(self, member: WorkerProcess, life: ProcessOutcome) -> None:
         """Give the run up if a process ended with an incomplete recording that had to be complete; it may restart."""
+        if self._snapshots is not None:
+            self._snapshots.lose(member.name)
+            if life.fate and not life.is_own:  # else the node that failed has asked for one
+                self._snapshots.fail(life.fate)
         recording: Mapping[str, Any] = (life.report or {}).get("recording") or {}
         if self._recording is not None and self._recording.is_to_be_complete and not recording.get("complete"):
             why = life.fate or f"the process {member.name} has not ended its own"

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import faulthandler
 import gc
+import json
 import os
 import signal
 import sys
 import threading
 from collections.abc import AsyncGenerator, Mapping
 from contextlib import asynccontextmanager, suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from busflow.launchfile.model.description import LaunchDescription
+    from busflow.recording.recorder.snapshot_share import SnapshotShare
 
+_ORDER_BYTES = 1 << 16
 _REPORT_S = 0.5
 """Time between reports to the main process; the last report of a killed process is no older."""
 _PATIENCE_S = 60.0
@@ -44,7 +47,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     assignment = Assignment.read(sys.stdin if pipe is not None else None)
     leash = os.dup(0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # what a node starts must not hold on to the pipe, nor read from it
-    threading.Thread(target=_end_with_main, args=(leash,), name="busflow.main", daemon=True).start()
+    orders = _Orders(leash)
     _make_room(assignment)
     writer = PipeWriter(pipe or 0)
     failures: list[str] = []
@@ -55,7 +58,7 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
         description = describe(assignment.args)
         _set(assignment.env)
         gc.freeze()  # what is imported by now is there to stay: to look through it all once more at the end takes long
-        graph = _graph(description, assignment, writer)
+        graph = _graph(description, assignment, writer, orders)
         _give_way(graph, assignment.nice)
         code = run_graph(graph, loop_factory=chosen_loop(assignment.event_loop))
     except NodeFailed:
@@ -70,12 +73,23 @@ def work(describe: Callable[[Mapping[str, object]], LaunchDescription], pipe: in
     return code
 
 
-def _end_with_main(leash: int) -> None:
-    """Wait until the main process has ended, which closes its pipe, and end this process too."""
-    with suppress(OSError):
-        while os.read(leash, 1):
-            pass
-    os.kill(os.getpid(), signal.SIGTERM)
+class _Orders:
+    """Reads what the main process orders, in a thread, until that has ended, which ends this process too."""
+
+    def __init__(self, leash: int) -> None:
+        self.snapshots: SnapshotShare | None = None
+        """Writes the snapshots that are ordered."""
+        self._leash = leash
+        threading.Thread(target=self._read, name="busflow.main", daemon=True).start()
+
+    def _read(self) -> None:
+        with suppress(OSError), os.fdopen(self._leash, "rb", buffering=0) as stream:
+            while line := stream.readline(_ORDER_BYTES):
+                with suppress(ValueError, LookupError, TypeError):  # half a line, of a main process that was killed
+                    order = json.loads(line)["snapshot"]
+                    if self.snapshots is not None:
+                        self.snapshots.order(Path(order["path"]), str(order["reason"]))
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _set(variables: Mapping[str, str | None]) -> None:
@@ -94,7 +108,7 @@ def _make_room(assignment: Assignment) -> None:
         stream.reconfigure(line_buffering=True)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]  # they are pipes
 
 
-def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter) -> Graph:
+def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeWriter, orders: _Orders) -> Graph:
     """Build this process's part of the graph; other nodes are neither imported nor built.
 
     Raises:
@@ -112,10 +126,7 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     )
     graph.attach(_Part(graph, assignment, writer))
     if assignment.record is not None:
-        from busflow.recording.recorder.recorder import record_share
-        from busflow.recording.recorder.share import Share
-
-        record_share(graph, Share.of_words(assignment.record))
+        _record(graph, assignment.record, writer, orders)
     plan = graph.plan()
     if len(plan.members) != len(assignment.nodes):
         raise LaunchError(plan.errors)
@@ -125,6 +136,28 @@ def _graph(description: LaunchDescription, assignment: Assignment, writer: PipeW
     report_changes(graph.bus, lambda changes: writer.send(parameters=changes))
     plan.problems.clear()  # whatever is said of a whole graph is not meant for a part, and was told by the main process
     return graph
+
+
+def _record(graph: Graph, words: Mapping[str, Any], writer: PipeWriter, orders: _Orders) -> None:
+    """Record this process's share of the run, or keep its last moments."""
+    from busflow.recording.recorder.share import Share
+
+    share = Share.of_words(words)
+    if share.spec.snapshot is None:
+        from busflow.recording.recorder.recorder import record_share
+
+        record_share(graph, share)
+        return
+    from busflow.recording.recorder.snapshot_share import SnapshotShare
+
+    orders.snapshots = SnapshotShare(
+        graph,
+        share,
+        share.spec.snapshot,
+        want=lambda reason: writer.send(snapshot={"wanted": reason}),
+        on_report=lambda report: writer.send(snapshot={"report": asdict(report)}),
+    )
+    graph.attach(orders.snapshots)
 
 
 def _give_way(graph: Graph, nice: int) -> None:

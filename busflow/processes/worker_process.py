@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import signal
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -54,6 +55,8 @@ class ProcessOutcome:
     """Last report of the process; None if it sent none."""
     fate: str
     """Text that says how the process ended; empty if it ended as it should."""
+    is_own: bool = False
+    """Whether the process ended by itself, and could still send its report."""
 
 
 class WorkerOwner(Protocol):
@@ -81,6 +84,10 @@ class WorkerOwner(Protocol):
 
     def seconds(self) -> float:
         """Return the run's time."""
+        ...
+
+    def on_snapshot(self, member: WorkerProcess, message: Mapping[str, Any]) -> None:
+        """React to what the process says of snapshots; called in any thread."""
         ...
 
 
@@ -183,7 +190,7 @@ class WorkerProcess:
         self._log.debug(f"the process {self.name} is started", pid=self.child.pid)
         code = await self.child.ended()
         fate = self._fate(code)
-        self.lives.append(ProcessOutcome(self.child.pid, self.report, fate))
+        self.lives.append(ProcessOutcome(self.child.pid, self.report, fate, is_own=bool(self._end)))
         self.child, self.report = None, None
         failures = self._end.get("failures") or ([fate] if fate else [])
         if fate:
@@ -233,6 +240,13 @@ class WorkerProcess:
         self._stopping.set()
         if self.child is not None:
             self.child.terminate()
+
+    def order(self, **values: Any) -> bool:
+        """Send an order to the process; False if it is not there to read it."""
+        if self.child is None or self.state not in {MemberState.RUNNING, MemberState.HANGS}:
+            return False
+        self.child.send(json.dumps(values).encode() + b"\n")
+        return True
 
     def kill(self, why: str) -> None:
         """Kill the process at once."""
@@ -305,6 +319,8 @@ class WorkerProcess:
                 self._stopped = tuple(node["name"] for node in nodes if node["state"] == NodeState.STOPPED_BY_HAND)
             self._is_debugged = bool(message.get("debugged"))
             self._end = dict(message.get("end") or self._end)
+        elif "snapshot" in message:
+            self._owner.on_snapshot(self, message["snapshot"])
         elif "parameters" in message:
             self._parameters |= message["parameters"]
 

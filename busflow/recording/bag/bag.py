@@ -18,7 +18,7 @@ from typing import Self
 from busflow.errors import BagError
 from busflow.recording.bag.bag_file import SINCE, UNTIL, BagFile, Survey
 from busflow.recording.bag.channel import Channel, Entry
-from busflow.recording.bag.facts import FACTS, PART, Facts, RunOutcome, summed
+from busflow.recording.bag.facts import FACTS, PART, Facts, RunOutcome, part_of, summed
 from busflow.recording.bag.mcap_file import McapFile
 from busflow.recording.bag.series import Damage, Numbered, Series, merged
 
@@ -226,7 +226,8 @@ def _process(file: BagFile) -> str:
 def _undivided(file: BagFile) -> str:
     """The name of a process's file, which its parts have in common."""
     name = file.path.name
-    return _NUMBER.sub("", name) if PART in file.metadata else name
+    part = part_of(file.metadata[PART]) if PART in file.metadata else None
+    return name if part is None or part.reason else _NUMBER.sub("", name)
 
 
 def _bounds(start_ns: int | None, end_ns: int | None) -> tuple[int, int]:

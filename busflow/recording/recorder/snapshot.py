@@ -22,13 +22,17 @@ from busflow.runner.extension import Extension
 from busflow.text import printable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
+
+    from structlog.typing import FilteringBoundLogger
 
     from busflow.bus.endpoint import Endpoint
     from busflow.bus.failure import Failure
     from busflow.interfaces.message import Message
     from busflow.launchfile.model.description import RecordSpec, SnapshotSpec
     from busflow.recording.recorder.channels import Track
+    from busflow.recording.recorder.share import Share
     from busflow.runner.graph import Graph
     from busflow.runner.report import Report, SnapshotReport
 
@@ -38,19 +42,39 @@ MOST_AT_ONCE = 4
 """The number of snapshots that may be written at a time; each may hold the messages of a whole window."""
 
 
+class FailureSnapshots:
+    """The snapshots that failures cause, of which there are only so many."""
+
+    def __init__(self, log: FilteringBoundLogger, snapshot: Callable[[str], object]) -> None:
+        self._log, self._snapshot = log, snapshot
+        self._failures = 0
+
+    def add(self, reason: str) -> None:
+        """Write the last moments before a failure, and log it if that cannot be."""
+        self._failures += 1
+        if self._failures == MOST_FOR_FAILURES:
+            self._log.warning(f"this is the last of {MOST_FOR_FAILURES} snapshots that failures cause in a run")
+        if self._failures <= MOST_FOR_FAILURES:
+            try:
+                self._snapshot(reason)
+            except RecordingRefused as error:
+                self._log.error(f"the last moments cannot be written: {error}")
+
+
 class SnapshotRecorder(Extension):
     """Keeps the last moments of a graph."""
 
     end_s = CLOSE_TIMEOUT_S
 
-    def __init__(self, graph: Graph, spec: RecordSpec, snapshot: SnapshotSpec) -> None:
+    def __init__(self, graph: Graph, spec: RecordSpec, snapshot: SnapshotSpec, share: Share | None = None) -> None:
         """A recorder that begins to keep messages when the graph starts."""
         self._graph, self._spec, self._snapshot = graph, spec, snapshot
         self._clock, self._log = graph.clock, graph.log.bind("busflow")
         self._window = LastMoments(snapshot.most_bytes)
-        self._capture = Capture(graph, spec, None, write=self._write, miss=self._miss)
+        self._capture = Capture(graph, spec, share, write=self._write, miss=self._miss)
         self._lock = threading.Lock()  # log lines may come from other threads
-        self._sequence = self._number = self._failures = 0
+        self._sequence = self._number = 0
+        self._failures = FailureSnapshots(self._log, self.snapshot)
         self._open: list[SnapshotFile] = []
         self._written: list[SnapshotReport] = []
         self._path: Path | None = None
@@ -78,15 +102,8 @@ class SnapshotRecorder(Extension):
             each.wait(self._on_written, CLOSE_TIMEOUT_S)
 
     def node_failed(self, failure: Failure) -> None:
-        """Write the last moments before a node's failure, and log it if that cannot be."""
-        self._failures += 1
-        if self._failures == MOST_FOR_FAILURES:
-            self._log.warning(f"this is the last of {MOST_FOR_FAILURES} snapshots that failures cause in a run")
-        if self._failures <= MOST_FOR_FAILURES:
-            try:
-                self.snapshot(f"{failure.node} {failure.summary}")
-            except RecordingRefused as error:
-                self._log.error(f"the last moments cannot be written: {error}")
+        """Write the last moments before a node's failure."""
+        self._failures.add(f"{failure.node} {failure.summary}")
 
     def snapshot(self, reason: str) -> SnapshotReport | None:
         """Write the last moments, and what follows them for the time that is set; None before the run.
@@ -100,8 +117,16 @@ class SnapshotRecorder(Extension):
             last = self._open[-1].report()
             self._log.warning(f"{MOST_AT_ONCE} snapshots are being written, so there is none of its own", reason=reason)
             return last
+        path, self._number = numbered(self._path, self._number + 1)
+        return self._write_to(path, reason)
+
+    def _write_to(self, path: Path, reason: str) -> SnapshotReport:
+        """Write the last moments to a file.
+
+        Raises:
+            RecordingRefused: it cannot be made.
+        """
         with self._lock:
-            path, self._number = numbered(self._path, self._number + 1)
             self._window.forget(self._clock.monotonic_ns())
             file = SnapshotFile(
                 path,
@@ -171,6 +196,9 @@ class SnapshotRecorder(Extension):
             self._open.remove(file)
         found = file.report()
         self._written.append(found)
+        self._settle(found)
+
+    def _settle(self, found: SnapshotReport) -> None:
         if found.complete:
             return
         text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"

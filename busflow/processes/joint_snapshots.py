@@ -1,0 +1,171 @@
+"""JointSnapshots: the snapshots of a run of several processes, each a directory with a file of each process."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import BagError, IncompleteRecording
+from busflow.launchfile.model.description import OnDrop
+from busflow.recording.bag.bag import Bag
+from busflow.recording.bag.rosbag2_metadata import file_counts, write_metadata
+from busflow.recording.recorder.destination import as_directory, foresee_snapshots, numbered, refusal
+from busflow.recording.recorder.snapshot import MOST_AT_ONCE, FailureSnapshots
+from busflow.runner.extension import Extension
+from busflow.runner.report import SnapshotReport
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from busflow.launchfile.model.description import RecordSpec
+    from busflow.processes.shares import Shares
+    from busflow.runner.graph import Graph
+    from busflow.runner.report import Report
+
+Order = Callable[[str, Path, str], bool]
+"""A function that orders a process to write its last moments to a file for a reason; False if it is not there."""
+
+
+@dataclass(slots=True)
+class _Pending:
+    """A snapshot whose files are being written."""
+
+    directory: Path
+    reason: str
+    waiting: set[str] = field(default_factory=set[str])
+    """The processes that have not reported yet."""
+    reports: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
+    lost: list[str] = field(default_factory=list[str])
+    """The processes of which there is no file."""
+
+
+class JointSnapshots(Extension):
+    """Decides when all processes write their last moments, and collects what they have written."""
+
+    def __init__(self, graph: Graph, spec: RecordSpec, shares: Shares, order: Order) -> None:
+        self._graph, self._spec, self._shares, self._order = graph, spec, shares, order
+        self._log = graph.log.bind("busflow")
+        self._path: Path | None = None
+        self._number = 0
+        self._failures = FailureSnapshots(self._log, self.snapshot)
+        self._lock = threading.Lock()  # reports come in the threads that read the processes' pipes
+        self._pending: dict[str, _Pending] = {}
+        """The snapshots that are being written, by their directory."""
+        self._written: list[SnapshotReport] = []
+
+    def begin(self) -> None:
+        """Find out whether snapshots can be written.
+
+        Raises:
+            RecordingRefused: the name has a wrong placeholder or suffix, or its folder is not there.
+        """
+        self._path = foresee_snapshots(self._spec.to, run=self._graph.name).absolute()
+
+    def snapshot(self, reason: str) -> SnapshotReport | None:
+        """Order all processes to write their last moments; None before the run.
+
+        Raises:
+            RecordingRefused: the directory cannot be made.
+        """
+        if self._path is None:
+            return None
+        with self._lock:
+            pending = list(self._pending.values())
+        if len(pending) >= MOST_AT_ONCE:
+            self._log.warning(f"{MOST_AT_ONCE} snapshots are being written, so there is none of its own", reason=reason)
+            return _joined(pending[-1], written=False)
+        path, self._number = numbered(self._path, self._number + 1)
+        directory = as_directory(path)
+        try:
+            directory.mkdir()
+        except OSError as error:
+            raise refusal(directory, error) from None
+        made = _Pending(directory, reason, set(self._shares.processes))
+        with self._lock:
+            self._pending[str(directory)] = made
+        self._log.info(f"the last moments are written to {printable(directory)}", reason=reason)
+        for process in self._shares.processes:
+            if not self._order(process, directory / f"{self._shares.stems[process]}.mcap", reason):
+                self.lose(process)
+        return _joined(made, written=False)
+
+    def fail(self, reason: str) -> None:
+        """Write the last moments before a failure."""
+        self._failures.add(reason)
+
+    def take(self, process: str, report: Mapping[str, Any]) -> None:
+        """Take a process's report of the file that it has written; called in any thread."""
+        with self._lock:
+            pending = self._pending.get(str(Path(str(report["path"])).parent))
+            if pending is None:
+                return
+            pending.reports[process] = report
+            pending.waiting.discard(process)
+        self._finish_ready()
+
+    def lose(self, process: str) -> None:
+        """Wait no more for a process that has ended."""
+        with self._lock:
+            for pending in self._pending.values():
+                if process in pending.waiting:
+                    pending.waiting.discard(process)
+                    pending.lost.append(process)
+        self._finish_ready()
+
+    def finish(self) -> None:
+        """Wait no more for any process; called when all have ended."""
+        for process in self._shares.processes:
+            self.lose(process)
+
+    def report(self, report: Report) -> Report:
+        """The run's report, with those of its snapshots."""
+        with self._lock:
+            pending = tuple(_joined(each, written=False) for each in self._pending.values())
+            return replace(report, snapshots=(*self._written, *pending))
+
+    def _finish_ready(self) -> None:
+        with self._lock:
+            ready = [each for each in self._pending.values() if not each.waiting]
+            for each in ready:
+                del self._pending[str(each.directory)]
+        for each in ready:
+            found = _joined(each, written=True)
+            try:
+                with Bag(each.directory) as bag:
+                    write_metadata(each.directory, file_counts(bag.series), qos=lambda channel: channel.qos or "")
+            except (BagError, OSError) as error:
+                why = f"its metadata cannot be written: {error}"
+                found = replace(found, complete=False, why=found.why or why)
+            with self._lock:
+                self._written.append(found)
+            self._settle(found)
+
+    def _settle(self, found: SnapshotReport) -> None:
+        if found.complete:
+            return
+        text = f"the snapshot {printable(found.path)} is incomplete: {printable(found.why)}"
+        if self._spec.on_drop is OnDrop.FAIL:
+            with suppress(Exception):
+                self._graph.bus.call(lambda: self._graph.give_up(IncompleteRecording(f"{text} (on_drop: fail)")))
+        else:
+            self._log.warning(text)
+
+
+def _joined(pending: _Pending, *, written: bool) -> SnapshotReport:
+    """The report of a snapshot, from those of its files."""
+    reports = pending.reports.values()
+    why = [f"there is nothing of the process {process}" for process in pending.lost]
+    why += [f"{process}: {report['why']}" for process, report in pending.reports.items() if report["why"]]
+    return SnapshotReport(
+        path=str(pending.directory),
+        reason=pending.reason,
+        seconds=max((float(each["seconds"]) for each in reports), default=0.0),
+        recorded=sum(int(each["recorded"]) for each in reports),
+        missed=sum(int(each["missed"]) for each in reports),
+        written=written,
+        complete=written and not pending.lost and all(each["complete"] for each in reports),
+        why="; ".join(why),
+    )

@@ -1,0 +1,98 @@
+"""Snapshots of runs of several processes, for real: a directory with the last moments of each process."""
+
+import json
+
+import pytest
+
+from busflow.cli import main
+from busflow.msgs.std_msgs import Int64
+from busflow.recording.bag.bag import Bag
+
+RUN = """
+name: shot
+processes:
+  far: {{restart: {restart}}}
+nodes:
+  teller: {{plugin: teller, process: {teller}, parameters: {{rate_hz: 100.0, fail_at: {fail_at}}}}}
+  hearer: {{plugin: hearer, process: {hearer}, parameters: {{tell_at: 60}}}}
+record: {{to: rec.mcap, snapshot: 60s, after: {after}}}
+"""
+
+
+def run_of(start, *arguments, teller="far", hearer="main", fail_at=0, restart="never", after="100ms"):
+    text = RUN.format(teller=teller, hearer=hearer, fail_at=fail_at, restart=restart, after=after)
+    return start(text, "-v", *arguments)
+
+
+def numbers(bag):
+    return [entry.channel.decode(entry.payload, Int64).data for entry in bag.entries(["numbers"])]
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.long
+def test_all_processes_write_what_is_asked_for(start, monkeypatch, capsys):
+    run = run_of(start)
+    run.wait_for("heard enough")
+    monkeypatch.setenv("BUSFLOW_RUNTIME_DIR", str(run.runtime))
+    reports = []
+    for reason in ("one", "two"):
+        assert main(["bag", "snapshot", "--run", "shot", "--reason", reason, "--json"]) == 0
+        reports.append(json.loads(capsys.readouterr().out))
+    assert run.end() == 130
+    assert run.report()["snapshots"] == [{name: each[name] for name in each if name != "version"} for each in reports]
+    for number, report in enumerate(reports, 1):
+        folder = run.folder / f"rec-00{number}"
+        assert report["path"] == str(folder)
+        assert files(folder) == ["far.mcap", "main.mcap", "metadata.yaml"]
+        assert main(["bag", "verify", str(folder)]) == 0, capsys.readouterr().out
+        assert main(["bag", "convert", str(folder), str(run.folder / f"{number}.mcap"), "--to", "mcap"]) == 0
+        assert main(["bag", "verify", str(run.folder / f"{number}.mcap")]) == 0, capsys.readouterr().out
+        with Bag(folder) as bag:
+            assert [each.facts.process for each in bag.series] == ["far", "main"]
+            assert {each.reason for each in bag.series} == {report["reason"]}
+            assert bag.complete
+            assert bag.survey().gaps == 0
+            assert bag.messages == report["recorded"]
+            assert numbers(bag) == list(range(1, len(numbers(bag)) + 1))
+            assert len(numbers(bag)) >= 60
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("teller", "hearer"), [("far", "main"), ("main", "far")])
+def test_a_failure_anywhere_has_files_of_all(start, teller, hearer):
+    run = run_of(start, teller=teller, hearer=hearer, fail_at=100)
+    assert run.end(None) == 1
+    (report,) = run.report()["snapshots"]
+    assert "lost count" in report["reason"]
+    assert report["complete"], report
+    with Bag(run.folder / "rec-001") as bag:
+        assert files(bag.path) == ["far.mcap", "main.mcap", "metadata.yaml"]
+        assert bag.complete
+        assert numbers(bag) == list(range(1, 100))
+
+
+@pytest.mark.long
+def test_a_killed_process_leaves_the_others_moments(start):
+    run = run_of(start, restart="on-failure")
+    run.wait_for("heard enough")
+    run.kill("far")
+    run.wait_for("rec-001 is incomplete")
+    assert run.end() == 130
+    (report,) = run.report()["snapshots"]
+    assert "far was ended by SIGKILL" in report["reason"]
+    assert "there is nothing of the process far" in report["why"]
+    with Bag(run.folder / "rec-001") as bag:
+        assert [each.facts.process for each in bag.series] == ["main"]
+
+
+@pytest.mark.long
+def test_restarts_of_a_process_cause_so_many(start):
+    run = run_of(start, restart="on-failure", fail_at=10, after="10ms")
+    run.wait_for("the process far starts anew", times=2)
+    assert run.end() == 130
+    reasons = [each["reason"] for each in run.report()["snapshots"]]
+    assert len(reasons) >= 2
+    assert all("lost count" in each for each in reasons)

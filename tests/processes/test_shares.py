@@ -1,0 +1,32 @@
+"""The part of a run that each process records, and the name of its file."""
+
+from busflow.launchfile.load.load import load
+from busflow.launchfile.model.description import RecordSpec
+from busflow.launchfile.model.placement import placed
+from busflow.processes.shares import Shares, unlike
+from busflow.runner.graph import Graph
+
+TEXT = """
+plugins: [plugins]
+processes: {far: {}, arm: {}}
+nodes:
+  teller: {plugin: teller, process: far}
+  one: {plugin: hearer, process: arm}
+  two: {plugin: hearer, process: arm}
+"""
+
+
+def test_names_that_are_taken_become_longer():
+    assert unlike("far", {"near"}) == "far"
+    assert unlike("far", {"far", "far_"}) == "far__"
+
+
+def test_each_process_records_its_own_share(project):
+    (project / "run.yaml").write_text(TEXT)
+    description = load(project / "run.yaml")
+    shares = Shares(RecordSpec("run.mcap"), placed(description), Graph([description]).plan())
+    assert shares.processes == ("main", "far", "arm")
+    assert shares.stems == {"main": "main", "far": "far", "arm": "arm"}
+    share = shares.of("far", project / "far.mcap")
+    assert share.nodes == {"/teller", "/one", "/two"}
+    assert share.outside == {"/numbers": "arm"}
