@@ -112,7 +112,7 @@ class Harness:
         if not isinstance(loop, VirtualLoop):
             raise NotRunning("a harness needs virtual time: put @virtual_time above the test")
         self.log: list[LogRecord] = []
-        """Lines that the nodes have logged, the oldest first."""
+        """Lines that the nodes have logged, the oldest first; of more than 10,000 the newest."""
         self.clock: SimClock = SimClock()
         self.graph: Graph = Graph(
             what,
@@ -120,7 +120,7 @@ class Harness:
             seed=given_seed() if seed is None and loop.schedule is None else seed,
             clock=self.clock,
             log_level=log_level,
-            sinks=(self.log.append,),
+            sinks=(self._keep_line,),
             explore=loop.schedule,
             embedded=True,
         )
@@ -141,6 +141,10 @@ class Harness:
             Following(self.graph, self.clock, loop)
         elif any(each.clock.mode is ClockMode.FOLLOW for each in self.graph.descriptions):
             raise NotRunning(f"the time of {self.graph.name} follows /clock: write @virtual_time(follows=True)")
+
+    def _keep_line(self, line: LogRecord) -> None:
+        self.log.append(line)
+        del self.log[:-KEPT]
 
     if not TYPE_CHECKING:  # type checkers refuse it themselves
 
@@ -396,7 +400,7 @@ def harness(
         expect_failure: The node that is to fail. Any other failure, or none, fails the test.
         keep: How many messages of each topic are kept, the newest. Unless it is given, 10,000 are kept, and `received`
             and `wait_for` raise where older ones are asked for.
-        log_level: From where on `Harness.log` keeps lines.
+        log_level: From where on `Harness.log` keeps lines, the newest 10,000.
         record: As `busflow.launch` takes it, but that a test records only if it is told to.
     """
     return Harness(

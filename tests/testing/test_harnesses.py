@@ -251,6 +251,18 @@ async def test_log_lines_keep_their_node():
 
 
 @virtual_time
+async def test_log_keeps_the_newest_lines():
+    class Talker(Node):
+        async def start(self) -> None:
+            for number in range(10_003):
+                self.log.info("line", number=number)
+
+    async with harness(Talker) as lab:
+        assert len(lab.log) == 10_000
+        assert [lab.log[place].values["number"] for place in (0, -1)] == [3, 10_002]
+
+
+@virtual_time
 async def test_a_launch_file_takes_its_arguments():
     async with harness(LAB, args={"rate_hz": 50}) as lab:
         await lab.advance(1)

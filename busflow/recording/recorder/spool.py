@@ -116,16 +116,16 @@ class Spool:
     # In the thread.
 
     def _work(self) -> None:
-        while not self._closed:
+        while not self._closed and self.failure is None:
             self._arrived.wait(self._pause())
             self._arrived.clear()
             self._wake_at = self._handed + _MANY_BYTES
             self._try(self._take_all)
-            if self.failure is not None:
-                return
         self._try(self._take_all)
         self._try(self._file.cut)
         self._try(self._file.secure)
+        if self._closed:  # `close` may wait no longer, and cannot close a file that this thread still writes
+            self._file.close()
 
     def _pause(self) -> float | None:
         """Return the seconds to wait for more; None (no limit) if nothing waits: any message then wakes the thread."""

@@ -3,12 +3,13 @@
 
 import pytest
 
-from busflow import DEFAULT, Node, QoS, Reliability, publisher, subscription
+from busflow import DEFAULT, Node, QoS, Reliability, publisher, service, subscription
 from busflow.clock import SystemClock
 from busflow.errors import Severity
 from busflow.launchfile.check.preflight import Plan, Preflight
 from busflow.log import Log
 from busflow.msgs.std_msgs import Float64, String
+from busflow.msgs.std_srvs import Trigger
 from busflow.node.supervision import Supervision
 
 
@@ -217,3 +218,23 @@ def test_only_first_unmatched_topics_get_nearest_name():
     assert len(fixes) == 500
     assert [fix for fix in fixes if fix] == fixes[:20]
     assert "words0" in fixes[0]
+
+
+class Asking(Node):
+    def declare(self):
+        for number in range(25):
+            self.create_client(Trigger, f"take{number}")
+
+
+class Answering(Node):
+    @service(Trigger, "takes0")
+    def take(self, _: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response()
+
+
+def test_only_first_unanswered_services_get_nearest_name():
+    clock = SystemClock()
+    plan = Preflight(clock, Log(clock)).plan((), [(each(), Supervision()) for each in (Asking, Answering)])
+    fixes = [problem.fix for problem in plan.problems if problem.code == "nobody-answers"]
+    assert [fix is not None for fix in fixes] == [True] * 20 + [False] * 5
+    assert fixes[0] == "did you mean '/takes0'?"

@@ -26,6 +26,7 @@ class Disk(Destination):
         self.free = threading.Event()
         self.free.set()
         self.reached = threading.Event()
+        self.closed = threading.Event()
         self.error = self.broken = None
         self.secured = None
 
@@ -34,6 +35,10 @@ class Disk(Destination):
         if self.broken is not None:
             raise self.broken
         self.secured = self.path.stat().st_size
+
+    def close(self):
+        super().close()
+        self.closed.set()
 
     def write(self, data):
         self.reached.set()
@@ -130,6 +135,19 @@ def test_without_a_thread_message_times_end_the_chunks(disk):
         written.append(disk.path.stat().st_size)
     assert len(set(written)) == 1 + 29 // 4
     finish(spool)
+
+
+@pytest.mark.parametrize("error", [None, OSError(errno.EIO, "broken")])
+def test_file_is_closed_after_close_timed_out(disk, monkeypatch, error):
+    monkeypatch.setattr(spool_module, "CLOSE_TIMEOUT_S", 0.05)
+    spool = spool_on(disk)
+    disk.free.clear()
+    spool.put(1, 1, 1, b"x")
+    assert not spool.close()
+    assert not disk.closed.is_set(), "the thread may still write it"
+    disk.error = error
+    disk.free.set()
+    assert disk.closed.wait(LONG_S)
 
 
 def test_close_waits_for_a_stalled_disk_until_timeout(disk, monkeypatch):
