@@ -64,6 +64,9 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
         def __init__(self) -> None:
             super().__init__()
             self._eventfd = io.FileIO(os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK), "r+")
+            # Another thread may write while this one closes, and by then the number may be another file's. A signal's
+            # handler may wake the thread that is just waking: hence reentrant.
+            self._ringing = threading.RLock()
             self._woken = False
             self.watched: tuple[int, int] = self.fileno(), self._eventfd.fileno()
             """File descriptors that are waited for: that of epoll, and the bell."""
@@ -72,7 +75,7 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
             """End a wait, or keep the next one from beginning; from any thread."""
             if not self._woken:
                 self._woken = True
-                with suppress(ValueError):  # it was closed meanwhile: nobody waits
+                with self._ringing, suppress(ValueError):  # it was closed meanwhile: nobody waits
                     self._eventfd.write(_ONE)
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
@@ -91,7 +94,8 @@ if sys.platform == "linux":  # no other system has epoll, and the selectors of o
 
         def close(self) -> None:
             """Close the selector."""
-            self._eventfd.close()
+            with self._ringing:
+                self._eventfd.close()
             super().close()
 
     class _WokenLoop(_Loop):

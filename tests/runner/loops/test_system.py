@@ -74,6 +74,41 @@ def test_each_wake_ends_one_wait():
             assert waits_s(selector, 0.01) >= 0.01
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no epoll")
+@pytest.mark.usefixtures("switching")
+def test_wake_beside_close_touches_no_other_file():
+    from busflow.runner.loops.system import PreciseSelector
+
+    def ring(selector, ended):
+        try:
+            while not ended.is_set():
+                selector._woken = False  # as each wait leaves it, so that each wake writes
+                selector.wake()
+        except OSError as error:
+            failures.append(error)
+
+    failures: list[OSError] = []
+    for _ in range(40):
+        selector, ended = PreciseSelector(), threading.Event()
+        threads = [threading.Thread(target=ring, args=[selector, ended]) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        selector.close()
+        ended.set()
+        for thread in threads:
+            thread.join(60)
+    assert failures == []
+
+
+@pytest.fixture
+def switching():
+    """Let threads take turns as often as Python can, which makes a race between two of them likely."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(interval)
+
+
 def waits_s(selector, timeout_s):
     began = time.monotonic()
     assert selector.select(timeout_s) == []
