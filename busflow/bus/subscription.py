@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter, deque
 from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, cast
@@ -26,17 +27,40 @@ M = TypeVar("M", bound=Message)
 MessageHandler = Callable[[M], None] | Callable[[M], Coroutine[Any, Any, None]]
 OnFailure = Callable[[BaseException, Message], None]
 
+_TURN = 128
+"""Messages that a reader takes between two turns of the event loop, each of which costs as much as eight messages."""
+
 
 class Subscription(Recipient[M, Topic[M]]):
     """The receiving end of a topic: a bounded queue, read by a handler or pulled from.
 
     Pulling: `async for message in subscription` takes them one by one and ends with the graph; `latest` skips to
-    the newest.
+    the newest. The first message, each 128th that was there without a wait, and any in a cancelled task are preceded
+    by a turn of the event loop: timers and other nodes go on beside a reader that is never without a message, and a
+    cancelled reader takes none.
+
+    >>> import asyncio
+    >>> from busflow import Node, publisher, subscription
+    >>> from busflow.msgs.std_msgs import Int64
+    >>> from busflow.testing import harness, virtual_time
+    >>> class Echo(Node):
+    ...     received, out = subscription(Int64, "numbers"), publisher(Int64, "numbers")
+    >>> @virtual_time
+    ... async def later_callback_runs_first() -> list[str]:
+    ...     async with harness(Echo) as lab:
+    ...         echo, ran = lab.node(Echo), []
+    ...         echo.out.publish(Int64(data=1))
+    ...         asyncio.get_running_loop().call_soon(ran.append, "callback")
+    ...         await anext(echo.received)
+    ...         return ran
+    >>> later_callback_runs_first()
+    ['callback']
     """
 
     __slots__ = (
         "_at_close", "_at_start", "_clock", "_deadline", "_ended", "_latest", "_notices", "_observer", "_on_failure",
-        "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue", "type",
+        "_pause", "_reader", "deadlines_missed", "endpoint", "is_pulled", "link", "on_close", "on_event", "queue",
+        "type",
     )  # fmt: skip
 
     def __init__(self, message_type: type[M], endpoint: Endpoint, handler: MessageHandler[M] | None = None) -> None:
@@ -59,6 +83,10 @@ class Subscription(Recipient[M, Topic[M]]):
         self._at_start = 0
         self._at_close: int | None = None
         self._ended = False
+        self._reader: asyncio.Task[Any] | None = None
+        """The task that pulls, from its first checkpoint on."""
+        self._pause = 0
+        """The number of delivered messages at which the next checkpoint is due."""
 
     @property
     def topic(self) -> str:
@@ -131,14 +159,23 @@ class Subscription(Recipient[M, Topic[M]]):
         return self
 
     async def __anext__(self) -> M:
-        self._refuse_beside_handler()
+        if self.delivered >= self._pause or self._reader.cancelling():  # type: ignore[union-attr]  # set by a checkpoint
+            await self._checkpoint()
         while (message := self._take()) is None:
             if self._ended:
                 raise StopAsyncIteration
             if self._wakeup is not None:
                 raise Occupied(f"two tasks wait for {self.topic} in {self.endpoint.node}; subscribe twice instead")
             await self._wait()
+            self._pause = 0 if self._ended else self.delivered + _TURN
         return message
+
+    async def _checkpoint(self) -> None:
+        """Let the event loop have its turn, so that a reader that never waits starves no timer; raise if cancelled."""
+        self._refuse_beside_handler()
+        self._reader = asyncio.current_task()
+        await asyncio.sleep(0)
+        self._pause = self.delivered + _TURN
 
     @property
     def latest(self) -> M | None:
@@ -259,6 +296,8 @@ class Subscription(Recipient[M, Topic[M]]):
         if not self._ended and self.on_close is not None:
             self.on_close(self)
         self._ended = True
+        self._pause = 0
+        self._reader = None
         self._end_wait()
         if self._deadline is not None:
             self._deadline.close()

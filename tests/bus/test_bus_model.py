@@ -173,12 +173,14 @@ class BusModel(RuleBasedStateMachine):
     @precondition(lambda self: self.receivers)
     @rule(which=WHICH)
     def remove_subscription(self, which):
+        self.settle()
         receiver = self.receivers.pop(which % len(self.receivers))
         receiver.end.close()
         if receiver.pulled:
-            assert [self.stepped(anext(receiver.end)).data for _ in receiver.queue] == list(receiver.queue)
+            assert [self.runner.run(anext(receiver.end)).data for _ in receiver.queue] == list(receiver.queue)
             with pytest.raises(StopAsyncIteration):
-                self.stepped(anext(receiver.end))
+                self.runner.run(anext(receiver.end))
+        self.settle()
 
     @precondition(lambda self: any(receiver.kind == "plain" for receiver in self.receivers))
     @rule(which=WHICH)
@@ -235,9 +237,11 @@ class BusModel(RuleBasedStateMachine):
     @precondition(lambda self: any(receiver.pulled and receiver.queue for receiver in self.receivers))
     @rule(which=WHICH)
     def take(self, which):
+        self.settle()
         receiver = self.one_of([each for each in self.receivers if each.pulled and each.queue], which)
         receiver.taken.append(receiver.queue.popleft())
-        assert self.stepped(anext(receiver.end)).data == receiver.taken[-1]
+        assert self.runner.run(anext(receiver.end)).data == receiver.taken[-1]
+        self.settle()
 
     @precondition(lambda self: any(receiver.pulled for receiver in self.receivers))
     @rule(which=WHICH)
@@ -294,14 +298,6 @@ class BusModel(RuleBasedStateMachine):
         receiver.open = True
         if pump is not None:
             self.pumps.append(self.loop.create_task(pump))
-
-    def stepped(self, coroutine):
-        """What a coroutine returns that has nothing to wait for."""
-        try:
-            coroutine.send(None)
-        except StopIteration as ended:
-            return ended.value
-        raise AssertionError("it waits")
 
     def never_fails(self, error, message):
         raise AssertionError(message) from error

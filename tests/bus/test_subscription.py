@@ -150,6 +150,80 @@ async def test_endless_self_publishing_does_not_block_the_loop(make_bench, kind)
     assert 0 < count < 10_000
 
 
+@virtual_time
+async def test_endless_pull_does_not_block_the_loop(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(depth=1000)
+
+    async def reading():
+        async for message in subscription:
+            publisher.publish(message)
+
+    publish(publisher, *range(1000))
+    task = asyncio.create_task(reading())
+    for _ in range(10):
+        await asyncio.sleep(0)
+    assert 0 < subscription.delivered < 10_000
+    task.cancel()
+    await asyncio.wait([task])
+    assert task.cancelled()
+    assert bench.balanced()
+
+
+@pytest.mark.parametrize("before", [0, 1, 200])
+@virtual_time
+async def test_cancelled_task_takes_no_message(make_bench, before):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription(depth=1000)
+    publish(publisher, *range(before + 1))
+
+    async def reading():
+        for _ in range(before):
+            await anext(subscription)
+        asyncio.current_task().cancel()
+        await anext(subscription)
+
+    task = asyncio.create_task(reading())
+    await asyncio.wait([task])
+    assert task.cancelled()
+    assert queued(subscription) == [before]
+
+
+@virtual_time
+async def test_task_that_caught_its_cancellation_drains_the_queue(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+
+    async def reading():
+        try:
+            await anext(subscription)
+        except asyncio.CancelledError:
+            return [(await anext(subscription)).data for _ in range(3)]
+
+    task = asyncio.create_task(reading())
+    await asyncio.sleep(1)
+    task.cancel()
+    publish(publisher, 1, 2, 3)
+    assert await task == [1, 2, 3]
+
+
+@virtual_time
+async def test_other_task_goes_on_where_one_was_cancelled(make_bench):
+    bench = make_bench()
+    publisher, subscription = bench.publisher(), bench.subscription()
+    publish(publisher, 1)
+    first = asyncio.create_task(anext(subscription))
+    await first
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(1):
+            await anext(subscription)
+    publish(publisher, 2, 3)
+    assert [await anext(subscription), await anext(subscription)] == [number(2), number(3)]
+    subscription.close()
+    with pytest.raises(StopAsyncIteration):
+        await anext(subscription)
+
+
 class Unforeseen(BaseException):
     pass
 

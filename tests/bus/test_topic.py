@@ -30,13 +30,11 @@ def publish(publisher, *values):
         publisher.publish(number(value))
 
 
-def taken(subscription):
+async def taken(subscription):
     """Everything that waits, taken one by one."""
     values = []
     while subscription.queue.items:
-        with pytest.raises(StopIteration) as ended:
-            anext(subscription).send(None)
-        values.append(ended.value.value.data)
+        values.append((await anext(subscription)).data)
     return values
 
 
@@ -59,7 +57,7 @@ async def test_a_ring(make_bench, case):
     assert subscription.queue.full == expect["is_full"]
     snapshot = [chr(message.data) for message in subscription.queue.items]
     assert snapshot == expect.get("snapshot", [])
-    assert [chr(value) for value in taken(subscription)] == expect.get("then get", [])
+    assert [chr(value) for value in await taken(subscription)] == expect.get("then get", [])
     assert len(subscription.queue) == 0
 
 
@@ -72,7 +70,7 @@ async def test_keep_last(make_bench, case):
     values = range(10) if case["id"].startswith("zenoh") else numbers(case["steps"][0])
     publish(publisher, *values)
     expected = [int(str(text).removeprefix("put")) for text in case["expect"]["received"]]
-    assert taken(subscription) == expected
+    assert await taken(subscription) == expected
     assert subscription.statistics().dropped == case["expect"].get("dropped", len(values) - len(expected))
 
 
@@ -85,7 +83,7 @@ async def test_a_late_joiner(make_bench, case):
     publish(publisher, *numbers(before))
     late = bench.subscription(depth=given["depth"] + 1, durability=given["durability"])
     publish(publisher, *numbers(after))
-    assert taken(late) == case["expect"]["received"]
+    assert await taken(late) == case["expect"]["received"]
     assert late.queue.dropped == 0
 
 
@@ -99,7 +97,7 @@ async def test_late_joiner_receives_history_then_new_messages(make_bench, case):
     late = bench.subscription(durability="transient_local")
     if len(case["steps"]) > 2:
         publish(publisher, *map(int, case["steps"][2][1:]))
-    assert taken(late) == [int(value) for value in case["expect"]["received"]]
+    assert await taken(late) == [int(value) for value in case["expect"]["received"]]
 
 
 @pytest.mark.parametrize("case", cases("lifespan/"))
@@ -146,7 +144,7 @@ async def test_volatile_late_joiner_receives_no_history(make_bench):
     publish(publisher, 1)
     late = bench.subscription()
     publish(publisher, 2)
-    assert taken(late) == [2]
+    assert await taken(late) == [2]
 
 
 @given(
@@ -168,7 +166,7 @@ def test_late_joiner_receives_the_smaller_depth_in_order(make_bench, kept, depth
             for value in [value for value, which in enumerate(by) if which % len(kept) == index][-each:]
         ]
         expected = sorted(history)[-depth:]
-        assert taken(late) == expected
+        assert await taken(late) == expected
         assert late.published == len(expected)
         if len(kept) == 1:
             assert len(expected) == min(kept[0], depth, len(by))
