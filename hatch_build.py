@@ -19,7 +19,15 @@ ROOT = Path(__file__).parent
 sys.path.insert(0, str(ROOT))  # busflow is not installed where it is built
 
 from busflow.interfaces.encoding.builtin_types import DATA, SOURCES, fingerprint  # noqa: E402  # as above
-from busflow.interfaces.encoding.description import PRIMITIVES, Count, Field, IndividualDescription, individual  # noqa: E402  # as above
+from busflow.interfaces.encoding.description import (  # noqa: E402  # as above
+    PRIMITIVES,
+    Count,
+    Field,
+    IndividualDescription,
+    default_text,
+    individual,
+    written,
+)
 
 _PARTS = ("Request", "Response")
 _WORDS = {"bool": "bool", "str": "string", "int": "int64", "float": "float64"}
@@ -84,7 +92,7 @@ def _description(name: str, declared: ast.ClassDef, types: dict[str, ast.ClassDe
         name,
         [_field(each, name, types).describe() for each in statements if not _is_constant(each)],
         [
-            {"name": ast.unparse(each.target), "type": _constant_type(each), "value": _written(_value(each))}
+            {"name": ast.unparse(each.target), "type": _constant_type(each), "value": written(_value(each))}
             for each in statements
             if _is_constant(each)
         ],
@@ -108,8 +116,8 @@ def _field(statement: ast.AnnAssign, around: str, types: dict[str, ast.ClassDef]
     name = ast.unparse(statement.target)
     base = _WORDS.get(word, word)
     if base in PRIMITIVES:
-        value = _value(statement)
-        return Field(name, base, count=count, size=size, default=_written(value) if value else "")
+        default = default_text(_value(statement), name, around)
+        return Field(name, base, count=count, size=size, default=default)
     return Field(name, _full_name(word, around, types), nested=True, count=count, size=size)
 
 
@@ -150,10 +158,6 @@ def _value(statement: ast.AnnAssign) -> Any:
         return ast.literal_eval(statement.value) if statement.value is not None else None
     except ValueError:
         return None
-
-
-def _written(value: bool | float | str) -> str:
-    return json.dumps(value) if isinstance(value, str | bool) else repr(value)
 
 
 def _replace(path: Path, text: str) -> None:

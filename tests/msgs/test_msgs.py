@@ -18,6 +18,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 import busflow.msgs
+from busflow.interfaces.encoding.typesupport import describe
 from busflow.interfaces.fields import PRIMITIVES
 from busflow.interfaces.message import (
     ArrayKind,
@@ -64,6 +65,14 @@ def as_ros_writes(name, definition):
         return f"{detail} {name}"
     base, bound = detail
     return f"{base}{f'<={bound}' if bound else ''} {name}"
+
+
+@each_type
+def test_stated_defaults_are_those_of_ros(cls):
+    fields = describe(cls)["type_description"]["fields"]
+    stated = {each["name"]: each["default_value"] for each in fields if each["default_value"]}
+    expected = CASES[type_name(cls)]["defaults"] if type_name(cls) in CASES else {}
+    assert stated == {name: json.dumps(value) for name, value in expected.items()}
 
 
 @pytest.mark.parametrize("cls", MESSAGES.values(), ids=MESSAGES.keys())

@@ -150,6 +150,27 @@ class Field:
         }
 
 
+_STATED = {
+    "geometry_msgs/msg/Quaternion": {"x", "y", "z"},
+    "rcl_interfaces/msg/ParameterDescriptor": {"dynamic_typing", "read_only"},
+}
+"""Fields whose `.msg` file states the default that ROS assumes anyway; viewers compare the texts of a type."""
+
+
+def default_text(value: bool | float | str | None, field: str, around: str) -> str:
+    """Return the default of one value as the `.msg` file of the type `around` writes it, empty where it writes none."""
+    return written(value) if value or (value is not None and field in _STATED.get(around, ())) else ""
+
+
+def written(value: bool | float | str) -> str:
+    """Return a default or constant as `.msg` files write it.
+
+    >>> written(1.0), written(True), written("a")
+    ('1', 'true', '"a"')
+    """
+    return json.dumps(value) if isinstance(value, str | bool) else repr(value).removesuffix(".0")
+
+
 def fields_of(individual: IndividualDescription) -> tuple[Field, ...]:
     """Return the fields of a type; an empty type has the dummy field."""
     return tuple(_field(each) for each in individual["fields"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
@@ -20,9 +19,11 @@ from busflow.interfaces.encoding.description import (
     IndividualDescription,
     TypeDescription,
     assemble,
+    default_text,
     individual,
     rihs01,
     service_types,
+    written,
 )
 from busflow.interfaces.encoding.viewer_schema import recorded_definition
 from busflow.interfaces.fields import ArrayKind, FieldType
@@ -207,15 +208,15 @@ def _describe_all(cls: type[Message], types: dict[str, IndividualDescription]) -
         return
     types[name] = individual(
         name,
-        [_field(field).describe() for field in fields_of(cls)],
-        [{"name": each.name, "type": each.base, "value": _written(each.value)} for each in constants_of(cls)],
+        [_field(field, name).describe() for field in fields_of(cls)],
+        [{"name": each.name, "type": each.base, "value": written(each.value)} for each in constants_of(cls)],
     )
     for field in fields_of(cls):
         if not isinstance(field.base, str):
             _describe_all(cast("type[Message]", field.base), types)
 
 
-def _field(field: FieldType) -> Field:
+def _field(field: FieldType, around: str) -> Field:
     nested = not isinstance(field.base, str)
     base = type_name(cast("type[Message]", field.base)) if nested else cast("str", field.base)
     return Field(
@@ -225,21 +226,15 @@ def _field(field: FieldType) -> Field:
         _COUNTS[field.array],
         field.size,
         field.string_bound or 0,
-        _default(field, nested=nested),
+        "" if nested else _default(field, around),
     )
 
 
-def _default(field: FieldType, *, nested: bool) -> str:
-    """Return a default as `.msg` files write it; empty for ROS's own default."""
+def _default(field: FieldType, around: str) -> str:
+    """Return a default as the `.msg` file of the type `around` writes it, empty where it writes none."""
     value: Any = field.default
-    if nested or value is None:
-        return ""
-    if field.array is ArrayKind.NONE:
-        return _written(value) if value else ""
+    if value is None or field.array is ArrayKind.NONE:
+        return default_text(value, field.name, around)
     values = cast("Sequence[Any]", value.tolist() if hasattr(value, "tolist") else value)
     idle = not any(values) if field.array is ArrayKind.FIXED else not values
-    return "" if idle else f"[{', '.join(map(_written, values))}]"
-
-
-def _written(value: bool | float | str) -> str:
-    return json.dumps(value) if isinstance(value, str | bool) else repr(value)
+    return "" if idle else f"[{', '.join(map(written, values))}]"
