@@ -214,7 +214,9 @@ class RemoteRecorder:
                 self._spool.do(lambda file: file.add_latched(latched))
 
     def _announce(self, listener: _TopicListener) -> bool:
-        listener.number = self._announcer.announce(self._spool, listener.topic, listener.type, listener.offered)
+        listener.number = self._announcer.announce(
+            self._spool, listener.topic, listener.type, listener.offered, listener.nodes
+        )
         return listener.number > 0
 
     def close(self) -> None:
@@ -258,6 +260,7 @@ class _TopicListener(Listener):
         self.number = 0
         """Number of the topic's channel; 0 before the first message."""
         self.offered: list[QoS] = [as_qos(end.qos, most_depth=_MOST_DEPTH) for end in topic.publishers]
+        self.nodes: list[str] = sorted({end.node for end in topic.publishers})
         self.latching: dict[bytes, _Publisher] = {}
         """The transient_local publishers, by gid."""
         self._owner = owner

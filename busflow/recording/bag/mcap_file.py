@@ -146,7 +146,8 @@ class McapFile:
         )
         known = self._channels.get(key)
         if known is None:
-            known = self._channels[key] = Channel(*key)  # pyright: ignore[reportArgumentType]  # each as its field wants it
+            publishers = metadata.get("callerid", "")
+            known = self._channels[key] = Channel(*key, publishers=publishers)  # pyright: ignore[reportArgumentType]  # each as its field wants it
         return known
 
     def take(self, record: McapRecord) -> None:

@@ -44,6 +44,7 @@ from busflow.recording.recorder import spool
 from busflow.recording.recorder.destination import Destination
 from busflow.recording.recorder.share import Share
 from busflow.recording.recorder.ticks import TICKS, Tick
+from busflow.recording.tools.convert import TargetFormat, convert
 from busflow.testing import harness, virtual_time
 from busflow.testing.trace import Trace
 from plugins.sensor_publisher import SensorPublisher
@@ -517,6 +518,10 @@ async def test_a_channel_names_its_publishers(tmp_path):
     with path.open("rb") as stream:
         channels = make_reader(stream).get_summary().channels.values()
     assert {each.topic: each.metadata.get("callerid") for each in channels}["/imu/data"] == "/sensor_publisher"
+    with Bag(path) as bag:
+        convert(bag, tmp_path / "made.mcap", TargetFormat.MCAP, json.dumps)
+    with Bag(tmp_path / "made.mcap") as made:
+        assert {each.topic: each.publishers for each in made.channels}["/imu/data"] == "/sensor_publisher"
 
 
 def named_status(**fields):
