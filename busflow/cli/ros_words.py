@@ -10,16 +10,15 @@ _VERBS = {
     "multicast": "busflow doctor checks the running graphs and what they need on this machine",
     "pkg": "busflow plugins lists the plugins, busflow interface packages the packages of types; busflow new makes one",
 }
-_PARAMETER = "write --set nodes.NODE.parameters.NAME=VALUE, or NAME:=VALUE for an argument of the launch file"
-_REMAP = "write --set nodes.NODE.remap.OLD=NEW"
+_PARAMETER = (
+    "write --set nodes.NODE.parameters.NAME=VALUE, or NAME:=VALUE for an argument of the launch file or with --plugin"
+)
 _READS_ALL = "it receives what is published, whatever its QoS; leave it out"
 _OPTIONS = {
     ("run", "--ros-args"): f"leave it out; {_PARAMETER}",
     ("run", "-p"): _PARAMETER,
     ("run", "--param"): _PARAMETER,
     ("run", "--params-file"): "write --set nodes.NODE.parameters_from=FILE",
-    ("run", "-r"): _REMAP,
-    ("run", "--remap"): _REMAP,
     ("run", "--log-level"): "write --verbose for debug lines; busflow log --set NODE LEVEL is for one node",
     ("run", "--show-args"): "write busflow run FILE --help",
     ("run", "-s"): "write busflow run FILE --help, which shows the arguments",

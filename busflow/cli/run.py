@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, Given, launch_file
+from busflow.cli.options.launch_file import DURATION, DURATION_OR_OFF, Given, SingleNode, launch_file
 from busflow.cli.options.lazy_group import importing
 from busflow.text import printable
 
@@ -22,11 +22,12 @@ Examples:
   busflow run configs/lab1.yaml rate_hz:=50 --set nodes.sensor_publisher.parameters.noise.imu=0.5 --seed 7
   busflow run configs/lab1.yaml --record run.mcap
   busflow run configs/lab1.yaml --watch
+  busflow run --plugin sensor_publisher rate_hz:=50 noise.imu:=0.5 --for 5s
   busflow run configs/lab1.yaml --help"""
 
 
 @click.command(epilog=_EXAMPLES, add_help_option=False)
-@launch_file(required=False)
+@launch_file(required=False, or_plugin=True)
 @click.option("--for", "for_s", type=DURATION, help="Stop after this time: 5s, 10min.")
 @click.option(
     "--seed", type=click.IntRange(min=0), help="Seed of the nodes' random generators, in place of the file's."
@@ -80,12 +81,12 @@ def run(
     show_help: bool,
     **options: Any,
 ) -> int:
-    """Run the nodes of FILE until Ctrl-C.
+    """Run the nodes of FILE, or with --plugin one node, until Ctrl-C.
 
     Logs go to standard error. At the end a table on standard output accounts for every message.
     """
     if show_help:
-        return _help(context, given.file if given is not None else None)
+        return _help(context, given)
     if given is None:
         raise click.MissingParameter(ctx=context, param=context.command.params[0])
     if process is not None or pipe is not None:
@@ -102,14 +103,16 @@ def run(
     return run.go(for_s, report, trace)
 
 
-def _help(context: click.Context, file: Path | None) -> int:
+def _help(context: click.Context, given: Given | None) -> int:
     click.echo(context.get_help())
-    if file is not None:
+    if isinstance(given, SingleNode):
+        click.echo(f"\nbusflow plugins info {printable(given.plugin)} shows its parameters.")
+    elif given is not None:
         from busflow.cli.terminal.table import Column, print_table
         from busflow.launchfile.load.load import read_arguments
 
-        rows = [_row(each) for each in read_arguments(file)]
-        shown = printable(file)
+        rows = [_row(each) for each in read_arguments(given.file)]
+        shown = printable(given.file)
         click.echo(f"\nArguments of {shown}:" if rows else f"\n{shown} takes no arguments.")
         print_table(rows, Column(), Column(), Column(), Column(), Column(folds=True), indent="  ")
     return 0

@@ -76,6 +76,8 @@ class Run:
         self._placement = placed(description, ProcessLayout.ONE if self._simulated else ProcessLayout(spread))
         self._group: ProcessGroup | None = None
         self._watch = watch
+        if watch and not description.files:
+            raise click.UsageError("--watch follows edits of FILE; with --plugin there is none")
         if watch and self._simulated:
             raise click.UsageError("--watch follows edits in real time; a simulated run is over before you edit")
         self._spreads = bool(self._placement.others) or description.here is not None

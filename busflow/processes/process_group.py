@@ -245,7 +245,7 @@ class ProcessGroup(Extension):
         if self._machines is not None:
             self._machines.on_doubled = lambda: graph.ask_to_stop(ExitCode.FAILED)
         self._directory = RunDirectory.claim(self._name)
-        file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
+        file = next((each.file for each in graph.descriptions), "")
         name, now_ns = self._directory.path.name, graph.clock.now().nanoseconds
         self._card = RunCard(name, os.getpid(), now_ns, file, busflow.__version__)
         self._membership = Membership(

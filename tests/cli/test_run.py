@@ -32,6 +32,46 @@ def test_run_logs_to_stderr_and_prints_tables(capsys: Captured):
     assert "/talker  talk" in captured.out
 
 
+@pytest.mark.parametrize("processes", ["file", pytest.param("auto", marks=pytest.mark.long)])
+def test_one_node_runs_without_a_file(capsys: Captured, processes: str):
+    command = ["--plugin", "talker", "rate_hz:=200", "--node", "left/loud", "-r", "numbers:=/words"]
+    assert main(["run", *command, "--for", "200ms", "--report", "run.json", "--processes", processes]) == 0
+    assert "loud: 0." in capsys.readouterr().out
+    report = json.loads(Path("run.json").read_text())
+    assert [(node["name"], node["state"]) for node in report["nodes"]] == [("/left/loud", "stopped")]
+    assert [timer["period_s"] for timer in report["timers"]] == [0.005]
+    assert {topic["name"]: topic["published"] > 0 for topic in report["topics"]} == {"/words": True}
+
+
+def test_one_node_runs_on_simulated_time(capsys: Captured):
+    assert main(["run", "--plugin", "talker", "rate_hz:=5", "--sim", "--for", "10min"]) == 0
+    assert "talker: 600.000 s of sim time" in capsys.readouterr().out
+    assert main(["run", "--plugin", "talker", "-h"]) == 0
+    assert "busflow plugins info talker shows its parameters." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ("--plugin talkr", "there is no plugin 'talkr'"),
+        ("--plugin talker rat_hz:=5", "command line:1:1: error: /talker: unknown parameter rat_hz"),
+        (
+            "--plugin talker rate_hz:=fast",
+            "command line:1:10: error: /talker: rate_hz must be a number, got text 'fast'",
+        ),
+        ("--plugin talker talk.yaml", "name a launch file, or a plugin with --plugin: not both talk.yaml"),
+        ("--plugin talker --profile sim", "--profile is for FILE: a node alone has no profiles"),
+        ("--plugin talker --watch", "--watch follows edits of FILE; with --plugin there is none"),
+        ("--plugin talker --folder nowhere", "Directory 'nowhere' does not exist"),
+        ("talk.yaml --node loud", "--node and --folder are for --plugin"),
+        ("talk.yaml -r a:=b", "with FILE write --set nodes.NODE.remap.OLD=NEW"),
+    ],
+)
+def test_wrong_use_of_plugin_is_explained(capsys: Captured, arguments: str, expected: str):
+    assert main(["run", *arguments.split()]) == 2
+    assert expected in capsys.readouterr().err
+
+
 def test_the_report_accounts_for_every_message():
     assert main(["run", "talk.yaml", "--for", "200ms", "--seed", "7", "--report", "run.json"]) == 0
     report = json.loads(Path("run.json").read_text())

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from busflow.cli.options.completers import complete_arguments, complete_paths
+from busflow.cli.options.completers import complete_arguments, complete_paths, complete_plugins
 from busflow.errors import LaunchError, Problem
 from busflow.text import printable
 from busflow.validation.durations import parse_duration
@@ -124,8 +124,112 @@ def _restore(before: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
+@dataclass(frozen=True, slots=True)
+class SingleNode(Given):
+    """One node in place of a launch file: a plugin with parameters and remaps from the command line."""
+
+    plugin: str = ""
+    node: str | None = None
+    """Its name; that of its class where none is given."""
+    folder: Path | None = None
+    remaps: tuple[str, ...] = ()
+
+    def arguments(self) -> list[str]:
+        """Return the command-line arguments that give another process the same node."""
+        stated = [f"--plugin={self.plugin}", *([f"--node={self.node}"] if self.node else [])]
+        stated += [f"--folder={self.folder.absolute()}"] if self.folder else []
+        stated += [f"--remap={each}" for each in self.remaps] + [f"--set={each}" for each in self.sets]
+        return [*stated, *self.assignments]
+
+    def read(
+        self,
+        environment: Mapping[str, str] | None = None,  # noqa: ARG002  # as Given; a node alone reads no variables
+        args: Mapping[str, object] | None = None,  # noqa: ARG002  # as Given; it has parameters only
+    ) -> tuple[LaunchDescription | None, tuple[Problem, ...]]:
+        """Return the description of a graph of the node, and all problems."""
+        from busflow.launchfile.load.single_node import examine_single_node
+        from busflow.node.node import default_name
+        from busflow.node.plugins import load
+
+        beside = Path("plugins")
+        folders = [self.folder] if self.folder else [beside] if beside.is_dir() else []
+        return examine_single_node(
+            self.plugin,
+            self.node or default_name(load(self.plugin, tuple(folders))),
+            folders=folders,
+            parameters=self.assignments,
+            remaps=self.remaps,
+            sets=self.sets,
+        )
+
+
+_CHANGES = (
+    click.option(
+        "--profile",
+        "profiles",
+        multiple=True,
+        metavar="NAME",
+        help="Lay this profile of FILE over the rest of it; the last one of several is on top.",
+    ),
+    click.option(
+        "--set",
+        "sets",
+        multiple=True,
+        metavar="PATH=VALUE",
+        shell_complete=complete_paths,
+        help="Change one value, by its path: nodes.imu.parameters.rate_hz=50.",
+    ),
+)
+_NAMES = ("plugin", "node", "folder", "remaps")
+_SINGLE_NODE = (
+    click.option(
+        "--plugin",
+        metavar="NAME",
+        shell_complete=complete_plugins,
+        help="Run one node of this plugin instead of FILE; NAME:=VALUE are its parameters.",
+    ),
+    click.option("--node", metavar="NAME", help="The name of the node of --plugin.  [default: that of its class]"),
+    click.option(
+        "--folder",
+        metavar="DIR",
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        help="The plugin folder of --plugin.  [default: plugins, and what is installed]",
+    ),
+    click.option("-r", "--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="A name that --plugin uses anew."),
+)
+
+
+def _single_node(
+    file: str | None,
+    assignments: tuple[str, ...],
+    sets: tuple[str, ...],
+    profiles: tuple[str, ...],
+    *,
+    plugin: str | None,
+    node: str | None,
+    folder: Path | None,
+    remaps: tuple[str, ...],
+) -> SingleNode | None:
+    """Return the node that the command line states instead of a launch file; None if it names a file."""
+    context = click.get_current_context()
+    if plugin is None:
+        if remaps:
+            why = "--remap is for --plugin; with FILE write --set nodes.NODE.remap.OLD=NEW"
+            raise click.UsageError(why, context)
+        if node is not None or folder is not None:
+            raise click.UsageError("--node and --folder are for --plugin", context)
+        return None
+    # Without FILE the first of the parameters stands in its place.
+    parameters = assignments if file is None else (file, *assignments)
+    if file is not None and ":=" not in file:
+        raise click.UsageError(f"name a launch file, or a plugin with --plugin: not both {printable(file)}", context)
+    if profiles:
+        raise click.UsageError("--profile is for FILE: a node alone has no profiles", context)
+    return SingleNode(Path(), parameters, sets, (), plugin, node, folder, remaps)
+
+
 def launch_file(
-    *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]..."
+    *, required: bool = True, file_: str = "FILE", rest: str = "[NAME:=VALUE]...", or_plugin: bool = False
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Add FILE, ARGS, `--set` and `--profile` to a command, which receives them as one `Given`, or None without FILE.
 
@@ -133,37 +237,30 @@ def launch_file(
         required: Whether FILE is required.
         file_: The name of FILE in the help.
         rest: The name of the arguments after FILE in the help.
+        or_plugin: Whether `--plugin` may stand in place of FILE, with options of its own.
     """
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
-        def called(file: Path | None, **how: Any) -> Any:
+        def called(file: str | None, **how: Any) -> Any:
             stated = [how.pop(name) for name in ("assignments", "sets", "profiles")]
+            if or_plugin:
+                alone = _single_node(file, *stated, **{name: how.pop(name) for name in _NAMES})
+                if alone is not None:
+                    return command(alone, **how)
             if file is None and any(stated):
                 context = click.get_current_context()
                 raise click.MissingParameter("the other arguments change a file", context, context.command.params[0])
-            if file is not None:
-                refuse_other_kinds(file)
-            return command(Given(file, *stated) if file is not None else None, **how)
+            if file is None:
+                return command(None, **how)
+            refuse_other_kinds(Path(file))
+            return command(Given(Path(file), *stated), **how)
 
         for parameter in (
-            click.option(
-                "--profile",
-                "profiles",
-                multiple=True,
-                metavar="NAME",
-                help="Lay this profile of FILE over the rest of it; the last one of several is on top.",
-            ),
-            click.option(
-                "--set",
-                "sets",
-                multiple=True,
-                metavar="PATH=VALUE",
-                shell_complete=complete_paths,
-                help="Change one value, by its path: nodes.imu.parameters.rate_hz=50.",
-            ),
+            *(_SINGLE_NODE if or_plugin else ()),
+            *_CHANGES,
             click.argument("assignments", nargs=-1, metavar=rest, shell_complete=complete_arguments),
-            click.argument("file", required=required, metavar=file_, type=click.Path(path_type=Path)),
+            click.argument("file", required=required, metavar=file_, type=click.Path()),
         ):
             called = parameter(called)
         return called

@@ -195,3 +195,8 @@ class LaunchDescription:
     doubts: frozenset[Doubt] = frozenset()  # facts unknown because of mistakes; empty without mistakes
     files: tuple[Path, ...] = ()  # every file that was read, the launch file first
     resolved: Value | None = None  # the whole as one file, for `busflow config`
+
+    @property
+    def file(self) -> str:
+        """The absolute path of the launch file; empty where the command line states the only node."""
+        return str(self.files[0].absolute()) if self.files else ""

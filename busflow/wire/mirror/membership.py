@@ -91,7 +91,7 @@ def inspectable(graph: Graph, name: bool | str = True) -> None:
             there is none; another run of that name makes it `name-2`.
     """
     own = graph.name if graph.descriptions else Path(sys.argv[0]).stem or graph.name
-    file = next((str(each.files[0].absolute()) for each in graph.descriptions), "")
+    file = next((each.file for each in graph.descriptions), "")
     topics = [topic for each in graph.descriptions for topic in each.topics]
     history = {topic.topic: topic.history for topic in topics if topic.history is not None}
     graph.attach(Inspection(graph, name=own if name is True else str(name), file=file, history=history))
