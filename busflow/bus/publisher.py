@@ -279,6 +279,11 @@ class Publisher(Generic[M]):
         if self._history is not None:
             self._history = deque([*((0, item) for item in items), *self._history], self._history.maxlen)
 
+    def forget(self, item: M | Perishable[M]) -> None:
+        """Remove a remembered message from the history, since it now arrives and is added anew."""
+        if self._history is not None:
+            self._history = deque((each for each in self._history if each[1] is not item), self._history.maxlen)
+
     def _miss_deadline(self) -> None:
         self.deadlines_missed += 1
         if self.on_event is not None:

@@ -562,3 +562,17 @@ async def test_earlier_messages_come_first_in_the_history(make_bench):
     volatile = bench.publisher(node="/other")
     volatile.remember([number(1)])
     assert volatile.history == ()
+
+
+@virtual_time
+async def test_a_remembered_message_that_arrives_stands_once(make_bench):
+    bench = make_bench()
+    latched = bench.publisher(durability="transient_local", depth=3)
+    kept = [latched.as_kept(number(value)) for value in (1, 2)]
+    latched.remember(kept)
+    latched.forget(kept[1])
+    latched.publish(number(2))
+    assert [item.data for _, item in latched.history] == [1, 2]
+    volatile = bench.publisher(node="/other")
+    volatile.forget(number(1))
+    assert volatile.history == ()

@@ -63,11 +63,16 @@ class LateJoiners:
         self._asked = asked
         self._had: dict[bytes, int] = {}
         self._gates: list[Gate] = []
+        self._remembered: dict[bytes, dict[int, Any]] = {}
+        """By publisher and number, the kept messages that have not arrived by themselves."""
 
     def note(self, gid: bytes, sequence: int) -> None:
         """Note the message that is about to be delivered; its publisher's token may still be on its way."""
         self.present = gid, sequence
         self.first.setdefault(gid, sequence)
+        remembered = self._remembered.get(gid)
+        if remembered and (item := remembered.pop(sequence, None)) is not None:
+            self._publishers[gid].forget(item)
 
     def welcome(self, gid: bytes, newcomers: Collection[Subscription[Any]] | None) -> None:
         """Ask a publisher that has come for its kept messages, for subscriptions that want more than come anyhow.
@@ -82,8 +87,8 @@ class LateJoiners:
 
     def forget(self, gid: bytes) -> None:
         """Forget a publisher that has gone."""
-        self.first.pop(gid, None)
-        self._had.pop(gid, None)
+        for book in (self.first, self._had, self._remembered):
+            book.pop(gid, None)
 
     def serve(self, subscription: Subscription[Any]) -> None:
         """Ask for the kept messages that a new subscription lacks; no message has been read from it yet."""
@@ -157,7 +162,9 @@ class LateJoiners:
         for gid, items in gate.kept.items():
             if publisher := self._publishers.get(gid):  # else it has gone meanwhile, and keeps nothing any more
                 first = self.first.get(gid, max(items) + 1)
-                publisher.remember([items[number] for number in sorted(items) if number < first])
+                earlier = {number: items[number] for number in sorted(items) if number < first}
+                publisher.remember(tuple(earlier.values()))
+                self._remembered.setdefault(gid, {}).update(earlier)
                 self.first[gid] = min(first, *items)
         if gate.target in self._topic.subscriptions:
             gate.open()
