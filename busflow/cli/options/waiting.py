@@ -33,7 +33,7 @@ class _WaitType(DurationType):
         return inf if value == "inf" else super().convert(value, param, ctx)
 
 
-wait_option = click.option(
+wait_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
     "--wait",
     "wait_s",
     type=_WaitType(),

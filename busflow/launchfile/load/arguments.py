@@ -160,6 +160,8 @@ def from_command_line(assignments: Iterable[str], problems: Problems) -> dict[st
         key = on_command_line(text, 0, len(name))
         if not sign or not name.strip():
             fix = "write name:=value, for instance rate_hz:=50"
+            if text.isidentifier():  # as behind the package in `ros2 run`
+                fix += f"; busflow run --plugin {text} runs a plugin without a file"
             problems.add(Problem("bad-argument", "this is not an argument", fix, on_command_line(text, 0, len(text))))
             continue
         if name.strip() in given:

@@ -151,8 +151,9 @@ def _plugin(path: Path) -> str | None:
     name = str(path)
     if all(each.name != name for each in find([Path("plugins")])):
         return None
+    alone = f"{name} is a plugin, which busflow run --plugin {name} runs alone"
     stated = re.compile(rf"plugin:\s*{re.escape(name)}\b")
     for file in sorted(islice(chain(Path().glob("*.yaml"), Path("configs").glob("*.yaml")), _LOOKED_AT)):
         if file.stat().st_size <= MAX_BYTES and stated.search(file.read_text("utf-8", errors="replace")):
-            return f"{name} is a plugin, which a launch file runs: did you mean {str(file)!r}?"
-    return f"{name} is a plugin: name it in a launch file, nodes: {{{name}: {{plugin: {name}}}}}"
+            return f"{alone}: or did you mean {str(file)!r}?"
+    return f"{alone}; in a file, nodes: {{{name}: {{plugin: {name}}}}}"

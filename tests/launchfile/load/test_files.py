@@ -57,8 +57,8 @@ def test_missing_folder_suggests_a_neighbour(folder, path: str, fix: str):
 @pytest.mark.parametrize(
     ("file", "fix"),
     [
-        ("configs/lab1.yaml", "talker is a plugin, which a launch file runs: did you mean 'configs/lab1.yaml'?"),
-        ("elsewhere/lab1.yaml", "talker is a plugin: name it in a launch file, nodes: {talker: {plugin: talker}}"),
+        ("configs/lab1.yaml", ": or did you mean 'configs/lab1.yaml'?"),
+        ("elsewhere/lab1.yaml", "; in a file, nodes: {talker: {plugin: talker}}"),
     ],
 )
 def test_plugin_instead_of_file_suggests_its_launch_file(folder, file: str, fix: str):
@@ -66,4 +66,5 @@ def test_plugin_instead_of_file_suggests_its_launch_file(folder, file: str, fix:
     folder.write("nodes: {other: {plugin: talkers}}\n", "configs/all.yaml")
     folder.write(TALKER, file)
     _, problems = examine("talker", environment={})
-    assert [each.fix for each in problems] == [fix]
+    alone = "talker is a plugin, which busflow run --plugin talker runs alone"
+    assert [each.fix for each in problems] == [alone + fix]
