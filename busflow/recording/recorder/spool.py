@@ -88,17 +88,18 @@ class Spool:
         self._try(lambda: self._do(work))
         return self.failure is None
 
-    def close(self, timeout_s: float = CLOSE_TIMEOUT_S) -> bool:
-        """Write what waits and close the file; return False if that failed or took too long.
+    def close(self, timeout_s: float | None = None) -> bool:
+        """Write what waits and close the file; return False if that failed or took longer than `timeout_s`.
 
-        With a thread, the data is then safe on the disk. Without one it is not synced: a simulated run can be repeated.
+        Without `timeout_s` the limit is `CLOSE_TIMEOUT_S`. With a thread, the data is then safe on the disk. Without a
+        thread it is not synced: a simulated run can be repeated.
         """
         self._closed = True
         if self._thread is None:
             self._try(self._file.cut)
         else:
             self._arrived.set()
-            self._thread.join(timeout_s)
+            self._thread.join(CLOSE_TIMEOUT_S if timeout_s is None else timeout_s)
             if self._thread.is_alive():
                 return False
         self._file.close()
