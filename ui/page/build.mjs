@@ -1,0 +1,71 @@
+// Builds the page into dist/: app.js, components.js, app.css, index.html, licences.json. Fails where it grows too large.
+import { build, context } from "esbuild";
+import { cp, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
+import { gzipSync } from "node:zlib";
+import path from "node:path";
+
+const ROOT = import.meta.dirname;
+const DIST = path.join(ROOT, "dist");
+const MOST_BYTES = 250_000; // of all files together, as a browser receives them: compressed with gzip
+const ENTRIES = { app: "src/app.tsx", components: "src/components/index.ts" };
+
+const watching = process.argv.includes("--watch");
+const options = {
+  absWorkingDir: ROOT,
+  entryPoints: Object.entries(ENTRIES).map(([out, file]) => ({ in: file, out })),
+  outdir: DIST,
+  bundle: true,
+  format: "esm",
+  target: ["es2022"],
+  jsx: "automatic",
+  jsxImportSource: "preact",
+  minify: !watching,
+  sourcemap: watching ? "inline" : false,
+  legalComments: "none", // licences.json has every text in full
+  metafile: true,
+  logLevel: "warning",
+};
+
+await rm(DIST, { recursive: true, force: true });
+await mkdir(DIST, { recursive: true });
+await cp(path.join(ROOT, "src/index.html"), path.join(DIST, "index.html"));
+if (watching) {
+  await (await context(options)).watch();
+} else {
+  const { metafile } = await build(options);
+  await writeFile(path.join(DIST, "licences.json"), JSON.stringify(await licences(metafile)));
+  await reportSizes();
+}
+
+/** The name, version, licence and licence text of every package of which a byte is in the bundles. */
+async function licences(metafile) {
+  const folders = new Set();
+  for (const output of Object.values(metafile.outputs)) {
+    for (const [file, { bytesInOutput }] of Object.entries(output.inputs)) {
+      const folder = /^(.*node_modules\/(?:@[^/]+\/)?[^/]+)\//.exec(file)?.[1];
+      if (folder !== undefined && bytesInOutput > 0) folders.add(folder);
+    }
+  }
+  return Promise.all([...folders].sort().map((folder) => licenceOf(path.join(ROOT, folder))));
+}
+
+async function licenceOf(folder) {
+  const { name, version, license } = JSON.parse(await readFile(path.join(folder, "package.json"), "utf8"));
+  const file = (await readdir(folder)).find((entry) => /^(licen[cs]e|copying)(\.(md|txt))?$/i.test(entry));
+  if (file === undefined) throw new Error(`${name} ships no licence text: the page must not bundle it.`);
+  return { name, version, licence: license, text: await readFile(path.join(folder, file), "utf8") };
+}
+
+async function reportSizes() {
+  let all = 0;
+  for (const file of (await readdir(DIST)).sort()) {
+    const bytes = gzipSync(await readFile(path.join(DIST, file)), { level: 9 }).length;
+    all += bytes;
+    console.log(`${file.padEnd(16)} ${(bytes / 1000).toFixed(1).padStart(7)} kB compressed`);
+  }
+  console.log(`${"all".padEnd(16)} ${(all / 1000).toFixed(1).padStart(7)} kB of at most ${MOST_BYTES / 1000} kB`);
+  if (all > MOST_BYTES) {
+    console.error("The page is too large: find what grew with esbuild's --analyze, or raise the limit in a decision.");
+    process.exitCode = 1;
+  }
+}

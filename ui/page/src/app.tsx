@@ -1,0 +1,15 @@
+/** The page's entry: opens the session and renders the shell. */
+import { render } from "preact";
+import { Shell } from "./shell/shell";
+import { Session } from "./store/session";
+import { takeToken } from "./store/token";
+import "./styles/app.css";
+
+const address = new URL("ws", location.href);
+address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+address.hash = "";
+const session = new Session({ url: address.href, token: takeToken() });
+const root = document.getElementById("app");
+if (root === null) throw new Error("index.html has no element #app");
+render(<Shell session={session} />, root);
+session.connect();

@@ -1,0 +1,87 @@
+/** Questions: busflow's own questions to the run, each with a time limit, and those that are followed. */
+import type { Question, QuestionTable } from "./answers";
+import type { ServerMessage } from "./protocol";
+
+const LIMIT_MS = 10_000;
+
+/** The run's refusal of a question, in its words. */
+export class QuestionError extends Error {}
+
+interface Pending {
+  readonly resolve: (answer: unknown) => void;
+  readonly reject: (error: QuestionError) => void;
+  readonly timer: ReturnType<typeof setTimeout>;
+}
+
+type Send = (operation: { readonly op: string; readonly [field: string]: unknown }) => void;
+
+export class Questions {
+  readonly #send: Send;
+  readonly #pending = new Map<number, Pending>();
+  readonly #followers = new Map<string, Set<(answer: unknown) => void>>();
+  #ids = 0;
+  #isOpen = false;
+
+  constructor(send: Send) {
+    this.#send = send;
+  }
+
+  /** Asks the run; rejects with QuestionError where it refuses, is not connected, or does not answer in time. */
+  ask<Q extends Question>(
+    question: Q,
+    args: QuestionTable[Q]["arguments"],
+    limitMs = LIMIT_MS,
+  ): Promise<QuestionTable[Q]["answer"]> {
+    if (!this.#isOpen) return Promise.reject(new QuestionError("There is no connection to the run."));
+    const id = (this.#ids += 1);
+    return new Promise<QuestionTable[Q]["answer"]>((resolve, reject) => {
+      const timer = setTimeout(() => {
+        this.#pending.delete(id);
+        reject(new QuestionError(`No answer within ${limitMs / 1000} s.`));
+      }, limitMs);
+      this.#pending.set(id, { resolve: resolve as (answer: unknown) => void, reject, timer });
+      this.#send({ op: "busflow/ask", id, question, arguments: args });
+    });
+  }
+
+  /** Calls the listener with each new answer to a question, over reconnections, until the returned function is called. */
+  follow<Q extends Question>(question: Q, listener: (answer: QuestionTable[Q]["answer"]) => void): () => void {
+    const each = listener as (answer: unknown) => void;
+    const followers = this.#followers.get(question) ?? new Set();
+    this.#followers.set(question, followers.add(each));
+    if (followers.size === 1 && this.#isOpen) this.#send({ op: "busflow/follow", question, on: true });
+    return () => {
+      followers.delete(each);
+      if (followers.size > 0 || this.#followers.get(question) !== followers) return;
+      this.#followers.delete(question);
+      if (this.#isOpen) this.#send({ op: "busflow/follow", question, on: false });
+    };
+  }
+
+  opened(): void {
+    this.#isOpen = true;
+    for (const question of this.#followers.keys()) this.#send({ op: "busflow/follow", question, on: true });
+  }
+
+  ended(): void {
+    this.#isOpen = false;
+    for (const each of this.#pending.values()) {
+      clearTimeout(each.timer);
+      each.reject(new QuestionError("The connection ended before the answer came."));
+    }
+    this.#pending.clear();
+  }
+
+  handle(message: ServerMessage): void {
+    if (message.op === "busflow/update") {
+      for (const listener of this.#followers.get(message.question) ?? []) listener(message.answer);
+    } else if (message.op === "busflow/answer") {
+      const found = this.#pending.get(message.id);
+      if (found === undefined) return;
+      this.#pending.delete(message.id);
+      clearTimeout(found.timer);
+      if (message.error === undefined) found.resolve(message.answer);
+      else found.reject(new QuestionError(message.error));
+    }
+  }
+}
