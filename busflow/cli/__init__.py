@@ -30,6 +30,7 @@ _COMMANDS = {
     "bag": ("busflow.cli.bag:bag", "Look at recordings, and work with them."),
     "replay": ("busflow.cli.replay:replay", "Run nodes again on a recording and compare with it."),
     "log": ("busflow.cli.log:log", "Show the log of a running graph."),
+    "ui": ("", "Show a running graph in a browser."),
     "foxglove": ("", "Serve a running graph to Foxglove and Lichtblick."),
     "top": ("busflow.cli.top:top", "Watch a running graph, live in the terminal."),
     "doctor": ("busflow.cli.doctor:doctor", "Check the running graphs, and what they need on this machine."),
@@ -40,7 +41,7 @@ _COMMANDS = {
     "certs": ("busflow.cli.certs:certs", "Make the certificates that link machines."),
     "new": ("busflow.cli.new:new", "Make a small project that runs and whose tests pass."),
 }
-_APART = {"foxglove": "ui"}
+_APART = {"foxglove": "ui", "ui": "ui"}
 """The commands that another distribution of this project provides, each with its folder in the repository."""
 _HELP = """A robot's node graph that you pip install.
 

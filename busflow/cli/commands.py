@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
     from busflow.wire.client.client import Peer, ServiceKind
-    from busflow.wire.client.graph_view import EndView, GraphView, TopicView
+    from busflow.wire.client.graph_view import EndView, GraphView, NodeView, TopicView
     from busflow.wire.client.known_type import known_type
     from busflow.wire.client.listener import Listener
     from busflow.wire.client.offer import Offer, misfits
@@ -43,7 +43,7 @@ _HOMES = {
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
     "wire.client.client": ("Peer", "ServiceKind"),
-    "wire.client.graph_view": ("EndView", "GraphView", "TopicView"),
+    "wire.client.graph_view": ("EndView", "GraphView", "NodeView", "TopicView"),
     "wire.client.known_type": ("known_type",),
     "wire.client.listener": ("Listener",),
     "wire.client.offer": ("Offer", "misfits"),
@@ -58,6 +58,7 @@ __all__ = [
     "ForeignType",
     "GraphView",
     "Listener",
+    "NodeView",
     "Offer",
     "Peer",
     "Selection",

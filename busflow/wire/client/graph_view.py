@@ -93,6 +93,8 @@ class GraphView:
     topics: Mapping[str, TopicView]
     services: Mapping[str, TopicView]
     """A service has its servers where a topic has publishers, and its clients where it has subscriptions."""
+    processes: Sequence[Mapping[str, Any]] = ()
+    """The answer of each process to `graph`, of which the views above are made; its timers and inbox are only here."""
 
     def topic(self, name: str) -> TopicView:
         """The topic of a name, whose leading slash may be left out.
@@ -130,7 +132,8 @@ def view(tokens: Iterable[Token], answers: Sequence[Mapping[str, Any]]) -> Graph
     names = {token.node_name for token in tokens} | set(described.nodes)
     nodes = {name: _node(name, ends, described.nodes.get(name, {})) for name in sorted(names)}
     topics = _topics(ends[TokenKind.PUBLISHER], ends[TokenKind.SUBSCRIPTION], described.topics)
-    return GraphView(nodes, topics, _topics(ends[TokenKind.SERVICE], ends[TokenKind.CLIENT], {}))
+    services = _topics(ends[TokenKind.SERVICE], ends[TokenKind.CLIENT], {})
+    return GraphView(nodes, topics, services, tuple(answers))
 
 
 def _qos(token: Token) -> WireQoS:

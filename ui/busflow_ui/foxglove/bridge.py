@@ -1,83 +1,100 @@
-"""Bridge: serves a run to viewers: admission, offered topics and services, and the end."""
+"""Bridge: serves a run to viewers: offered topics and services, parameters, time, and the end."""
 
 from __future__ import annotations
 
 import asyncio
-import errno
-import logging
 import os
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
-from http import HTTPStatus
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
 
-from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.datastructures import MultipleValuesError
 from websockets.frames import CloseCode
-from websockets.typing import Subprotocol
 
 import busflow
 from busflow.cli.commands import Selection
 from busflow.clock import NS_PER_S, SystemClock
-from busflow.errors import BusflowError, InvalidInput, MalformedMessage, Problem
-from busflow.text import counted, printable
+from busflow.errors import BusflowError, MalformedMessage
+from busflow.text import counted
 from busflow_ui.foxglove import protocol
 from busflow_ui.foxglove.catalogue import Catalogue, Change
 from busflow_ui.foxglove.connections import Connections
+from busflow_ui.foxglove.door import FAREWELL_S, name_of
 from busflow_ui.foxglove.parameters import RunParameters
-from busflow_ui.foxglove.protocol import SUBPROTOCOLS, Level
+from busflow_ui.foxglove.protocol import Level
 from busflow_ui.foxglove.publications import ENCODINGS
 from busflow_ui.foxglove.viewer import Viewer
 
 if TYPE_CHECKING:
-    from websockets.http11 import Request, Response
+    from websockets.asyncio.server import ServerConnection
 
     from busflow.cli.commands import GraphView, Peer
-    from busflow_ui.foxglove.admission import Admission
-    from busflow_ui.foxglove.catalogue import OfferedService
 
 _LOOK_S = 1.0
 """The interval at which the graph is read, while a viewer is connected."""
 _LIFE_S = 0.2
 """Interval at which the bridge checks that the run still lives."""
-_FAREWELL_S = 0.3
-"""Time that a viewer may take to close its connection."""
 _MOST_VIEWERS = 32
 _MOST_CALLS = 16
-_MOST_FRAME = 16 * 1024 * 1024
-"""Largest message that a viewer may send."""
-_MOST_REFUSED = 20
-"""Most different refusals that are printed; a page could try with ever new ones."""
 _PARAMETERS_S = 0.2
 _STATE = "run"
 """Id of the status message about the run's state."""
 
-_LOG = logging.getLogger(__name__)
-"""Log of websockets about failed handshakes; shown only where a program has asked for such lines."""
-_LOG.addHandler(logging.NullHandler())
-_LOG.propagate = False
+
+class Extension(Protocol):
+    """Conversation with one viewer beyond the protocol."""
+
+    def take(self, message: str | bytes, /) -> bool:
+        """Answer a message of the viewer; return False where it is none of this extension."""
+        ...
+
+    def close(self) -> None:
+        """End the conversation: the viewer has gone."""
+        ...
+
+
+class _NoExtension:
+    """Extension of a viewer that speaks the protocol alone."""
+
+    def __init__(self, _viewer: Viewer) -> None:
+        pass
+
+    def take(self, _message: str | bytes, /) -> bool:
+        """Return False: every message is the protocol's."""
+        return False
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """Rights of one viewer, and what it is offered beyond the protocol."""
+
+    read_only: bool
+    capabilities: tuple[str, ...] = ()
+    """Names of what the extension offers."""
+    metadata: Mapping[str, str] = field(default_factory=dict[str, str])
+    extension: Callable[[Viewer], Extension] = _NoExtension
 
 
 class Bridge:
-    """Serves one run, from `open` until `ended` returns."""
+    """Serves one run, until `ended` returns."""
 
-    def __init__(
-        self, peer: Peer, topics: Sequence[str] = (), *, read_only: bool, print_message: Callable[[str], None]
-    ) -> None:
+    def __init__(self, peer: Peer, topics: Sequence[str] = (), *, print_message: Callable[[str], None]) -> None:
         """Build a bridge to a run.
 
         Args:
             peer: a member of the run.
             topics: patterns of those that are served; all where there is none.
-            read_only: whether viewers may only look.
             print_message: prints a line for the person that started this.
 
         Raises:
             InvalidName: A pattern is none.
             NoSuchTarget: A pattern matches no topic of the run.
         """
-        self.peer, self.read_only = peer, read_only
+        self.peer = peer
         self.catalogue = Catalogue(peer, Selection(topics), print_message)
         self.parameters = RunParameters(peer)
         seen = self.catalogue.look()
@@ -91,61 +108,26 @@ class Bridge:
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"
         self._is_silent = self._has_clock = False
+        self._looked: asyncio.Future[None] | None = None
         self._clock_listening = ExitStack()
         self._asking = ThreadPoolExecutor(1, "busflow-foxglove-ask")
         self._calling = ThreadPoolExecutor(_MOST_CALLS, "busflow-foxglove-call")
-        self._server: Server | None = None
-        self._refused: set[str] = set()
-
-    async def open(self, host: str, port: int, admission: Admission) -> int:
-        """Accept viewers; return the port, a free one where 0 was asked for.
-
-        Raises:
-            InvalidInput: It cannot be had.
-        """
-        try:
-            self._server = await serve(
-                self._serve,
-                host,
-                port,
-                subprotocols=[Subprotocol(each) for each in SUBPROTOCOLS],
-                process_request=lambda connection, request: self._admit(admission, connection, request),
-                server_header=None,
-                compression=None,  # on one machine it only costs time
-                close_timeout=_FAREWELL_S,
-                max_size=_MOST_FRAME,
-                logger=_LOG,
-            )
-        except OSError as error:
-            why = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror or str(error)
-            message = f"{host}:{port} cannot be listened at: {why}"
-            fix = "say another one with --port, or 0 for a free one"
-            if error.errno not in {errno.EADDRINUSE, errno.EACCES}:
-                fix = "say an address of this machine with --host: 127.0.0.1, or 0.0.0.0 for all that it has"
-            raise InvalidInput(Problem("address", message, fix)) from None
-        return self._server.sockets[0].getsockname()[1]
 
     async def ended(self) -> None:
-        """Update the offered topics and services until the run has ended; then notify all viewers."""
+        """Update the offered topics and services until the run has ended."""
         keeping = [asyncio.create_task(each()) for each in (self._keep_catalogue, self._keep_parameters)]
         try:
             while self.peer.alive:
                 done, _ = await asyncio.wait(keeping, timeout=_LIFE_S, return_when=asyncio.FIRST_COMPLETED)
                 for task in done:
                     task.result()
-            await self._say_farewell()
         finally:
             for task in keeping:
                 task.cancel()
             await asyncio.gather(*keeping, return_exceptions=True)
 
-    async def close(self) -> None:
-        """Close all connections, without waiting for slow viewers."""
-        if self._server is not None:
-            self._server.close()
-            with suppress(TimeoutError):
-                async with asyncio.timeout(_FAREWELL_S):
-                    await self._server.wait_closed()
+    def close(self) -> None:
+        """Ask the run nothing more; the viewers' connections are closed by then."""
         self._clock_listening.close()
         for pool in (self._asking, self._calling):
             pool.shutdown(wait=False, cancel_futures=True)
@@ -209,6 +191,14 @@ class Bridge:
             if viewer.follows_graph and any(changes.values()):
                 viewer.send(protocol.text("connectionGraphUpdate", **changes))
         self._follow_clock()
+        if self._looked is not None:
+            self._looked.set_result(None)
+            self._looked = None
+
+    async def next_look(self) -> None:
+        """Wait until the graph has been read once more; for one caller at a time."""
+        self._looked = self._looked or asyncio.get_running_loop().create_future()
+        await asyncio.shield(self._looked)
 
     def _follow_clock(self) -> None:
         """Subscribe to the nodes' time once a node publishes it."""
@@ -230,65 +220,54 @@ class Bridge:
 
     # Viewers.
 
-    def _admit(self, admission: Admission, connection: ServerConnection, request: Request) -> Response | None:
-        try:
-            host, origin = request.headers.get("Host"), request.headers.get("Origin")
-        except MultipleValuesError:
-            refusal = "a handshake has one Host and one Origin"
-        else:
-            refusal = admission.refusal(host, origin)
-        if refusal is None:
-            return None
-        if refusal not in self._refused and len(self._refused) < _MOST_REFUSED:
-            self._refused.add(refusal)
-            self._print(f"warning: refused a connection: {refusal}")
-        return connection.respond(HTTPStatus.FORBIDDEN, f"{printable(refusal)}\n")
-
-    async def _serve(self, connection: ServerConnection) -> None:
+    async def serve(self, connection: ServerConnection, terms: Terms) -> None:
+        """Serve a viewer until either side ends the connection."""
         if self._seats.locked():
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{_MOST_VIEWERS} viewers are connected")
             return
         async with self._seats:  # also while the run is asked what there is: many may come at once
-            await self._serve_viewer(connection)
+            await self._serve_viewer(connection, terms)
 
-    async def _serve_viewer(self, connection: ServerConnection) -> None:
+    async def _serve_viewer(self, connection: ServerConnection, terms: Terms) -> None:
         await self._unless_silent(self._look)
-        viewer = Viewer(connection, self)
-        viewer.send(self._server_info())
-        viewer.offer(Change(channels=tuple(self.catalogue.channels.values()), services=self._offered_services()))
+        viewer = Viewer(connection, self, read_only=terms.read_only)
+        viewer.send(self._server_info(terms))
+        services = () if terms.read_only else tuple(self.catalogue.services.values())
+        viewer.offer(Change(channels=tuple(self.catalogue.channels.values()), services=services))
         self.viewers.add(viewer)
-        name = _name_of(connection)
+        name = name_of(connection)
         self._print(f"{name} has come")
+        extension = terms.extension(viewer)
         try:
-            await viewer.serve()
+            await viewer.serve(extension.take)
         except Exception as error:
             self._print(f"error: {name} was let go; this is a bug in busflow, please report it: {error!r}")
             raise
         finally:
+            extension.close()
             self.viewers.discard(viewer)
             missed = f"; it missed {counted(viewer.dropped, 'message')}, read too slowly" if viewer.dropped else ""
             self._print(f"{name} has gone{missed}")
 
-    def _offered_services(self) -> tuple[OfferedService, ...]:
-        return () if self.read_only else tuple(self.catalogue.services.values())
-
-    def _server_info(self) -> str:
+    def _server_info(self, terms: Terms) -> str:
         capabilities = ["parameters", "parametersSubscribe", "connectionGraph"]
-        capabilities += [] if self.read_only else ["clientPublish", "services"]
+        capabilities += [] if terms.read_only else ["clientPublish", "services"]
         capabilities += ["time"] if self._has_clock else []
+        capabilities += terms.capabilities
         card = self.peer.run.card
         return protocol.text(
             "serverInfo",
             name=f"busflow: {card.name}",
             capabilities=capabilities,
             supportedEncodings=ENCODINGS,
-            metadata={"busflow": busflow.__version__},
+            metadata={"busflow": busflow.__version__, **terms.metadata},
             sessionId=self._session,
         )
 
-    async def _say_farewell(self) -> None:
+    async def say_farewell(self) -> None:
+        """Notify all viewers that the run has ended."""
         self._send_status(Level.ERROR, f"the run {self.peer.run.name} has ended")
-        await self._clock.sleep(_FAREWELL_S / 3)  # for what is on its way
+        await self._clock.sleep(FAREWELL_S / 3)  # for what is on its way
 
     def _send_status(self, level: Level, sentence: str) -> None:
         self._send_all(protocol.status(level, sentence, id_=_STATE))
@@ -302,11 +281,3 @@ def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None
     """Call a function on the event loop from Zenoh's thread; does nothing if the loop has ended."""
     with suppress(RuntimeError):
         loop.call_soon_threadsafe(function)
-
-
-def _name_of(connection: ServerConnection) -> str:
-    """Return a viewer's name for messages: its address, and its page if it is one."""
-    host, port, *_ = connection.remote_address
-    request = connection.request
-    origin = request.headers.get("Origin") if request is not None else None
-    return f"viewer {host}:{port}" + (f" ({origin})" if origin else "")

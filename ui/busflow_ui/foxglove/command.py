@@ -71,19 +71,24 @@ async def _serve(
     peer: Peer, host: str, port: int, topics: tuple[str, ...], admission: Admission, *, read_only: bool
 ) -> None:
     from busflow_ui.foxglove.admission import is_local
-    from busflow_ui.foxglove.bridge import Bridge
+    from busflow_ui.foxglove.bridge import Bridge, Terms
+    from busflow_ui.foxglove.door import Door
 
-    bridge = Bridge(peer, topics, read_only=read_only, print_message=tell)
+    bridge = Bridge(peer, topics, print_message=tell)
+    terms = Terms(read_only)
+    door = Door(admission, lambda connection: bridge.serve(connection, terms), print_message=tell)
     try:
-        port = await bridge.open(host, port, admission)
+        port = await door.open(host, port)
         if not is_local(host):
             tell(f"warning: {_risk(host, read_only=read_only)}")
         url = f"ws://{f'[{host}]' if ':' in host else host}:{port}"
         click.echo(f"{peer.run.name} is served at {url} (Foxglove WebSocket), until Ctrl-C")
         click.echo(f"  {_APP}{quote(url, safe='')}")
         await bridge.ended()
+        await bridge.say_farewell()
     finally:
-        await bridge.close()
+        await door.close()
+        bridge.close()
 
 
 def _risk(host: str, *, read_only: bool) -> str:

@@ -56,7 +56,6 @@ class ViewedRun(Protocol):
     graph: GraphView
     connections: Connections
     parameters: RunParameters
-    read_only: bool
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
         """Ask the run a question, one after another."""
@@ -81,7 +80,8 @@ class _Subscription:
 class Viewer:
     """Connection of one client, from its handshake to its end."""
 
-    def __init__(self, connection: ServerConnection, run: ViewedRun) -> None:
+    def __init__(self, connection: ServerConnection, run: ViewedRun, *, read_only: bool) -> None:
+        self.read_only = read_only
         self.follows_graph = False
         self._parameters: set[str] = set()
         self._all_parameters = False
@@ -97,8 +97,11 @@ class Viewer:
         self._clock = SystemClock()
         self._loop = asyncio.get_running_loop()
 
-    async def serve(self) -> None:
+    async def serve(self, is_taken: Callable[[str | bytes], bool] = lambda _message: False) -> None:
         """Send and receive until either side ends the connection.
+
+        Args:
+            is_taken: takes a message that the protocol does not know; False where it is none of those.
 
         Raises:
             ExceptionGroup: Sending, hearing or a call has failed by a mistake of ours; with one, the others end.
@@ -108,7 +111,7 @@ class Viewer:
                 sending = self._tasks.create_task(self._send())
                 with suppress(ConnectionClosed):
                     async for message in self._connection:
-                        await self._on_message(message)
+                        await self._on_message(message, is_taken)
                 for task in (sending, *self._calls):
                     task.cancel()
         finally:
@@ -216,9 +219,10 @@ class Viewer:
 
     # What is heard.
 
-    async def _on_message(self, message: str | bytes) -> None:
+    async def _on_message(self, message: str | bytes, is_taken: Callable[[str | bytes], bool]) -> None:
         try:
-            await self._do(protocol.read(message))
+            if not is_taken(message):
+                await self._do(protocol.read(message))
         except BusflowError as error:
             self.send_status(Level.ERROR, str(error))
 
@@ -271,8 +275,8 @@ class Viewer:
                 await self._run.send_parameters()
 
     def _require_writable(self, what: str) -> None:
-        if self._run.read_only:
-            raise InspectionUnavailable(f"this viewer may not {what}: busflow foxglove was started with --read-only")
+        if self.read_only:
+            raise InspectionUnavailable(f"this viewer may not {what}: it may only look (--read-only)")
 
     def _follow_graph(self, *, on: bool) -> None:
         if on and not self.follows_graph:

@@ -24,14 +24,14 @@ class Broken:
 
 
 def test_a_bug_in_a_call_ends_the_connection():
-    run: Any = SimpleNamespace(peer=None, read_only=False, catalogue=SimpleNamespace(services=Broken()))
+    run: Any = SimpleNamespace(peer=None, catalogue=SimpleNamespace(services=Broken()))
 
     async def main() -> None:
         ended: asyncio.Future[BaseException | None] = asyncio.get_running_loop().create_future()
 
         async def handle(connection: ServerConnection) -> None:
             try:
-                await Viewer(connection, run).serve()
+                await Viewer(connection, run, read_only=False).serve()
             except Exception as error:  # noqa: BLE001  # whatever it is, the test looks at it
                 ended.set_result(error)
             else:

@@ -1,0 +1,103 @@
+"""RunSource: the run that pages look at, and after its end the next one of its name."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING
+
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
+
+from busflow.cli.commands import joined
+from busflow.clock import SystemClock
+from busflow.errors import BusflowError
+from busflow_ui.foxglove.bridge import Bridge, Terms
+from busflow_ui.page_server.access import Access
+from busflow_ui.questions import frames
+from busflow_ui.questions.run_questions import RunQuestions
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
+
+_LOOK_S = 0.25
+"""The interval at which the next run is looked for."""
+
+
+class RunSource:
+    """Run of one name, as long as `keep` is awaited."""
+
+    def __init__(self, name: str, *, print_message: Callable[[str], None]) -> None:
+        self._name, self._print = name, print_message
+        self._clock = SystemClock()
+        self._bridge: Bridge | None = None
+        self._questions: RunQuestions | None = None
+        self._present = asyncio.Event()
+        self._connections: set[ServerConnection] = set()
+        self._ended: dict[str, object] | None = None
+
+    async def keep(self) -> None:
+        """Join each run of the name, one after another, until cancelled."""
+        while True:
+            with ExitStack() as joining:
+                try:
+                    bridge = await asyncio.to_thread(self._join, joining)
+                except BusflowError:
+                    await self._clock.sleep(_LOOK_S)
+                    continue
+                await self._serve_run(bridge)
+
+    def _join(self, joining: ExitStack) -> Bridge:
+        return Bridge(joining.enter_context(joined(self._name)), print_message=self._print)
+
+    async def serve(self, connection: ServerConnection, access: Access) -> None:
+        """Serve a page; while there is no run it waits for the next one."""
+        while self._bridge is None or self._questions is None:
+            ended = {"name": self._name, "ended": self._ended or {}}
+            with suppress(ConnectionClosed):
+                await connection.send(frames.update("run", ended))
+            if not await self._next_run(connection):
+                return
+        questions = self._questions
+        terms = Terms(
+            read_only=access is Access.READ_ONLY,
+            capabilities=("busflow",),
+            metadata={"run": self._name, "source": "run", "access": access},
+            extension=questions.session,
+        )
+        self._connections.add(connection)
+        try:
+            await self._bridge.serve(connection, terms)
+        finally:
+            self._connections.discard(connection)
+
+    async def _next_run(self, connection: ServerConnection) -> bool:
+        """Wait for a run; return False if the page has gone before."""
+        waits = [asyncio.create_task(each) for each in (self._present.wait(), connection.wait_closed())]
+        try:
+            done, _ = await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in waits:
+                task.cancel()
+        return waits[0] in done
+
+    async def _serve_run(self, bridge: Bridge) -> None:
+        questions = RunQuestions(bridge, print_message=self._print)
+        self._bridge, self._questions, self._ended = bridge, questions, None
+        self._present.set()
+        keeping = asyncio.create_task(questions.keep())
+        try:
+            await bridge.ended()
+            self._ended = questions.last_words()
+            questions.send_all("run", {"name": self._name, "ended": self._ended})
+            await bridge.say_farewell()
+            self._print(f"the run {self._name} has ended; waiting for the next one")
+        finally:
+            keeping.cancel()
+            self._bridge = self._questions = None
+            self._present.clear()
+            for connection in list(self._connections):
+                await connection.close(CloseCode.GOING_AWAY, f"the run {self._name} has ended"[:100])
+            bridge.close()
