@@ -6,6 +6,7 @@ read-only array that owns its memory is not enough, for `setflags(write=True)` o
 
 from __future__ import annotations
 
+import math
 from array import array as machine_array
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -17,6 +18,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from pydantic_core import PydanticCustomError
+
+from busflow.text import printable
+from busflow.validation.annotations import EXACT
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 AnyArray = NDArray[Any]
@@ -168,15 +172,18 @@ def _convert(value: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
 
 def _from_list(values: Any, dtype: np.dtype[Any], low: int, high: int) -> AnyArray:
     count, usual = len(values), _USUAL[dtype.kind]
-    if countOf(map(type, values), usual) < count:
+    if others := countOf(map(type, values), usual) < count:
         _refuse_others(values, dtype)
     try:
         # Packing into bytes checks the range of each value and makes memory that stays read-only, in one go.
-        return np.frombuffer(_packer(count, dtype)(*values), dtype)
+        packed = np.frombuffer(_packer(count, dtype)(*values), dtype)
     except (StructError, OverflowError):
         between = f" from {low} to {high}" if dtype.kind in "iu" else ""
         words = _ACCEPTED[dtype.kind][2]
         raise _refused(f"takes {words}{between} that fit {dtype}, not {values!r:.200}") from None
+    if others and dtype.kind == "f":
+        _refuse_inexact(values, packed)
+    return packed
 
 
 def _refuse_others(values: Sequence[Any], dtype: np.dtype[Any]) -> None:
@@ -186,6 +193,15 @@ def _refuse_others(values: Sequence[Any], dtype: np.dtype[Any]) -> None:
         if not issubclass(kind, classes) or (kind is bool and dtype.kind != "b"):
             index = next(i for i, each in enumerate(values) if type(each) is kind)
             raise _refused(f"takes {words}; item {index} is {values[index]!r}")
+
+
+def _refuse_inexact(values: Sequence[Any] | AnyArray, floats: AnyArray) -> None:
+    """Raise for the first integer that no float has as its value; `floats` are the values as floats."""
+    for index in np.flatnonzero(np.abs(floats) >= EXACT).tolist():
+        each: Any = values[index]
+        if math.isfinite(nearest := float(each)) and nearest != int(each):
+            reason = f"takes numbers; item {index} is {printable(each, limit=40)}, which no float is"
+            raise _refused(f"{reason}: the nearest is {nearest}")
 
 
 @lru_cache(256)
@@ -203,6 +219,10 @@ def _from_bytes(value: bytes, dtype: np.dtype[Any]) -> AnyArray:
 
 def _narrow(values: AnyArray, dtype: np.dtype[Any]) -> AnyArray:
     """Return `values` rounded to `dtype`; a finite value must stay finite."""
+    if values.dtype.kind in "iu":
+        rounded = values.astype(dtype)
+        _refuse_inexact(values, rounded)
+        return rounded
     if np.can_cast(values.dtype, dtype):
         return values.astype(dtype)
     with np.errstate(over="ignore"):

@@ -95,6 +95,7 @@ class Primitive:
             # A length limit, even an idle one, makes pydantic refuse text that UTF-8 cannot express.
             return cs.str_schema(strict=True, min_length=0, max_length=bound)
         fast: list[CoreSchema]
+        checked = cs.no_info_plain_validator_function(self.check)
         if self.python is bool:
             fast = [cs.bool_schema(strict=True)]
         elif self.python is int:
@@ -104,9 +105,10 @@ class Primitive:
             number = cs.float_schema(strict=True)
             floats = cs.chain_schema([cs.is_instance_schema(float), number])
             integers = cs.chain_schema([cs.int_schema(strict=True, ge=-EXACT, le=EXACT), number])
-            fast = [cs.json_or_python_schema(number, floats), integers]
+            # JSON has one kind of number: a strict float would round an integer that no float is.
+            fast = [cs.json_or_python_schema(checked, floats), integers]
         schema = cs.union_schema(
-            [*fast, cs.no_info_plain_validator_function(self.check)],
+            [*fast, checked],
             mode="left_to_right",
             custom_error_type=self.name,
             custom_error_message=f"Input should be {self.name}, {self.meaning}",

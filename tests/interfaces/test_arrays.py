@@ -159,6 +159,17 @@ def test_an_integer_out_of_range_is_never_wrapped(dtype):
             assert f"from {low} to {high}" in refuse(dtype, np.array([wrong]))
 
 
+@pytest.mark.parametrize("dtype", FLOATS)
+@pytest.mark.parametrize(
+    "values", [[0, 2**53 + 1], [0.5, -(2**53) - 1], [0, np.int64(2**53 + 1)], np.array([0, 2**53 + 1])], ids=shown
+)
+def test_an_integer_that_no_float_is_is_refused(dtype, values):
+    found = refuse(dtype, values)
+    assert found.startswith("The array takes numbers; item 1 is ")
+    assert "9007199254740993, which no float is: the nearest is " in found
+    assert check(dtype, [2**53, 2.0**70, math.nan]).tolist()[:2] == [2**53, 2.0**70]
+
+
 def test_an_error_names_the_unfitting_item():
     assert refuse("int32", [1, 2, 2.5]) == "The array takes integers; item 2 is 2.5"
 

@@ -180,6 +180,8 @@ def _check(base: str, code: str, value: Any) -> None:
         pack(f"<{code}", value)
     except (StructError, OverflowError):
         raise _Unfit(f"{brief(value)} is out of the range of {base}") from None
+    if code in "fd" and isinstance(value, int) and float(value) != value:
+        raise _Unfit(f"no {base} is {brief(value)}; write the nearest, {float(value)}")
 
 
 def _text(bound: int, *, wide: bool) -> Writer:

@@ -56,6 +56,9 @@ def test_a_peer_without_the_class_reads_it():
         (b'{"where": {"x": "1"}}', "where.x"),
         (b'{"scores": {"cat": "high"}}', "scores.cat"),
         (b'{"wher": null}', "wher"),
+        (b'{"where": {"x": 9007199254740993}}', "where.x"),
+        (b'{"scores": {"cat": 9007199254740993}}', "scores.cat"),
+        (b'{"weights": [9007199254740993]}', "weights"),
     ],
 )
 def test_hostile_bytes_are_refused_with_the_field(data, said):

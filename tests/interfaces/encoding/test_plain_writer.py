@@ -58,6 +58,12 @@ def test_values_become_what_the_class_writes(message, values):
         (Float64, {"dta": 1.0}, "std_msgs/msg/Float64: std_msgs/msg/Float64 has no field 'dta'; did you mean 'data'?"),
         (Float64, {"data": "1"}, "std_msgs/msg/Float64: data: '1' is no float64"),
         (Float64, {"data": True}, "std_msgs/msg/Float64: data: True is no float64"),
+        (
+            Float64,
+            {"data": 2**53 + 1},
+            "data: no float64 is 9007199254740993; write the nearest, 9007199254740992.0",
+        ),
+        (Stated, {"numbers": [0, -(2**53) - 1]}, "test/msg/Stated: numbers[1]: no float64 is -9007199254740993"),
         (Float32, {"data": 1e39}, "std_msgs/msg/Float32: data: 1e+39 is out of the range of float32"),
         (Float64, 3, "std_msgs/msg/Float64: std_msgs/msg/Float64 takes its fields by name, not 3"),
         (Stated, {"number": 256}, "test/msg/Stated: number: 256 is out of the range of uint8"),
