@@ -23,6 +23,9 @@ SHOWN: dict[str, dict[str, Any]] = read("shown")
 SKIPPED: dict[str, dict[str, str]] = read("skipped")
 """Reason why a case cannot apply, by suite and id."""
 COUNTS = {
+    "a_qos_best_available": {
+        "design: best_available is decided for each pair; no profile is fixed when an endpoint is made": 17,
+    },
     "a_qos_profiles": {
         "design: a depth is at least 1, and the history always keep_last": 1,
         "design: the depth has a default, 10": 1,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import DeadlineMissed, Event, LivelinessLost, Notices, PublisherMatched
 from busflow.bus.expiry import NS_PER_S, Perishable, SilenceTimer
-from busflow.bus.qos import Durability, Liveliness
+from busflow.bus.qos import Liveliness
 from busflow.bus.statistics import PublisherStatistics
 from busflow.errors import IncompatibleType, NotRunning, WouldBlock
 from busflow.interfaces.message import Message, type_name
@@ -58,8 +58,7 @@ class Publisher(Generic[M]):
         # `attach` gives the bus's inbox; before that `_attached` raises, so nothing is handed over.
         self._hand_over: Callable[[Callable[[], None]], None] = lambda deliver: deliver()
         qos = endpoint.qos
-        latched = qos.durability is Durability.TRANSIENT_LOCAL
-        self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if latched else None
+        self._history: deque[tuple[int, M | Perishable[M]]] | None = deque(maxlen=qos.depth) if qos.latched else None
         self._lifespan_ns = None if qos.lifespan_s is None else round(qos.lifespan_s * NS_PER_S)
         self._deadline: SilenceTimer | None = None
         self._lease: SilenceTimer | None = None

@@ -223,6 +223,15 @@ class QoS(BaseModel, metaclass=_InWords):
         """Always `keep_last`."""
         return History.KEEP_LAST
 
+    @property
+    def latched(self) -> bool:
+        """Whether late joiners receive what was published before: of this publisher, or as this subscription.
+
+        `best_available` is decided for each pair: such a publisher keeps messages for all that want them, and such a
+        subscription takes what each publisher keeps.
+        """
+        return self.durability in (Durability.TRANSIENT_LOCAL, Durability.BEST_AVAILABLE)
+
     @classmethod
     def merge(cls, *layers: QoS) -> QoS:
         """Merge several layers into one profile: a field stated in a later layer wins.

@@ -11,7 +11,6 @@ from busflow.bus.delivery import Recipient
 from busflow.bus.endpoint import Endpoint
 from busflow.bus.events import UNWANTED, DeadlineMissed, Event, Notices, SubscriptionMatched
 from busflow.bus.expiry import Perishable, SilenceTimer, expire, fresh
-from busflow.bus.qos import Durability
 from busflow.bus.queues import Queue, create_queue
 from busflow.bus.statistics import SubscriptionStatistics
 from busflow.bus.topic import Topic
@@ -229,7 +228,7 @@ class Subscription(Recipient[M, Topic[M]]):
         self._at_start = topic.published
         self._notices.before = topic.publishers_added - len(topic.publishers)
         self._watch(topic.clock)
-        if self.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
+        if self.endpoint.qos.latched:
             kept = topic.kept()[-self.endpoint.qos.depth :]
             self._at_start -= len(kept)
             for message in kept:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 from busflow.bus.events import Event, MessageLost
 from busflow.bus.failure import Failure
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import Durability
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
 from busflow.bus.subscription import Subscription
@@ -174,7 +173,7 @@ class Ends:
     @property
     def keep_busy(self) -> bool:
         """True if the node still reacts, answers, or keeps messages for late joiners."""
-        latched = any(each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL for each in self.publishers)
+        latched = any(each.endpoint.qos.latched for each in self.publishers)
         return latched or bool(self.timers or self.servers) or any(not each.is_pulled for each in self.subscriptions)
 
     def leave(self) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from busflow.bus.endpoint import PARAMETER_EVENTS
-from busflow.bus.qos import Durability, QoS
+from busflow.bus.qos import QoS
 from busflow.clock import SystemClock
 from busflow.errors import BagError, BusflowError
 from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -269,7 +269,7 @@ class _TopicListener(Listener):
     def look(self, topic: TopicView) -> None:
         """Take note of the topic's publishers."""
         ends = ((end.token.gid, as_qos(end.qos, most_depth=_MOST_DEPTH)) for end in topic.publishers)
-        self.latching = {gid: _Publisher(gid, qos) for gid, qos in ends if qos.durability is Durability.TRANSIENT_LOCAL}
+        self.latching = {gid: _Publisher(gid, qos) for gid, qos in ends if qos.latched}
 
     def put(self, sample: zenoh.Sample) -> None:
         """Pass a message on at once: nothing waits here."""

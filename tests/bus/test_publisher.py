@@ -160,6 +160,23 @@ async def test_preset_transient_local_keeps_the_last_message(make_bench):
 
 
 @virtual_time
+@pytest.mark.parametrize(
+    ("offered", "requested", "received"),
+    [
+        ("best_available", "transient_local", [1]),
+        ("transient_local", "best_available", [1]),
+        ("best_available", "best_available", [1]),
+        ("best_available", "volatile", []),
+        ("volatile", "best_available", []),
+    ],
+)
+async def test_best_available_keeps_what_the_pair_can(make_bench, offered, requested, received):
+    bench = make_bench()
+    bench.publisher(durability=offered).publish(number(1))
+    assert queued(bench.subscription(durability=requested)) == received
+
+
+@virtual_time
 async def test_send_does_not_wait_where_there_is_room(make_bench):
     bench = make_bench()
     publisher, subscription = bench.publisher(), bench.subscription(overflow="block", depth=2)

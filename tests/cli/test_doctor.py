@@ -51,6 +51,17 @@ def test_a_graph_in_order_is_fine(project: Path, start_run: Callable[..., Any], 
 
 
 @pytest.mark.e2e
+def test_listening_command_is_no_problem(
+    project: Path, start_run: Callable[..., Any], capsys: Captured, string: ForeignType
+):
+    start_run(project, "talk.yaml", "rate_hz:=10").wait_for("heard")
+    with join() as peer, join() as other, peer.advertise("/hasty", string, qos="2::,10:,:,:,,"):
+        hasty = other.graph().topics["/hasty"]
+        with other.listen(hasty, string):
+            assert main(["doctor"]) == 0, capsys.readouterr().out
+
+
+@pytest.mark.e2e
 def test_external_topic_is_no_problem(project: Path, start_run: Callable[..., Any], capsys: Captured):
     (project / "plugins/driven.py").write_text(DRIVEN)
     text = "plugins: [plugins]\nnodes: {driven: {plugin: driven}}\ntopics: {/cmd_vel: {external: true}}\n"

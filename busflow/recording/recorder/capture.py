@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from busflow.bus.endpoint import PARAMETER_EVENTS, ROSOUT, Endpoint
 from busflow.bus.patterns import Selection
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import Durability, QoS
+from busflow.bus.qos import QoS
 from busflow.bus.services.client import Client
 from busflow.bus.services.server import Server
 from busflow.bus.timer import Timer
@@ -206,7 +206,7 @@ class Latches:
         """
         before, self._counts = self._counts, Counter[Endpoint]()
         for each in self._topic.publishers:
-            if each.endpoint.qos.durability is Durability.TRANSIENT_LOCAL:
+            if each.endpoint.qos.latched:
                 self._counts[each.endpoint] += each.published  # by endpoint: a restarted node's goes on with its count
         return next((endpoint for endpoint, count in self._counts.items() if count != before[endpoint]), None)
 

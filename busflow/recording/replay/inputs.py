@@ -78,7 +78,7 @@ def offer_for(received: list[Subscription[Any]], recorded: QoS | None) -> QoS:
     """A profile of which every subscription can receive, that keeps and forgets messages as the recorded one did."""
     wanted = [each.endpoint.qos for each in received]
     recorded = recorded or QoS()
-    latched = any(each.durability is Durability.TRANSIENT_LOCAL for each in (*wanted, recorded))
+    latched = any(each.latched for each in (*wanted, recorded))
     manual = any(each.liveliness is Liveliness.MANUAL_BY_TOPIC for each in wanted)
     return QoS(
         depth=recorded.depth,

@@ -48,8 +48,8 @@ _SETTLE_S = 2.0
 _TIMED_OUT = b"Timeout"
 """Zenoh's own error reply."""
 _DEFAULT_QOS = "::,10:,:,:,,"
-_LATCHED = "transient_local"
-_LATCHED_QOS = ":1:,10:,:,:,,"
+_LEAST_QOS = "2::,10:,:,:,,"
+"""Best effort and volatile: what every publisher offers, also one that comes later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,8 +219,8 @@ class Peer:
         `Listener` that is made where none is given.
         """
         type_ = type_ or self.type(topic.types[0])
-        latched = any(end.qos.durability == _LATCHED for end in topic.publishers)
-        with self._present(TokenKind.SUBSCRIPTION, topic.name, type_, _LATCHED_QOS if latched else _DEFAULT_QOS):
+        latched = any(end.qos.latched for end in topic.publishers)
+        with self._present(TokenKind.SUBSCRIPTION, topic.name, type_, _LEAST_QOS):
             listener = listener or Listener(depth, most_bytes=most_bytes, on_arrival=on_arrival)
             key = topic_key(topic.name, type_.name, type_.type_hash)
             callback: Any = zenoh.handlers.Callback(listener.put, indirect=False)

@@ -25,8 +25,12 @@ class Offer:
     durability: str | None = None
 
     def text(self, subscriptions: Iterable[Token]) -> str:
-        """Return the QoS, in the form of tokens, that suffices for all of these as far as the stated words allow it."""
-        found = WireQoS(depth=self.depth or _DEPTH)
+        """Return the QoS, in the form of tokens, that suffices for all of these as far as the stated words allow it.
+
+        What is not stated follows ROS 2's `best_available`: the most reliable and durable there is, for those that
+        come later too.
+        """
+        found = WireQoS(depth=self.depth or _DEPTH, durability="transient_local")
         for each in subscriptions:
             if (requested := _requested(each)) is not None:
                 found = _raised(found, requested)

@@ -79,7 +79,7 @@ def speaking(session: zenoh.Session, topic: str, type_: ForeignType, qos: str, g
             publisher_detection=True,
             congestion_control=drop,
         )
-        if stated.durability == "transient_local"
+        if stated.latched
         else session.declare_publisher(key, congestion_control=drop)
     )
     beside = session.declare_publisher(key)  # a publisher that keeps does not tell who listens

@@ -81,7 +81,7 @@ class Inlet:
         session, support = connection.session, self._support
         key = topic_key(topic.name, support.name, support.type_hash)
         kept = [each.endpoint.qos for each in topic.subscriptions]
-        latched = max((qos.depth for qos in kept if qos.durability is Durability.TRANSIENT_LOCAL), default=0)
+        latched = max((qos.depth for qos in kept if qos.latched), default=0)
         ring = zenoh.handlers.RingChannel(_ring(topic, support))
         self._subscriber: Any = _latched(session, key, ring, latched) if latched else _plain(session, key, ring)
         self._late_joiners = LateJoiners(topic, key, self._publishers, connection, asked=latched)

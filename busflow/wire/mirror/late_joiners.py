@@ -18,7 +18,6 @@ import zenoh
 
 from busflow.bus.expiry import NS_PER_S
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import Durability
 from busflow.errors import MalformedMessage
 from busflow.wire.zenoh.keys import Attachment
 
@@ -106,8 +105,7 @@ class LateJoiners:
     def _lacks(self, subscription: Receiver, gid: bytes) -> bool:
         """Return whether a subscription wants more of a publisher's kept messages than are here or on their way."""
         publisher, qos = self._publishers[gid], subscription.endpoint.qos
-        ends = qos.durability, publisher.endpoint.qos.durability
-        if any(each is not Durability.TRANSIENT_LOCAL for each in ends):
+        if not (qos.latched and publisher.endpoint.qos.latched):
             return False
         wanted = min(qos.depth, publisher.endpoint.qos.depth)
         return wanted > max(self._had.get(gid, self._asked), len(publisher.history))

@@ -179,7 +179,7 @@ class Mirror:
     def _wanted_of_rosout(self) -> Durability:
         """Return the durability that the nodes' subscriptions request of `/rosout`'s publisher."""
         ends = [end.endpoint for unit in self._graph.units for end in unit.runtime.ends.subscriptions]
-        latched = any(end.topic == ROSOUT and end.qos.durability is Durability.TRANSIENT_LOCAL for end in ends)
+        latched = any(end.topic == ROSOUT and end.qos.latched for end in ends)
         return Durability.TRANSIENT_LOCAL if latched else Durability.VOLATILE
 
     def _on_attach(self, attached: Attached) -> None:

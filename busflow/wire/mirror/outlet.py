@@ -13,7 +13,7 @@ import zenoh
 import zenoh.ext
 
 from busflow.bus.publisher import Publisher
-from busflow.bus.qos import Durability, Reliability
+from busflow.bus.qos import Reliability
 from busflow.bus.statistics import EARLY
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
@@ -73,7 +73,7 @@ class Outlet:
         self._publisher, self._support, self._gid = publisher, support, token.gid
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
         self._wanted = self._closed = False
-        latched = publisher.endpoint.qos.durability is Durability.TRANSIENT_LOCAL
+        latched = publisher.endpoint.qos.latched
         self._room = 0 if latched else expected
         """How many messages are to be held; 0 while none are."""
         self._is_new = self._room > 0
@@ -225,7 +225,7 @@ def _plain(
 
 def _latched(session: zenoh.Session, publisher: Publisher[Any], support: TypeSupport) -> zenoh.ext.AdvancedPublisher:
     """Declare a transient_local publisher in the way of `rmw_zenoh`."""
-    reliable = publisher.endpoint.qos.reliability is Reliability.RELIABLE
+    reliable = publisher.endpoint.qos.reliability is not Reliability.BEST_EFFORT
     return zenoh.ext.declare_advanced_publisher(
         session,
         topic_key(publisher.topic, support.name, support.type_hash),

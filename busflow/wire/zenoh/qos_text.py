@@ -39,6 +39,11 @@ class WireQoS:
     liveliness: str = "automatic"
     lease_ns: int | None = None
 
+    @property
+    def latched(self) -> bool:
+        """Whether late joiners receive what was published before, as with `QoS.latched`."""
+        return self.durability in ("transient_local", "best_available")
+
 
 def to_text(qos: QoS) -> str:
     """Return the short form of a profile.

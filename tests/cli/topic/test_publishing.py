@@ -161,4 +161,4 @@ def test_the_offer_follows_subscriptions_that_come():
         ):
             assert it.wait(60) == 0
         del arrived
-    assert "::,10:5,0:,:,," in offers
+    assert ":1:,10:5,0:,:,," in offers
