@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from busflow.bus.names import check_full_topic_name, full_topic_name_fault
     from busflow.bus.patterns import Selection
-    from busflow.cli.log import kept_lines
+    from busflow.cli.doctor import problems_in
+    from busflow.cli.log import kept_lines, set_log_level
+    from busflow.cli.node import order_nodes
     from busflow.cli.options.run import (
         complete_nodes,
         complete_runs,
@@ -19,11 +21,16 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
+    from busflow.cli.param_changes import LaunchFileEdit, launch_key, saved_key, saved_parameters
+    from busflow.cli.plugins import plugin_places
     from busflow.cli.terminal.output import print_answer, print_line
     from busflow.cli.terminal.output import print_message as tell
     from busflow.interfaces.encoding.foreign import ForeignType
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
+    from busflow.launchfile.model.description import Compression
+    from busflow.processes.remote_recorder import RemoteRecorder
+    from busflow.recording.bag import Bag
     from busflow.wire.client.client import Peer, ServiceKind
     from busflow.wire.client.graph_view import EndView, GraphView, NodeView, TopicView
     from busflow.wire.client.known_type import known_type
@@ -34,14 +41,21 @@ if TYPE_CHECKING:
 _HOMES = {
     "bus.names": ("check_full_topic_name", "full_topic_name_fault"),
     "bus.patterns": ("Selection",),
-    "cli.log": ("kept_lines",),
+    "cli.doctor": ("problems_in",),
+    "cli.log": ("kept_lines", "set_log_level"),
+    "cli.node": ("order_nodes",),
     "cli.options.run": (
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
+    "cli.param_changes": ("LaunchFileEdit", "launch_key", "saved_key", "saved_parameters"),
+    "cli.plugins": ("plugin_places",),
     "cli.terminal.output": ("print_answer", "print_line", "tell"),
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
+    "launchfile.model.description": ("Compression",),
+    "processes.remote_recorder": ("RemoteRecorder",),
+    "recording.bag": ("Bag",),
     "wire.client.client": ("Peer", "ServiceKind"),
     "wire.client.graph_view": ("EndView", "GraphView", "NodeView", "TopicView"),
     "wire.client.known_type": ("known_type",),
@@ -54,13 +68,17 @@ _ORIGINALS = {"decode_json": "decode", "tell": "print_message"}
 """The names that differ from the name in their module."""
 
 __all__ = [
+    "Bag",
+    "Compression",
     "EndView",
     "ForeignType",
     "GraphView",
+    "LaunchFileEdit",
     "Listener",
     "NodeView",
     "Offer",
     "Peer",
+    "RemoteRecorder",
     "Selection",
     "ServiceKind",
     "Speaker",
@@ -78,9 +96,16 @@ __all__ = [
     "joins",
     "kept_lines",
     "known_type",
+    "launch_key",
     "misfits",
+    "order_nodes",
+    "plugin_places",
     "print_answer",
     "print_line",
+    "problems_in",
+    "saved_key",
+    "saved_parameters",
+    "set_log_level",
     "tell",
 ]
 

@@ -22,6 +22,7 @@ from busflow.errors import BusflowError, ExitCode, InspectionUnavailable, Proble
 from busflow.text import counted
 
 if TYPE_CHECKING:
+    from busflow.wire.client.client import Peer
     from busflow.wire.client.runs import PresentRun
     from busflow.wire.zenoh.run_directory import Folder
 
@@ -122,15 +123,20 @@ def _examine(present: PresentRun) -> _Examined:
     if present.silence:
         fix = f"look at process {present.run.card.pid}: a handler must not block; use run_sync for what does"
         return _Examined(present, "?", 0, (Problem("silent", present.silence, fix),))
-    from busflow.wire.client.checkup import findings
     from busflow.wire.client.client import Peer
-    from busflow.wire.client.graph_view import view
 
     try:
         with closing(Peer(present.run)) as peer:
-            tokens, answers = peer.look()
+            return _examine_joined(present, peer)
     except BusflowError as error:
         return _Examined(present, "?", 0, (Problem("silent", str(error), "ask again"),))
+
+
+def _examine_joined(present: PresentRun, peer: Peer) -> _Examined:
+    from busflow.wire.client.checkup import findings
+    from busflow.wire.client.graph_view import view
+
+    tokens, answers = peer.look()
     graph = view(tokens, answers)
     clocks = ", ".join(dict.fromkeys(answer["clock"] for answer in answers))
     topics = sum(not topic.hidden for topic in graph.topics.values())
@@ -142,6 +148,17 @@ def _examine(present: PresentRun) -> _Examined:
         *findings(graph, tokens, answers),
     )
     return _Examined(present, clocks, topics, wrong)
+
+
+def problems_in(peer: Peer) -> tuple[Problem, ...]:
+    """Return everything that `busflow doctor` finds wrong in a run that is joined.
+
+    Raises:
+        InspectionUnavailable: It does not answer.
+    """
+    from busflow.wire.client.runs import ask_peer
+
+    return _examine_joined(ask_peer(peer), peer).findings
 
 
 def _about_machines(present: PresentRun) -> Iterator[Problem]:

@@ -24,7 +24,7 @@ Examples:
   busflow log --set sensor_processor debug"""
 
 _TOPIC = "/rosout"
-_LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40, "critical": 50}
+LEVELS = {"debug": 10, "info": 20, "warning": 30, "error": 40, "critical": 50}
 _ROS_LEVELS = {"warn": "warning", "fatal": "critical"}
 """ROS 2's words for two of them."""
 _ANSWER_S = 5.0
@@ -45,11 +45,11 @@ Line = Mapping[str, Any]
 @click.option("-f", "--follow", is_flag=True, help="Show new lines as they are logged, until the run ends.")
 @click.option("-n", "count", type=click.IntRange(0), metavar="N", help="At most the last N lines.  [default: all kept]")
 @click.option("--node", metavar="NODE", shell_complete=complete_nodes, help="Only the lines of this node.")
-@click.option("--level", type=click.Choice(list(_LEVELS)), default="debug", help="Only lines of this level or above.")
+@click.option("--level", type=click.Choice(list(LEVELS)), default="debug", help="Only lines of this level or above.")
 @click.option(
     "--set",
     "setting",
-    type=(str, click.Choice([*_LEVELS, *_ROS_LEVELS])),
+    type=(str, click.Choice([*LEVELS, *_ROS_LEVELS])),
     metavar="NODE LEVEL",
     help="Have NODE log from LEVEL on, instead of showing lines: debug, info, warning, error, critical.",
 )
@@ -73,7 +73,7 @@ def log(
             raise click.UsageError("--set shows no lines: give -f, -n and --node in a command of their own")
         return _set_level(run, *setting, as_json=as_json)
     show = print_line if as_json else _show
-    least = _LEVELS[level]
+    least = LEVELS[level]
     with joined(run) as peer:
         name = _known(peer, node)
         wanted = _FOLLOWED if follow and count is None else _KEPT if count is None else count
@@ -99,23 +99,32 @@ def _set_level(run: str | None, node: str, level: str, *, as_json: bool) -> int:
     """Set the level of a node through its service, which nodes of ROS 2 may have too; FAILED if it refuses."""
     word = _ROS_LEVELS.get(level, level)
     with joined(run) as peer:
-        name = peer.graph().node(node).name
-        service = f"{name}/set_logger_levels"
-        if service not in peer.graph().services:
-            raise NoSuchTarget(
-                f"{printable(name)} has no service {printable(service)}: it lets nobody set its log level"
-            )
-        logger = name.removeprefix("/").replace("/", ".")
-        request = {"levels": [{"name": logger, "level": _LEVELS[word]}]}
-        (result,) = peer.call(peer.service(service), request, timeout_s=_ANSWER_S)["results"]
-    if not result["successful"]:
-        print_message(f"error: {name} keeps its level: {result['reason']}")
+        name, reason = set_log_level(peer, node, word)
+    if reason is not None:
+        print_message(f"error: {name} keeps its level: {reason}")
         return ExitCode.FAILED
     if as_json:
         print_answer({"run": peer.run.name, "node": name, "level": word})
     else:
         click.echo(f"{printable(name)}: logs from {word} on")
     return ExitCode.OK
+
+
+def set_log_level(peer: Peer, node: str, level: str) -> tuple[str, str | None]:
+    """Set the level of a node through its service; return its full name, and why it keeps its level, if it does.
+
+    Raises:
+        NoSuchTarget: There is no such node, or it has no such service.
+        ServiceError: It does not answer.
+    """
+    name = peer.graph().node(node).name
+    service = f"{name}/set_logger_levels"
+    if service not in peer.graph().services:
+        raise NoSuchTarget(f"{printable(name)} has no service {printable(service)}: it lets nobody set its log level")
+    logger = name.removeprefix("/").replace("/", ".")
+    request = {"levels": [{"name": logger, "level": LEVELS[level]}]}
+    (result,) = peer.call(peer.service(service), request, timeout_s=_ANSWER_S)["results"]
+    return name, None if result["successful"] else result["reason"]
 
 
 def _known(peer: Peer, node: str | None) -> str | None:
@@ -182,7 +191,7 @@ def _identity(line: Line) -> tuple[object, ...]:
 def _show(line: Line) -> None:
     """Print a line as the run itself writes it, in UTC."""
     seconds, nanoseconds = divmod(line["stamp_ns"], _NS_PER_S)
-    word = next((word for word, number in _LEVELS.items() if number == line["level"]), str(line["level"]))
+    word = next((word for word, number in LEVELS.items() if number == line["level"]), str(line["level"]))
     level = click.style(f"{word:<8}", fg=_COLOURS.get(line["level"]))
     text = "\n".join(printable(each) for each in line["text"].split("\n"))
     moment = datetime.fromtimestamp(seconds, UTC)

@@ -145,16 +145,9 @@ def restart(run: str | None, names: tuple[str, ...], as_json: bool) -> int:
 def _order(run: str | None, names: Sequence[str], order: str, *, as_json: bool) -> int:
     """Give an order, wait until it is carried out, and print the state of each node; FAILED if one failed."""
     with joined(run) as peer:
+        before, after = order_nodes(peer, order, names)
         graph = peer.graph()
-        wanted = list(dict.fromkeys(graph.node(name).name for name in names))
-        before: dict[str, Any] = {}
-        for answer in peer.ask("order_nodes", order=order, nodes=wanted):
-            before |= answer
-        for name in wanted:
-            if name not in before:
-                raise NoSuchTarget(f"{printable(name)} is not busflow's: it can only be stopped where it was started")
-        after = {name: _carried_out(peer, order, before[name]) for name in wanted}
-        graph = peer.graph()
+    wanted = list(after)
     if as_json:
         print_answer({"run": peer.run.name, "nodes": [_row_json(graph.nodes[name]) for name in wanted]})
     else:
@@ -166,6 +159,26 @@ def _order(run: str | None, names: Sequence[str], order: str, *, as_json: bool) 
     for name in failed:
         print_message(f"error: {name} has failed: {'; '.join(after[name]['failures'])}")
     return ExitCode.FAILED if failed else ExitCode.OK
+
+
+def order_nodes(
+    peer: Peer, order: str, names: Sequence[str]
+) -> tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
+    """Have nodes `start`, `stop` or `restart`, wait until it is done, and return each one's state before and after.
+
+    Raises:
+        NoSuchTarget: There is no such node, or it is not busflow's.
+        InspectionUnavailable: The run has ended, or it takes too long.
+    """
+    graph = peer.graph()
+    wanted = list(dict.fromkeys(graph.node(name).name for name in names))
+    before: dict[str, Any] = {}
+    for answer in peer.ask("order_nodes", order=order, nodes=wanted):
+        before |= answer
+    for name in wanted:
+        if name not in before:
+            raise NoSuchTarget(f"{printable(name)} is not busflow's: it can only be stopped where it was started")
+    return before, {name: _carried_out(peer, order, before[name]) for name in wanted}
 
 
 _POLL_S = 0.05

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import click
 
@@ -138,8 +139,6 @@ def diff(run: str | None, node: str, as_json: bool) -> int:
 @joins
 def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
     """Write the changed parameters of NODE back into its launch file; comments and order stay."""
-    from busflow.launchfile.check.drift import written_back
-
     if into is not None and not into.exists():
         why = "it has to be a launch file that has the node: copy the run's, or write the parameters alone with"
         raise click.BadParameter(
@@ -149,15 +148,9 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
     with joined(run) as peer:
         file = into or Path(short_path(peer.run.card.file))
         found = _drifts(peer, node, file)
-    with file.open(encoding="utf-8", newline="") as stream:
-        text = stream.read()
-    edited = written_back(text, file, found)
-    if edited != text:
-        draft = file.with_name(f".{file.name}.new")
-        with draft.open("w", encoding="utf-8", newline="") as stream:
-            stream.write(edited)
-        draft.chmod(file.stat().st_mode)
-        draft.replace(file)
+    from busflow.launchfile.check.drift import written_back
+
+    LaunchFileEdit.of(file, lambda text: written_back(text, file, found)).write()
     if as_json:
         saved = [{"name": each.name, "before": each.stated, "after": each.value} for each in found]
         print_answer({"run": peer.run.name, "node": full_name(node), "file": str(file), "saved": saved})
@@ -186,6 +179,69 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
             for answer in answers:
                 _print_changes(answer, known, node, as_json=as_json)
             _PAUSE.wait(_POLL_S)
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchFileEdit:
+    """Text of a launch file as it is, and as it is to be."""
+
+    file: Path
+    before: str
+    after: str
+
+    @classmethod
+    def of(cls, file: Path, edit: Callable[[str], str]) -> Self:
+        """Read a launch file, its line ends included, and edit its text."""
+        with file.open(encoding="utf-8", newline="") as stream:
+            text = stream.read()
+        return cls(file, text, edit(text))
+
+    def write(self) -> None:
+        """Write the text, all at once; nothing where it stays as it is."""
+        if self.after == self.before:
+            return
+        draft = self.file.with_name(f".{self.file.name}.new")
+        with draft.open("w", encoding="utf-8", newline="") as stream:
+            stream.write(self.after)
+        draft.chmod(self.file.stat().st_mode)
+        draft.replace(self.file)
+
+
+def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
+    """Return the edit that writes the changed parameters of these nodes into the run's launch file.
+
+    Raises:
+        NoSuchTarget: The file has no such node, or the node is not busflow's.
+        LaunchError: The file cannot be read, or a value has no place in it.
+    """
+    from busflow.launchfile.check.drift import written_back
+
+    file = Path(peer.run.card.file)
+    found = [each for node in nodes for each in _drifts(peer, node, file)]
+    return LaunchFileEdit.of(file, lambda text: written_back(text, file, found))
+
+
+def launch_key(file: Path, key: str) -> Any:
+    """Return the value of a top-level key of a launch file as plain data; None where it is not stated.
+
+    Raises:
+        LaunchError: The file cannot be read.
+    """
+    from busflow.launchfile.yaml.document import read_file
+
+    found = read_file(file, str(file)).members.get(key)
+    return None if found is None else found.data
+
+
+def saved_key(file: Path, key: str, value: object) -> LaunchFileEdit:
+    """Return the edit that writes a top-level key into a launch file.
+
+    Raises:
+        LaunchError: The file cannot be read.
+    """
+    from busflow.launchfile.yaml.edit import edit
+
+    return LaunchFileEdit.of(file, lambda text: edit(text, (key,), value))
 
 
 # Setting.

@@ -43,6 +43,22 @@ def _options(command: Callable[..., int]) -> Callable[..., int]:
     )(command)
 
 
+def plugin_places(file: Path) -> dict[str, str]:
+    """Return `file:line` of the class of each node in a launch file, by the node's name; nothing is imported.
+
+    A node whose class is not found is left out.
+
+    Raises:
+        LaunchError: The file cannot be read.
+    """
+    from busflow.launchfile.load.load import load
+
+    nodes = load(file).nodes
+    known = {folders: {each.name: each for each in find(folders)} for folders in {node.folders for node in nodes}}
+    found = {node.full_name: known[node.folders].get(node.plugin) for node in nodes}
+    return {name: f"{each.file}:{each.line}" for name, each in found.items() if each is not None and each.file}
+
+
 @click.command("list", epilog=_EXAMPLES)
 @_options
 def list_(folders: Sequence[Path], as_json: bool) -> int:

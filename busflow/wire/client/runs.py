@@ -8,11 +8,13 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from busflow.clock import perf_counter
 from busflow.errors import InspectionUnavailable
 from busflow.wire.zenoh.run_directory import FoundRun, runs
 from busflow.wire.zenoh.session import require_zenoh
 
 if TYPE_CHECKING:
+    from busflow.wire.client.client import Peer
     from busflow.wire.machines.remote import RemoteRun
 
 PATIENCE_S = 1.0
@@ -84,19 +86,26 @@ def ask_runs(patience_s: float = PATIENCE_S) -> Iterator[PresentRun]:
 
 def ask_run(run: FoundRun | RemoteRun, patience_s: float = PATIENCE_S) -> PresentRun:
     """Ask one run for its state."""
-    from busflow.clock import perf_counter
-
     try:
         require_zenoh()
         from busflow.wire.client.client import Peer
 
         with closing(Peer(run, patience_s=patience_s)) as peer:
-            begun = perf_counter()
-            processes = tuple(peer.ask("run"))
-            took_s = perf_counter() - begun
-            return PresentRun(run.answered(processes), _with_silent_ones(processes), answered_in_s=took_s)
+            return ask_peer(peer)
     except InspectionUnavailable as error:
         return PresentRun(run, silence=str(error))
+
+
+def ask_peer(peer: Peer) -> PresentRun:
+    """Ask a run that is joined already for its state.
+
+    Raises:
+        InspectionUnavailable: It does not answer.
+    """
+    begun = perf_counter()
+    processes = tuple(peer.ask("run"))
+    took_s = perf_counter() - begun
+    return PresentRun(peer.run.answered(processes), _with_silent_ones(processes), answered_in_s=took_s)
 
 
 def _with_silent_ones(answers: tuple[Mapping[str, Any], ...]) -> tuple[Mapping[str, Any], ...]:

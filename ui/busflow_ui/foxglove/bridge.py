@@ -42,11 +42,11 @@ _STATE = "run"
 """Id of the status message about the run's state."""
 
 
-class Extension(Protocol):
+class Conversation(Protocol):
     """Conversation with one viewer beyond the protocol."""
 
     def take(self, message: str | bytes, /) -> bool:
-        """Answer a message of the viewer; return False where it is none of this extension."""
+        """Answer a message of the viewer; return False where it is one of the protocol's."""
         ...
 
     def close(self) -> None:
@@ -54,8 +54,8 @@ class Extension(Protocol):
         ...
 
 
-class _NoExtension:
-    """Extension of a viewer that speaks the protocol alone."""
+class _NoConversation:
+    """Conversation of a viewer that speaks the protocol alone."""
 
     def __init__(self, _viewer: Viewer) -> None:
         pass
@@ -74,9 +74,9 @@ class Terms:
 
     read_only: bool
     capabilities: tuple[str, ...] = ()
-    """Names of what the extension offers."""
+    """Names of what the conversation offers."""
     metadata: Mapping[str, str] = field(default_factory=dict[str, str])
-    extension: Callable[[Viewer], Extension] = _NoExtension
+    conversation: Callable[[Viewer], Conversation] = _NoConversation
 
 
 class Bridge:
@@ -237,14 +237,14 @@ class Bridge:
         self.viewers.add(viewer)
         name = name_of(connection)
         self._print(f"{name} has come")
-        extension = terms.extension(viewer)
+        conversation = terms.conversation(viewer)
         try:
-            await viewer.serve(extension.take)
+            await viewer.serve(conversation.take)
         except Exception as error:
             self._print(f"error: {name} was let go; this is a bug in busflow, please report it: {error!r}")
             raise
         finally:
-            extension.close()
+            conversation.close()
             self.viewers.discard(viewer)
             missed = f"; it missed {counted(viewer.dropped, 'message')}, read too slowly" if viewer.dropped else ""
             self._print(f"{name} has gone{missed}")

@@ -67,7 +67,7 @@ class Door:
         pages: Pages | None = None,
         certificate: SSLContext | None = None,
     ) -> None:
-        """Describe who may connect.
+        """Describe the door.
 
         Args:
             admission: accepts or refuses each handshake.

@@ -55,9 +55,8 @@ class RunSource:
     async def serve(self, connection: ServerConnection, access: Access) -> None:
         """Serve a page; while there is no run it waits for the next one."""
         while self._bridge is None or self._questions is None:
-            ended = {"name": self._name, "ended": self._ended or {}}
             with suppress(ConnectionClosed):
-                await connection.send(frames.update("run", ended))
+                await connection.send(frames.update("run", self._ended or {"name": self._name, "ended": {}}))
             if not await self._next_run(connection):
                 return
         questions = self._questions
@@ -65,7 +64,7 @@ class RunSource:
             read_only=access is Access.READ_ONLY,
             capabilities=("busflow",),
             metadata={"run": self._name, "source": "run", "access": access},
-            extension=questions.session,
+            conversation=questions.session,
         )
         self._connections.add(connection)
         try:
@@ -91,7 +90,7 @@ class RunSource:
         try:
             await bridge.ended()
             self._ended = questions.last_words()
-            questions.send_all("run", {"name": self._name, "ended": self._ended})
+            questions.send_all("run", self._ended)
             await bridge.say_farewell()
             self._print(f"the run {self._name} has ended; waiting for the next one")
         finally:
@@ -100,4 +99,5 @@ class RunSource:
             self._present.clear()
             for connection in list(self._connections):
                 await connection.close(CloseCode.GOING_AWAY, f"the run {self._name} has ended"[:100])
+            await asyncio.to_thread(questions.close)
             bridge.close()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _HELLO_S = 5.0
 """Time that a page has for its first message."""
 _MOST_STRANGERS = 16
-"""Most connections without a token, which is less than the viewers that a run may have: who has no token blocks few."""
+"""Most connections without a token, fewer than a run may have viewers: strangers keep few pages out."""
 WRONG_TOKEN = 4401
 """Close code of a connection whose token is wrong."""
 

@@ -14,7 +14,7 @@ _COUNTS = ("delivered", "dropped", "queued", "depth", "overflow", "deadlines_mis
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Moment:
     """Graph of a run at one moment."""
 
     graph: GraphView
@@ -22,7 +22,7 @@ class Look:
     """Moment in seconds, on any clock that does not jump."""
 
 
-def graph_answer(now: Look, before: Look | None, sources: Mapping[str, str]) -> dict[str, Any]:
+def graph_answer(now: Moment, before: Moment | None, sources: Mapping[str, str]) -> dict[str, Any]:
     """Return what the page draws.
 
     Args:
@@ -77,7 +77,7 @@ def _names(ends: Sequence[EndView]) -> list[str]:
     return sorted({end.token.topic for end in ends})
 
 
-def _topic(topic: TopicView, now: Look, before: Look | None) -> dict[str, Any]:
+def _topic(topic: TopicView, now: Moment, before: Moment | None) -> dict[str, Any]:
     published = int(topic.details.get("published", 0))
     losses: dict[str, int] = {}
     for answer in now.graph.processes:
@@ -98,7 +98,7 @@ def _topic(topic: TopicView, now: Look, before: Look | None) -> dict[str, Any]:
     }
 
 
-def _rate_hz(name: str, published: int, now: Look, before: Look | None) -> float | None:
+def _rate_hz(name: str, published: int, now: Moment, before: Moment | None) -> float | None:
     if before is None or now.at_s <= before.at_s or name not in before.graph.topics:
         return None
     earlier = int(before.graph.topics[name].details.get("published", 0))

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from busflow.cli.commands import kept_lines
+from busflow.cli.commands import kept_lines, plugin_places, problems_in
 from busflow.clock import SystemClock
-from busflow.errors import BusflowError, MalformedMessage, NoSuchTarget
-from busflow.text import printable
+from busflow.errors import BusflowError
+from busflow_ui.questions import arguments as checked
 from busflow_ui.questions import frames
 from busflow_ui.questions.followed import Changed, NewLines
-from busflow_ui.questions.graph_answer import Look, graph_answer
+from busflow_ui.questions.graph_answer import Moment, graph_answer
+from busflow_ui.questions.heartbeat import Heartbeat
+from busflow_ui.questions.page_recorder import PageRecorder
 from busflow_ui.questions.session import Question, Session
+from busflow_ui.questions.steering import Steering
 
 if TYPE_CHECKING:
+    from busflow.errors import Problem
     from busflow_ui.foxglove.bridge import Bridge
     from busflow_ui.foxglove.viewer import Viewer
 
 _MOST_LINES = 1000
+_RUN_WORDS = ("name", "file", "since_ns", "seed", "clock", "version")
+_HEALTH_EVERY = 3
+"""Looks at the graph for each look at what is wrong, which asks more."""
 
 
 class RunQuestions:
@@ -28,14 +38,28 @@ class RunQuestions:
         self._bridge, self._print = bridge, print_message
         self._clock = SystemClock()
         self._sessions: set[Session] = set()
-        self._look: Look | None = None
-        self._earlier: Look | None = None
+        self._now: Moment | None = None
+        self._before: Moment | None = None
+        self._run_row: dict[str, Any] = {}
+        self._silent_s: float | None = None
+        self._places: Mapping[str, str] | None = None
+        self._recorder = PageRecorder(bridge.peer)
+        self._heartbeat = Heartbeat(bridge.peer, lambda: bool(self._sessions), self._on_silence)
+        steering = Steering(bridge.peer, bridge.ask, bridge.call)
         self._questions: Mapping[str, Question] = {
             "graph": Question(self._graph, remaining=Changed),
             "log": Question(self._log, remaining=NewLines),
             "run": Question(self._run, remaining=Changed),
-            "parameters": Question(self._parameters),
-            "set_parameters": Question(self._set_parameters, changes=True),
+            "health": Question(self._health, remaining=Changed, every=_HEALTH_EVERY),
+            "recording": Question(self._recording, remaining=Changed),
+            "parameters": Question(steering.parameters),
+            "layout": Question(steering.layout),
+            "set_parameters": Question(self._then_send_parameters(steering), changes=True),
+            "save_parameters": Question(steering.save_parameters, changes=True),
+            "save_layout": Question(steering.save_layout, changes=True),
+            "order": Question(steering.order, changes=True),
+            "log_level": Question(steering.log_level, changes=True),
+            "record": Question(self._record, changes=True),
         }
 
     def session(self, viewer: Viewer) -> Session:
@@ -51,16 +75,10 @@ class RunQuestions:
         return session
 
     async def keep(self) -> None:
-        """Send what pages follow with each look at the graph, where it has changed, until cancelled."""
-        while True:
-            await self._bridge.next_look()
-            for name in sorted({name for each in self._sessions for name in each.following}):
-                try:
-                    found = await self._questions[name].answer({})
-                except BusflowError:
-                    continue  # the bridge says that the run is silent
-                for session in self._sessions:
-                    session.send_update(name, found)
+        """Send what pages follow with each look at the graph, and watch that the run answers, until cancelled."""
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self._heartbeat.keep())
+            tasks.create_task(self._keep_sending())
 
     def send_all(self, question: str, found: object) -> None:
         """Send every page an answer, whether it follows the question or not."""
@@ -68,50 +86,86 @@ class RunQuestions:
             session.send(frames.update(question, found))
 
     def last_words(self) -> dict[str, object]:
-        """Return what is known of a run that has ended."""
+        """Return what is known of a run that has ended, in the form of `run`."""
         processes = self._bridge.graph.processes
-        return {"exit_code": None, "elapsed_s": max((each["elapsed_s"] for each in processes), default=None)}
+        elapsed_s = max((each["elapsed_s"] for each in processes), default=None)
+        return {**self._run_row, "name": self._bridge.peer.run.name, "ended": {"elapsed_s": elapsed_s}}
 
-    # The run.
+    def close(self) -> None:
+        """End the recording, and ask no more."""
+        self._heartbeat.close()
+        with suppress(BusflowError):
+            self._recorder.close()
+
+    async def _keep_sending(self) -> None:
+        looks = 0
+        while True:
+            await self._bridge.next_look()
+            looks += 1
+            await self._bridge.ask(self._recorder.follow)
+            for name in sorted({name for each in self._sessions for name in each.following}):
+                if looks % self._questions[name].every == 0:
+                    with suppress(BusflowError):  # the bridge says that the run is silent
+                        await self._send_followed(name)
+
+    async def _send_followed(self, name: str) -> None:
+        found = await self._questions[name].answer({})
+        for session in self._sessions:
+            session.send_update(name, found)
+
+    def _on_silence(self, silent_s: float | None) -> None:
+        self._silent_s = silent_s
+        self.send_all("run", self._run_now())
+
+    # Answers.
 
     async def _run(self, _arguments: Mapping[str, Any]) -> object:
         answers: Sequence[Mapping[str, Any]] = await self._bridge.ask(self._bridge.peer.ask, "run")
         main = next((each for each in answers if each["process"] == "main"), answers[0])
-        return {word: main[word] for word in ("name", "file", "since_ns", "seed", "clock", "version")}
+        self._run_row = {word: main[word] for word in _RUN_WORDS}
+        return self._run_now()
+
+    def _run_now(self) -> dict[str, object]:
+        row: dict[str, object] = {**self._run_row, "name": self._bridge.peer.run.name}
+        return row if self._silent_s is None else {**row, "silent_s": self._silent_s}
 
     async def _graph(self, _arguments: Mapping[str, Any]) -> object:
+        if self._places is None:
+            self._places = await self._bridge.call(self._read_places)
         seen = self._bridge.graph  # read each second while a viewer is connected
-        if self._look is None or seen is not self._look.graph:
-            self._earlier, self._look = self._look, Look(seen, self._clock.seconds())
-        return graph_answer(self._look, self._earlier, {})
+        if self._now is None or seen is not self._now.graph:
+            self._before, self._now = self._now, Moment(seen, self._clock.seconds())
+        return graph_answer(self._now, self._before, self._places or {})
+
+    def _read_places(self) -> Mapping[str, str]:
+        """Return where each node's class is; nothing where the launch file is gone, or on another machine."""
+        try:
+            return plugin_places(Path(self._bridge.peer.run.card.file))
+        except (BusflowError, OSError):
+            return {}
 
     async def _log(self, arguments: Mapping[str, Any]) -> object:
-        count = arguments.get("count", _MOST_LINES)
-        if type(count) is not int or not 0 < count <= _MOST_LINES:
-            raise MalformedMessage(f"count is a number from 1 to {_MOST_LINES}")
+        count = checked.whole_number(arguments, "count", least=1, most=_MOST_LINES, default=_MOST_LINES)
         return {"lines": await self._bridge.ask(kept_lines, self._bridge.peer, count)}
 
-    # Parameters.
+    async def _health(self, _arguments: Mapping[str, Any]) -> object:
+        found: Sequence[Problem] = await self._bridge.ask(problems_in, self._bridge.peer)
+        return {"findings": [each.as_json() for each in found]}
 
-    async def _parameters(self, arguments: Mapping[str, Any]) -> object:
-        node = _text(arguments, "node")
-        for answer in await self._bridge.ask(lambda: self._bridge.peer.ask("parameters", node=node)):
-            if node in answer:
-                return {"node": node, "parameters": answer[node]}
-        raise NoSuchTarget(f"{printable(node, limit=200)} has no parameters of busflow's")
+    async def _record(self, arguments: Mapping[str, Any]) -> object:
+        is_on = checked.flag(arguments, "on")
+        state = await self._bridge.ask(lambda: self._recorder.switch(on=is_on))
+        for session in self._sessions:
+            session.send_update("recording", state)
+        return state
 
-    async def _set_parameters(self, arguments: Mapping[str, Any]) -> object:
-        node, values = _text(arguments, "node"), arguments.get("values")
-        if not isinstance(values, dict):
-            raise MalformedMessage("values is an object")
-        peer, wanted = self._bridge.peer, cast("dict[str, Any]", values)
-        (answer,) = await self._bridge.ask(lambda: peer.ask("set_parameters", node=node, values=wanted))
-        await self._bridge.send_parameters()
-        return answer
+    async def _recording(self, _arguments: Mapping[str, Any]) -> object:
+        return self._recorder.state()
 
+    def _then_send_parameters(self, steering: Steering) -> Callable[[Mapping[str, Any]], Any]:
+        async def set_parameters(arguments: Mapping[str, Any]) -> object:
+            answer = await steering.set_parameters(arguments)
+            await self._bridge.send_parameters()
+            return answer
 
-def _text(arguments: Mapping[str, Any], word: str) -> str:
-    found = arguments.get(word)
-    if not isinstance(found, str):
-        raise MalformedMessage(f"{word} is text")
-    return found
+        return set_parameters

@@ -28,6 +28,8 @@ class Question:
     """Whether it changes the run or a file, which a page that may only look cannot."""
     remaining: Callable[[], Remaining] | None = None
     """Makes the memory of what a page has of the answer; None where it cannot be followed."""
+    every: int = 1
+    """Looks at the graph for each followed answer."""
 
 
 class Session:
