@@ -158,7 +158,6 @@ COUNTS = {
 
 FAULTS = {
     "bus/test_stream_cases.py::test_cancelled_reader_lets_go_of_its_locals",
-    "e2e/test_foreign_cases.py::test_message_too_large_to_send_is_named",
 }
 """Tests that show a fault of busflow, which is not mended yet."""
 

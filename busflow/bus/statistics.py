@@ -15,6 +15,10 @@ _STATED = frozenset({"depth"})
 """Integer fields that are not counts, and so are not added."""
 EARLY = "early"
 """The reason of `Topic.losses` for a message published before another process had let its publisher in."""
+UNSENT = "unsent"
+"""The reason of `Topic.losses` for a message that could not leave its process: too large, or not encodable."""
+OUTGOING = frozenset({EARLY, UNSENT})
+"""The reasons of what was lost to other processes only: each subscription in the publisher's process received it."""
 UNMATCHED = "unmatched"
 """The reason of a drop for a message published while the subscription's process was not there."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
 from busflow.bus.qos import Overflow
 from busflow.bus.statistics import (
-    EARLY,
+    OUTGOING,
     UNMATCHED,
     ClientStatistics,
     ServerStatistics,
@@ -152,8 +152,8 @@ def _with_unmatched(topic: TopicReport, lives: Sequence[Sequence[_LifeReport]]) 
     for process in lives:
         known = [each for life in process for each in life.topics if each.name == topic.name]
         reached = sum(each.published + _lost_on_the_way(each) for each in known)
-        early = topic.losses.get(EARLY, 0) - sum(each.losses.get(EARLY, 0) for each in known)
-        missed = max(0, topic.published - reached - early)
+        stayed = _stayed(topic) - sum(map(_stayed, known))
+        missed = max(0, topic.published - reached - stayed)
         unmatched |= {line.node: missed for each in known for line in each.subscriptions}
     lines = tuple(_with_drops(line, unmatched.get(line.node, 0)) for line in topic.subscriptions)
     return replace(topic, subscriptions=lines)
@@ -162,9 +162,15 @@ def _with_unmatched(topic: TopicReport, lives: Sequence[Sequence[_LifeReport]]) 
 def _lost_on_the_way(topic: TopicReport) -> int:
     """Return how many published messages reached a process and not its nodes.
 
-    What an inbox drops is not published, and what is early is lost to other processes.
+    What an inbox drops is not published.
     """
-    return sum(count for reason, count in topic.losses.items() if reason not in {INBOX_DROPPED, INBOX_REFUSED, EARLY})
+    others = {INBOX_DROPPED, INBOX_REFUSED, *OUTGOING}
+    return sum(count for reason, count in topic.losses.items() if reason not in others)
+
+
+def _stayed(topic: TopicReport) -> int:
+    """Return how many published messages did not leave the process for others."""
+    return sum(topic.losses.get(reason, 0) for reason in OUTGOING)
 
 
 def _with_drops(line: SubscriptionStatistics, count: int) -> SubscriptionStatistics:

@@ -65,10 +65,10 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
     """Yield a sentence for each way in which messages of a topic did not reach a subscription's queue."""
     # Here, because `topic stats` uses this module too, and shall not load what only a run needs.
     from busflow.bus.inbox import INBOX_DROPPED, INBOX_REFUSED
-    from busflow.bus.statistics import EARLY, UNMATCHED
+    from busflow.bus.statistics import EARLY, UNMATCHED, UNSENT
 
     gone = {reason: count for reason, count in topic.losses.items() if count}
-    early = gone.pop(EARLY, 0)
+    early, unsent = gone.pop(EARLY, 0), gone.pop(UNSENT, 0)
     threads = sum(gone.pop(reason, 0) for reason in (INBOX_DROPPED, INBOX_REFUSED))
     if gone:
         reasons = ", ".join(f"{count} {reason}" for reason, count in gone.items())
@@ -76,12 +76,15 @@ def _topic_losses(topic: TopicReport) -> Iterator[str]:
     if early:
         missed = counted(early, "message was", "messages were")
         yield f"{missed} published before other processes received the topic, and dropped"
+    if unsent:
+        missed = counted(unsent, "message was", "messages were")
+        yield f"{missed} not sent to other processes: too large, or not encodable; the log says which"
     if threads:
         yield f"{counted(threads, 'message')} from other threads did not reach the topic: dropped before"
     for line in topic.subscriptions:
         if unmatched := line.drops.get(UNMATCHED):
-            missed = counted(unmatched, "message was", "messages were")
-            yield f"{missed} published while {printable(line.node)} was not there"
+            missed = counted(unmatched, "message")
+            yield f"{missed} never reached {printable(line.node)}: it was not there, or its link lost them"
 
 
 def _times(count: int) -> str:

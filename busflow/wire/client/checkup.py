@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from busflow.bus.qos_matching import Verdict, compatibility
-from busflow.bus.statistics import EARLY
+from busflow.bus.statistics import EARLY, OUTGOING, UNSENT
 from busflow.errors import MalformedMessage, Problem, Severity
 from busflow.text import counted, did_you_mean
 from busflow.wire.client.graph_view import EndView, GraphView, TopicView, is_hidden
@@ -33,6 +33,10 @@ _LOSSES: Mapping[str, tuple[str, str]] = {
     EARLY: (
         "were published before these had let the publisher in",
         "publish fewer at once when a publisher is new, raise the subscription's depth, or use transient_local",
+    ),
+    UNSENT: (
+        "were not sent",
+        "see busflow log --level warning: publish smaller messages, or receive the topic in the same process",
     ),
     "unsigned": ("came from nobody who is there", "a publisher has to declare itself, as those of ROS 2 do"),
 }
@@ -186,7 +190,7 @@ def _losses(answers: Answers) -> Iterator[Problem]:
             for reason, count in topic.get("losses", {}).items():
                 if count and not reason.startswith("inbox_"):  # `_inbox` reports those
                     what, fix = _LOSSES.get(reason, (reason, ""))
-                    way, end = ("to", "out") if reason == EARLY else ("from", "in")
+                    way, end = ("to", "out") if reason in OUTGOING else ("from", "in")
                     text = f"{counted(count, 'message')} on {topic['name']} {way} other processes {what}"
                     yield Problem(f"{reason}-on-the-way-{end}", text, fix or None, severity=Severity.WARNING)
 

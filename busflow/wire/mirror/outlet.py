@@ -14,12 +14,12 @@ import zenoh.ext
 
 from busflow.bus.publisher import Publisher
 from busflow.bus.qos import Reliability
-from busflow.bus.statistics import EARLY
+from busflow.bus.statistics import EARLY, UNSENT
 from busflow.errors import MalformedMessage
 from busflow.interfaces.message import Message
 from busflow.wire.mirror.held_messages import HeldMessages
 from busflow.wire.zenoh.keys import Token, attachment_bytes, topic_key
-from busflow.wire.zenoh.sender import LARGE
+from busflow.wire.zenoh.sender import LARGE, LARGEST
 
 if TYPE_CHECKING:
     from busflow.interfaces.encoding.typesupport import TypeSupport
@@ -67,8 +67,6 @@ class Outlet:
         """
         self._connection, self._on_open = connection, on_open
         self.sent: int = 0
-        self.unsent: int = 0
-        """Messages that could not be encoded."""
         session, support = connection.session, connection.supports(publisher.type)
         self._publisher, self._support, self._gid = publisher, support, token.gid
         self._clock, self._sender, self._log = connection.bus.clock, connection.sender, connection.log
@@ -175,11 +173,9 @@ class Outlet:
 
     def _send(self, message: Message) -> None:
         try:
-            payload = self._support.encode(message)
+            payload = self._encoded(message)
         except MalformedMessage as error:
-            self.unsent += 1
-            if self.unsent == 1:
-                self._log.warning(f"what is published on {self._publisher.topic} cannot leave the process: {error}")
+            self._refuse(error)
             return
         attachment = attachment_bytes(self._publisher.published, self._clock.now_ns(), self._gid)
         if self._room:
@@ -188,6 +184,20 @@ class Outlet:
             self._held.add(payload, attachment)
         else:
             self._pass_on(payload, attachment)
+
+    def _encoded(self, message: Message) -> bytes:
+        payload = self._support.encode(message)
+        if len(payload) > LARGEST:
+            raise MalformedMessage(f"{len(payload):,} bytes are too large a message; {LARGEST:,} may be sent")
+        return payload
+
+    def _refuse(self, why: MalformedMessage) -> None:
+        """Count a message that cannot be sent, and say so once."""
+        topic = self._publisher.topic
+        losses = self._connection.bus.topics[topic].losses
+        losses[UNSENT] += 1
+        if losses[UNSENT] == 1:
+            self._log.warning(f"what is published on {topic} cannot leave the process: {why}")
 
     def _pass_on(self, payload: bytes, attachment: bytes) -> None:
         self.sent += 1

@@ -17,6 +17,8 @@ DEPTH = 1024
 """Limit of the waiting calls; the oldest is dropped for a new one."""
 MOST_BYTES = 64 * 1024 * 1024
 """The same limit in bytes; a larger payload waits alone."""
+LARGEST = 256 * 1024 * 1024
+"""Limit of one payload in bytes. Zenoh cuts a larger one into pieces for so long that the link counts as dead."""
 _PATIENCE_S = 5.0
 
 

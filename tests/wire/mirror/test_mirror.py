@@ -302,6 +302,27 @@ async def test_unencodable_message_is_logged_once_and_delivered_locally(looked_a
     assert len([line for line in warnings(capsys) if "cannot leave the process" in line]) == 1
 
 
+async def test_message_too_large_is_unsent_and_delivered_here(looked_at, capsys, monkeypatch):
+    monkeypatch.setattr("busflow.wire.mirror.outlet.LARGEST", 1000)
+    async with looked_at(Talker) as looked:
+        words, here = looked.graph.node(Talker).words, looked.graph.subscribe(String, "words")
+        topic = await looked.ask(lambda: looked.peer.graph().topic("words"))
+
+        def listen(ready):
+            with looked.peer.listen(topic) as listener:
+                ready.set()
+                return listener.get(PATIENCE_S).payload
+
+        listening = asyncio.create_task(asyncio.to_thread(listen, threading.Event()))
+        await looked.until(lambda: words._outlet)
+        for text in ("long" * 500, "long" * 600, "short"):
+            words.publish(String(data=text))
+        assert b"short" in await listening
+        assert here.queued == 3
+        assert looked.graph.bus.topics["/words"].losses == {"unsent": 2}
+    assert len([line for line in warnings(capsys) if "2,009 bytes are too large a message; 1,000 may" in line]) == 1
+
+
 # What comes in.
 
 
