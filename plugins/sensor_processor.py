@@ -1,10 +1,11 @@
 """The processor of lab 1: balance from the IMU, warnings from the joints, and a status of both."""
 
-from math import hypot, inf
+from math import asin, hypot, inf
 
 from pydantic import Field
 
-from busflow import SENSOR_DATA, Node, Parameters, publisher, subscription, timer
+from busflow import SENSOR_DATA, Node, Parameters, Publisher, ReadOnly, publisher, subscription, timer
+from busflow.msgs.geometry_msgs import Quaternion
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.msgs.std_msgs import Float64
 
@@ -15,6 +16,7 @@ FAST_RAD_S = 1.0
 class SensorProcessorParameters(Parameters):
     max_joint_angle: float = Field(default=3.0, gt=0, description="Warn of a joint beyond this angle, rad.")
     timeout_s: float = Field(default=1.0, gt=0, description="A sensor silent for so long is offline, s.")
+    publish_pitch: ReadOnly[bool] = Field(default=False, description="Of an IMU that measures its orientation.")
 
 
 class SensorProcessor(Node):
@@ -24,6 +26,11 @@ class SensorProcessor(Node):
 
     balance = publisher(Float64, "balance_state")
     stability = publisher(Float64, "stability_index")
+
+    def declare(self) -> None:
+        self.pitch: Publisher[Float64] | None = None
+        if self.parameters.publish_pitch:
+            self.pitch = self.create_publisher(Float64, "pitch")
 
     async def start(self) -> None:
         self.imu_received_s = -inf  # never yet
@@ -37,6 +44,8 @@ class SensorProcessor(Node):
         balance = min(1.0, (abs(imu.linear_acceleration.y) + rotation) / 2.0)
         self.balance.publish(Float64(data=balance))
         self.stability.publish(Float64(data=1.0 - balance))
+        if self.pitch is not None:
+            self.pitch.publish(Float64(data=pitch(imu.orientation)))
 
     @subscription("joint_states")
     def on_joint_states(self, joints: JointState) -> None:
@@ -70,3 +79,8 @@ class SensorProcessor(Node):
 
     def is_recent(self, received_s: float) -> bool:
         return self.clock.seconds() - received_s < self.parameters.timeout_s
+
+
+def pitch(of: Quaternion) -> float:
+    """Return how far something leans, rad: ahead is positive, backwards negative, whatever its heading."""
+    return asin(max(-1.0, min(1.0, 2.0 * (of.w * of.y - of.z * of.x))))

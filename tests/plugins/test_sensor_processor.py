@@ -1,13 +1,13 @@
 """The lab's processor: its metrics, what it warns of, and the four things it says about the sensors."""
 
-from math import sqrt
+from math import cos, pi, sin, sqrt
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from busflow import SENSOR_DATA
-from busflow.msgs.geometry_msgs import Vector3
+from busflow.msgs.geometry_msgs import Quaternion, Vector3
 from busflow.msgs.sensor_msgs import Imu, JointState
 from busflow.testing import harness, virtual_time
 from plugins.sensor_processor import SensorProcessor
@@ -68,6 +68,35 @@ def test_balance_at_rest_and_in_a_fall():
     assert at_rest == (0.0, 1.0)
     assert leaning == pytest.approx(((0.5 + 0.6) / 2, 1 - (0.5 + 0.6) / 2))
     assert falling == (1.0, 0.0)
+
+
+@given(pitch=st.floats(-pi / 2, pi / 2), heading=st.floats(-pi, pi))
+@settings(max_examples=50, deadline=None)
+def test_pitch_is_signed_whatever_the_heading(pitch, heading):
+    @virtual_time
+    async def published():
+        half, turn = pitch / 2, heading / 2
+        orientation = Quaternion(
+            w=cos(turn) * cos(half), x=-sin(turn) * sin(half), y=cos(turn) * sin(half), z=sin(turn) * cos(half)
+        )
+        async with harness(SensorProcessor(publish_pitch=True)) as lab:
+            lab.publish("imu/data", Imu(orientation=orientation))
+            await lab.settle()
+            (answer,) = lab.received("pitch")
+            return answer.data
+
+    assert published() == pytest.approx(pitch, abs=1e-6)
+
+
+@virtual_time
+async def test_pitch_is_published_on_request_alone():
+    async with harness(SensorProcessor()) as lab:
+        assert [topic.name for topic in lab.graph.report().topics] == [
+            "/balance_state",
+            "/imu/data",
+            "/joint_states",
+            "/stability_index",
+        ]
 
 
 def test_each_joint_beyond_the_limit_is_a_warning():
