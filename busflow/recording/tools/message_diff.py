@@ -71,7 +71,7 @@ class Comparison:
         if len(left) != len(right):
             yield FieldDifference(path, f"{len(left)} values", f"{len(right)} values")
         for index, (one, other) in enumerate(zip(left, right, strict=False)):
-            yield from self.differences(one, other, f"{path}[{index}]")
+            yield from self.differences(one, other, f"{path}[{_key(index, one, other)}]")
 
     def _of_arrays(
         self, left: np.ndarray[Any, Any], right: np.ndarray[Any, Any], path: str
@@ -92,6 +92,15 @@ class Comparison:
 
     def _near(self, left: float, right: float) -> bool:
         return left == right or abs(left - right) <= self.tolerance or (math.isnan(left) and math.isnan(right))
+
+
+def _key(index: int, left: Any, right: Any) -> str:
+    """Return the index of two items, or the name that both state, as parameters do."""
+    match left, right:
+        case {"name": str(name)}, {"name": str(other)} if name == other != "":
+            return printable(repr(name), limit=80)
+        case _:
+            return str(index)
 
 
 def _ns(time: Mapping[str, Any]) -> int:

@@ -38,6 +38,20 @@ def test_difference_has_its_path(right, expected):
     assert found if expected is None else found == expected
 
 
+def test_items_of_one_name_are_shown_by_it():
+    def event(*parameters):
+        return {"new_parameters": tuple({"name": name, "value": {"double_value": value}} for name, value in parameters)}
+
+    assert told(event(("hip.p", 1.0), ("ankle.p", 1.4)), event(("hip.p", 1.0), ("ankle.p", 0.3))) == [
+        "new_parameters['ankle.p'].value.double_value: 1.4 -> 0.3"
+    ]
+    assert told(event(("a", 1.0)), event(("b", 1.0))) == ["new_parameters[0].name: a -> b"]
+    assert told(event(("", 1.0)), event(("", 2.0))) == ["new_parameters[0].value.double_value: 1.0 -> 2.0"]
+    assert told(event(("a\x1b", 1.0)), event(("a\x1b", 2.0))) == [
+        "new_parameters['a\\x1b'].value.double_value: 1.0 -> 2.0"
+    ]
+
+
 def test_times_have_a_tolerance_of_their_own():
     left, right = {"stamp": {"sec": 1, "nanosec": 999_999_999}}, {"stamp": {"sec": 2, "nanosec": 9}}
     assert told(left, right, time_tolerance_ns=10) == []
