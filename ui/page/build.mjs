@@ -1,4 +1,4 @@
-// Builds the page into dist/: app.js, components.js, app.css, index.html, licences.json. Fails where it grows too large.
+// Builds the page into dist/: app.js, app.css, components.js, index.html, licences.json. Fails where it grows too large.
 import { build, context } from "esbuild";
 import { cp, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { gzipSync } from "node:zlib";
@@ -28,7 +28,7 @@ const options = {
 
 await rm(DIST, { recursive: true, force: true });
 await mkdir(DIST, { recursive: true });
-await cp(path.join(ROOT, "src/index.html"), path.join(DIST, "index.html"));
+for (const file of ["index.html", "icon.svg"]) await cp(path.join(ROOT, "src", file), path.join(DIST, file));
 if (watching) {
   await (await context(options)).watch();
 } else {

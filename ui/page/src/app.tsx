@@ -3,7 +3,10 @@ import { render } from "preact";
 import { Shell } from "./shell/shell";
 import { Session } from "./store/session";
 import { takeToken } from "./store/token";
+import { applyTheme } from "./shell/theme";
 import "./styles/app.css";
+
+applyTheme();
 
 const address = new URL("ws", location.href);
 address.protocol = location.protocol === "https:" ? "wss:" : "ws:";

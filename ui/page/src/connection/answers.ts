@@ -1,14 +1,15 @@
 /** The answers to busflow's own questions, in the words of the server. */
 
+/** QoS as a launch file writes it; of another program's end only its first words. */
 export interface Qos {
   readonly reliability: string;
   readonly durability: string;
-  readonly history?: string;
   readonly depth?: number | null;
-  readonly deadline_ns?: number | null;
-  readonly lifespan_ns?: number | null;
-  readonly liveliness?: string;
-  readonly lease_ns?: number | null;
+  readonly overflow?: string | null;
+  readonly deadline_s?: number | null;
+  readonly lifespan_s?: number | null;
+  readonly liveliness?: string | null;
+  readonly lease_s?: number | null;
 }
 
 export interface Timer {
@@ -16,14 +17,16 @@ export interface Timer {
   readonly period_s: number;
   readonly fired: number;
   readonly missed: number;
-  readonly late_p50_s: number | null;
-  readonly late_p99_s: number | null;
+  readonly lateness_p50_s: number | null;
+  readonly lateness_p99_s: number | null;
 }
 
 export interface GraphNode {
   readonly name: string;
-  readonly process: string;
-  readonly machine?: string | null;
+  /** Null of nodes of other programs, of which the run knows no more than their ends. */
+  readonly process: string | null;
+  readonly machine: string | null;
+  readonly pid: number | null;
   readonly namespace: string;
   readonly state: string;
   readonly plugin: string | null;
@@ -31,7 +34,10 @@ export interface GraphNode {
   readonly source: string | null;
   readonly restarts: number;
   readonly failures: readonly string[];
-  readonly stopped_by_hand: boolean | number;
+  readonly stopped_by_hand: number;
+  readonly depends_on: readonly string[];
+  /** False of a ROS 2 node's or a command's. */
+  readonly is_busflow: boolean;
   readonly hidden: boolean;
   readonly timers: readonly Timer[];
   readonly publishers: readonly string[];
@@ -43,7 +49,8 @@ export interface GraphNode {
 export interface TopicPublisher {
   readonly node: string;
   readonly qos: Qos;
-  readonly published: number;
+  /** Null where another program publishes. */
+  readonly published: number | null;
   /** The declaration that publishes, such as `SensorPublisher.imu`. */
   readonly origin: string | null;
 }
@@ -51,18 +58,25 @@ export interface TopicPublisher {
 export interface TopicSubscription {
   readonly node: string;
   readonly qos: Qos;
-  readonly published?: number;
-  readonly delivered: number;
-  readonly dropped: number;
-  readonly queued: number;
+  /** The ledger, `published = delivered + dropped + queued`; null where another program receives. */
+  readonly published: number | null;
+  readonly delivered: number | null;
+  readonly dropped: number | null;
+  readonly queued: number | null;
   readonly origin: string | null;
-  readonly reasons?: Readonly<Record<string, number>>;
+  readonly depth: number | null;
+  readonly overflow: string | null;
+  /** Drops by reason. */
+  readonly reasons: Readonly<Record<string, number>>;
+  readonly deadlines_missed: number | null;
 }
 
 export interface GraphTopic {
   readonly name: string;
   readonly type: string;
   readonly hidden: boolean;
+  /** Whether something outside the run publishes or receives it. */
+  readonly external: boolean;
   readonly published: number;
   readonly rate_hz: number | null;
   readonly publishers: readonly TopicPublisher[];
@@ -83,7 +97,8 @@ export interface GraphService {
 }
 
 export interface Graph {
-  readonly elapsed_s: number;
+  /** The run's own time; null where no process answers. */
+  readonly elapsed_s: number | null;
   readonly nodes: readonly GraphNode[];
   readonly topics: readonly GraphTopic[];
   readonly services: readonly GraphService[];
@@ -100,9 +115,11 @@ export interface LogLine {
 
 export interface Finding {
   readonly severity: string;
-  readonly what: string;
+  readonly code: string;
+  readonly message: string;
   readonly fix: string | null;
-  readonly where?: string | null;
+  readonly file: string | null;
+  readonly line: number | null;
 }
 
 export interface Bounds {
@@ -119,7 +136,8 @@ export interface Parameter {
   readonly name: string;
   /** Python's word, such as `float`, `list[float]` or `Literal['a', 'b']`. */
   readonly type: string;
-  readonly ros_type: string;
+  /** ROS 2's number of the type. */
+  readonly ros_type: number | string;
   readonly value: ParameterValue;
   readonly default: ParameterValue;
   readonly required: boolean;
@@ -129,15 +147,19 @@ export interface Parameter {
   readonly choices: readonly ParameterValue[] | null;
   readonly description: string | null;
   readonly read_only: boolean;
+  /** Where the declaration states one. */
+  readonly unit?: string | null;
   /** Where the value came from: a place in a file, or a word such as `default`. */
   readonly source: string | null;
   /** Where the value that the file gives is written. */
   readonly at: string | null;
+  /** What the launch file gives; missing where that is not known. */
+  readonly file_value?: ParameterValue;
 }
 
 export interface Fault {
-  /** Parameter's name. */
-  readonly path: string;
+  /** The parts of the parameter's name. */
+  readonly path: readonly string[];
   readonly message: string;
   readonly fix: string | null;
 }
@@ -156,20 +178,37 @@ export interface ParametersSaved {
 
 export interface Run {
   readonly name: string;
-  readonly file: string | null;
-  readonly since_ns: number;
-  readonly seed: number | null;
-  readonly clock: string;
-  readonly elapsed_s: number;
-  readonly ended?: { readonly exit_code: number | null; readonly report: string } | null;
+  readonly file?: string | null;
+  readonly since_ns?: number;
+  readonly seed?: number | null;
+  readonly clock?: string;
+  readonly version?: string;
+  /** How long it has not answered; missing while it does. */
+  readonly silent_s?: number;
+  /** Present once it has ended. */
+  readonly ended?: EndedRun;
 }
 
+export interface EndedRun {
+  readonly exit_code?: number | null;
+  readonly elapsed_s?: number | null;
+  /** The table that the run prints at its end. */
+  readonly report?: string | null;
+}
+
+/** Stamps are digits: as numbers they would lose their nanoseconds. */
 export interface RecordingTime {
-  readonly start_ns: number;
-  readonly end_ns: number;
-  readonly stamp_ns: number;
+  readonly start_ns: string;
+  readonly end_ns: string;
+  readonly stamp_ns: string;
   readonly playing: boolean;
   readonly rate: number;
+}
+
+export interface Recorded {
+  readonly on: boolean;
+  readonly path?: string | null;
+  readonly messages?: number | null;
 }
 
 /** What each question takes and is answered with. */
@@ -185,11 +224,8 @@ export interface QuestionTable {
   save_parameters: { arguments: { nodes?: readonly string[]; dry_run: boolean }; answer: ParametersSaved };
   order: { arguments: { node: string; order: "start" | "stop" | "restart" }; answer: { readonly state: string } };
   log_level: { arguments: { node: string; level: string }; answer: Record<string, never> };
-  record: {
-    arguments: { on: boolean };
-    answer: { readonly on: boolean; readonly path?: string | null; readonly messages?: number | null };
-  };
-  seek: { arguments: { stamp_ns: number; play?: boolean; rate?: number }; answer: { readonly stamp_ns: number } };
+  record: { arguments: { on?: boolean }; answer: Recorded };
+  seek: { arguments: { stamp_ns: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
   run: { arguments: Record<string, never>; answer: Run };
   layout: { arguments: { save?: object }; answer: { readonly layout: unknown } };
   time: { arguments: Record<string, never>; answer: RecordingTime };

@@ -77,12 +77,13 @@ export class Connection {
   #receive(socket: Socket, data: string | ArrayBuffer): void {
     const message = readFrame(data);
     if (message === null) return;
-    if (message.op === "serverInfo" && this.#socket === null) {
+    const isFirst = message.op === "serverInfo" && this.#socket === null;
+    if (isFirst) {
       this.#socket = socket;
       this.#failures = 0;
-      this.#options.onState({ phase: "open" });
     }
     this.#options.onMessage(message);
+    if (isFirst) this.#options.onState({ phase: "open" });
   }
 
   #end(code: number, reason: string): void {

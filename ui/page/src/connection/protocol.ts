@@ -53,6 +53,7 @@ export type TextMessage =
       readonly callId: number;
       readonly message: string;
     }
+  | { readonly op: "parameterValues"; readonly parameters: readonly { readonly name: string }[] }
   | { readonly op: "busflow/answer"; readonly id: number; readonly answer?: unknown; readonly error?: string }
   | { readonly op: "busflow/update"; readonly question: string; readonly answer: unknown };
 

@@ -13,12 +13,15 @@ interface Pending {
   readonly timer: ReturnType<typeof setTimeout>;
 }
 
+/** Takes an answer, and whether it is the first since the question was begun: that one has everything. */
+type Follower = (answer: unknown, isFirst: boolean) => void;
 type Send = (operation: { readonly op: string; readonly [field: string]: unknown }) => void;
 
 export class Questions {
   readonly #send: Send;
   readonly #pending = new Map<number, Pending>();
-  readonly #followers = new Map<string, Set<(answer: unknown) => void>>();
+  readonly #followers = new Map<string, Set<Follower>>();
+  readonly #begun = new Set<string>();
   #ids = 0;
   #isOpen = false;
 
@@ -44,12 +47,23 @@ export class Questions {
     });
   }
 
-  /** Calls the listener with each new answer to a question, over reconnections, until the returned function is called. */
-  follow<Q extends Question>(question: Q, listener: (answer: QuestionTable[Q]["answer"]) => void): () => void {
-    const each = listener as (answer: unknown) => void;
+  /**
+   * Calls the listener with each new answer to a question, over reconnections, until the returned function is called.
+   *
+   * The first answer after each beginning has everything; the others of some questions only what is new.
+   */
+  follow<Q extends Question>(
+    question: Q,
+    listener: (answer: QuestionTable[Q]["answer"], isFirst: boolean) => void,
+  ): () => void {
+    const each = listener as Follower;
     const followers = this.#followers.get(question) ?? new Set();
     this.#followers.set(question, followers.add(each));
-    if (followers.size === 1 && this.#isOpen) this.#send({ op: "busflow/follow", question, on: true });
+    if (this.#isOpen) {
+      // Another beginning sends everything again, which the new follower needs.
+      if (followers.size > 1) this.#send({ op: "busflow/follow", question, on: false });
+      this.#begin(question);
+    }
     return () => {
       followers.delete(each);
       if (followers.size > 0 || this.#followers.get(question) !== followers) return;
@@ -60,11 +74,12 @@ export class Questions {
 
   opened(): void {
     this.#isOpen = true;
-    for (const question of this.#followers.keys()) this.#send({ op: "busflow/follow", question, on: true });
+    for (const question of this.#followers.keys()) this.#begin(question);
   }
 
   ended(): void {
     this.#isOpen = false;
+    this.#begun.clear();
     for (const each of this.#pending.values()) {
       clearTimeout(each.timer);
       each.reject(new QuestionError("The connection ended before the answer came."));
@@ -74,7 +89,8 @@ export class Questions {
 
   handle(message: ServerMessage): void {
     if (message.op === "busflow/update") {
-      for (const listener of this.#followers.get(message.question) ?? []) listener(message.answer);
+      const isFirst = this.#begun.delete(message.question);
+      for (const listener of this.#followers.get(message.question) ?? []) listener(message.answer, isFirst);
     } else if (message.op === "busflow/answer") {
       const found = this.#pending.get(message.id);
       if (found === undefined) return;
@@ -83,5 +99,10 @@ export class Questions {
       if (message.error === undefined) found.resolve(message.answer);
       else found.reject(new QuestionError(message.error));
     }
+  }
+
+  #begin(question: string): void {
+    this.#begun.add(question);
+    this.#send({ op: "busflow/follow", question, on: true });
   }
 }

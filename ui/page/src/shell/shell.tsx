@@ -1,17 +1,61 @@
-/** Shell: the page around the panels. */
+/** Shell: the page around the panels: the names of the views, the state of the run, and what must be said of it. */
+import { useSignal, type Signal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { PANELS } from "../panels/registry";
 import type { Session } from "../store/session";
+import { About } from "./about";
+import { Banners } from "./banners";
+import { Icon } from "./icons";
+import { fragmentOf, readFragment, type Layout } from "./layout";
+import { TopBar } from "./top_bar";
+import { Workspace } from "./workspace";
+
+const KINDS = PANELS.map((panel) => panel.kind);
 
 export function Shell({ session }: { readonly session: Session }) {
-  const topics = [...session.topics.channels.value.keys()].sort();
+  const layout = useSignal(readFragment(location.hash, KINDS));
+  const isAboutOpen = useSignal(false);
+  useLayoutInAddress(layout);
   return (
-    <main>
-      <h1>{session.server.value?.name ?? "busflow"}</h1>
-      <p role="status">{session.state.value.phase}</p>
-      <ul>
-        {topics.map((topic) => (
-          <li key={topic}>{topic}</li>
+    <div class="shell">
+      <a class="skip" href="#main">
+        Skip to the panels
+      </a>
+      <TopBar session={session} layout={layout} onAbout={() => (isAboutOpen.value = true)} />
+      <nav class="rail" aria-label="Views">
+        {PANELS.map(({ kind, title }) => (
+          <button
+            key={kind}
+            type="button"
+            class="rail-item"
+            title={title}
+            aria-current={layout.value.view === kind ? "page" : undefined}
+            onClick={() => (layout.value = { ...layout.value, view: kind })}
+          >
+            <Icon name={kind} />
+            <span>{title}</span>
+          </button>
         ))}
-      </ul>
-    </main>
+      </nav>
+      <main id="main" class="main" tabIndex={-1}>
+        <Banners session={session} />
+        <Workspace session={session} layout={layout} />
+      </main>
+      {isAboutOpen.value && <About session={session} onClose={() => (isAboutOpen.value = false)} />}
+    </div>
   );
+}
+
+/** Writes each change of the layout into the address, and reads an address that the person changes. */
+function useLayoutInAddress(layout: Signal<Layout>): void {
+  const fragment = fragmentOf(layout.value, KINDS[0] ?? "");
+  useEffect(() => {
+    if (location.hash === fragment) return;
+    history.replaceState(null, "", location.pathname + location.search + fragment);
+  }, [fragment]);
+  useEffect(() => {
+    const read = () => (layout.value = readFragment(location.hash, KINDS));
+    addEventListener("hashchange", read);
+    return () => removeEventListener("hashchange", read);
+  }, [layout]);
 }

@@ -5,6 +5,9 @@ import type { ServerInfo, ServerMessage, StatusLevel } from "../connection/proto
 import { Questions } from "../connection/questions";
 import { Services } from "../connection/services";
 import { Topics } from "../connection/topics";
+import type { Finding, Graph, LogLine, RecordingTime, Run } from "../connection/answers";
+import { followed } from "./followed";
+import { Rates, type RateTable } from "./rates";
 
 export interface Status {
   readonly key: string;
@@ -21,7 +24,14 @@ export interface SessionOptions {
   readonly open?: (url: string) => Socket;
 }
 
+/** The graph as it is now, with its rates. */
+export interface GraphState {
+  readonly graph: Graph;
+  readonly rates: RateTable;
+}
+
 const MOST_STATUSES = 50;
+const MOST_LINES = 5000;
 
 export class Session {
   readonly #state = signal<ConnectionState>({ phase: "connecting" });
@@ -31,6 +41,17 @@ export class Session {
   readonly topics: Topics;
   readonly services: Services;
   readonly questions: Questions;
+  /** Followed while a panel reads them; what was last known stays when the connection ends. */
+  readonly graph: ReadonlySignal<GraphState | null>;
+  readonly log: ReadonlySignal<readonly LogLine[]>;
+  readonly findings: ReadonlySignal<readonly Finding[] | null>;
+  readonly run: ReadonlySignal<Run | null>;
+  /** Where a recording stands; null of a run. */
+  readonly time: ReadonlySignal<RecordingTime | null>;
+  /** How often parameters of each node were set while somebody reads this; by the node's name. */
+  readonly parameterChanges: ReadonlySignal<ReadonlyMap<string, number>>;
+  readonly #parameterChanges;
+  #isParametersFollowed = false;
   #statusIds = 0;
 
   constructor(options: SessionOptions) {
@@ -42,6 +63,22 @@ export class Session {
     this.topics = new Topics(this.#connection);
     this.services = new Services(this.#connection);
     this.questions = new Questions((operation) => this.#connection.send(operation));
+    this.#parameterChanges = signal<ReadonlyMap<string, number>>(new Map(), {
+      watched: () => this.#followParameters(true),
+      unwatched: () => this.#followParameters(false),
+    });
+    this.parameterChanges = this.#parameterChanges;
+    const rates = new Rates();
+    this.graph = followed(this.questions, "graph", null as GraphState | null, (_, graph) => ({
+      graph,
+      rates: rates.update(graph),
+    }));
+    this.log = followed(this.questions, "log", [] as readonly LogLine[], (before, { lines }, isFirst) =>
+      (isFirst ? lines : [...before, ...lines]).slice(-MOST_LINES),
+    );
+    this.findings = followed(this.questions, "health", null as readonly Finding[] | null, (_, answer) => answer.findings);
+    this.run = followed(this.questions, "run", null as Run | null, (_, run) => run);
+    this.time = followed(this.questions, "time", null as RecordingTime | null, (_, time) => time);
   }
 
   get state(): ReadonlySignal<ConnectionState> {
@@ -80,12 +117,26 @@ export class Session {
     this.#statuses.value = this.#statuses.value.filter((status) => status.key !== key);
   }
 
+  #followParameters(on: boolean): void {
+    this.#isParametersFollowed = on;
+    const op = on ? "subscribeParameterUpdates" : "unsubscribeParameterUpdates";
+    this.#connection.send({ op, parameterNames: [] });
+  }
+
+  #onParameters(names: readonly string[]): void {
+    const counts = new Map(this.#parameterChanges.peek());
+    const nodes = new Set(names.map((name) => name.slice(0, name.indexOf("."))));
+    for (const node of nodes) counts.set(node, (counts.get(node) ?? 0) + 1);
+    this.#parameterChanges.value = counts;
+  }
+
   #onState(state: ConnectionState): void {
     const wasOpen = this.isOpen.value;
     this.#state.value = state;
     if (state.phase === "open") {
       this.topics.opened();
-      this.questions.opened();
+      if (this.#isParametersFollowed) this.#followParameters(true);
+      if (this.answersQuestions.value) this.questions.opened();
     } else if (wasOpen) {
       this.topics.ended();
       this.services.ended();
@@ -97,6 +148,7 @@ export class Session {
   #onMessage(message: ServerMessage): void {
     if (message.op === "serverInfo") this.#server.value = message;
     else if (message.op === "status") this.#addStatus(message.level, message.message, message.id);
+    else if (message.op === "parameterValues") this.#onParameters(message.parameters.map(({ name }) => name));
     else if (message.op === "removeStatus") {
       const gone = new Set(message.statusIds);
       this.#statuses.value = this.#statuses.value.filter((status) => !gone.has(status.key));

@@ -1,0 +1,180 @@
+/** Drawing: the graph as SVG, which can be moved, enlarged and walked through with the keyboard. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { Icon } from "../../shell/icons";
+import { EdgeShape, Markers } from "./edge";
+import { useGestures } from "./gestures";
+import type { Layout } from "./layout";
+import type { Edge, GraphModel, Vertex } from "./model";
+import { nearest, type Direction } from "./neighbours";
+import { VertexShape } from "./vertex";
+import { fit, pan, reveal, zoom, type Size, type Viewport } from "./viewport";
+
+interface DrawingProps {
+  readonly model: GraphModel;
+  readonly layout: Layout;
+  readonly selected: string | null;
+  /** Whether a vertex matches the search; all do without one. */
+  readonly matches: (vertex: Vertex) => boolean;
+  readonly onSelect: (id: string | null) => void;
+}
+
+const ARROWS: Readonly<Record<string, Direction>> = {
+  ArrowLeft: "left",
+  ArrowRight: "right",
+  ArrowUp: "up",
+  ArrowDown: "down",
+};
+const STEP = 1.25;
+
+export function Drawing({ model, layout, selected, matches, onSelect }: DrawingProps) {
+  const frame = useRef<HTMLDivElement>(null);
+  const size = useSize(frame);
+  // Until the person moves it, the drawing fits the panel, whatever its size.
+  const moved = useSignal<Viewport | null>(null);
+  const view = moved.value ?? fit(layout.size, size);
+  const setView = (next: Viewport) => (moved.value = next);
+  const isDragging = useGestures(frame, view, setView);
+  const middle = { x: size.width / 2, y: size.height / 2 };
+  useReveal(layout, selected, size, (change) => setView(change(view)));
+
+  const onKeyDown = (event: KeyboardEvent) => {
+    const direction = ARROWS[event.key];
+    if (direction !== undefined) moveFocus(event, layout, direction, (dx, dy) => setView(pan(view, dx, dy)));
+    else if (event.key === "+" || event.key === "=") setView(zoom(view, STEP, middle));
+    else if (event.key === "-") setView(zoom(view, 1 / STEP, middle));
+    else if (event.key === "0") moved.value = null;
+    else if (event.key === "Escape") onSelect(null);
+    else return;
+    event.preventDefault();
+  };
+  return (
+    <div
+      ref={frame}
+      class={`drawing ${isDragging.value ? "dragging" : ""}`}
+      onKeyDown={onKeyDown}
+      onClick={(event) => event.target === event.currentTarget.firstElementChild && onSelect(null)}
+    >
+      <svg width="100%" height="100%" role="group" aria-label="The graph. Arrow keys walk through it; the list beside it has the same.">
+        <Markers />
+        {size.width > 0 && (
+          <g transform={`translate(${view.x} ${view.y}) scale(${view.scale})`}>
+            <Content model={model} layout={layout} selected={selected} matches={matches} onSelect={onSelect} />
+          </g>
+        )}
+      </svg>
+      <div class="zoom" role="group" aria-label="Zoom">
+        <ZoomButton icon="plus" label="Enlarge" onClick={() => setView(zoom(view, STEP, middle))} />
+        <ZoomButton icon="minus" label="Shrink" onClick={() => setView(zoom(view, 1 / STEP, middle))} />
+        <ZoomButton icon="fit" label="Fit" onClick={() => (moved.value = null)} />
+      </div>
+    </div>
+  );
+}
+
+function ZoomButton(props: { readonly icon: string; readonly label: string; readonly onClick: () => void }) {
+  return (
+    <button type="button" class="button plain icon" title={props.label} aria-label={props.label} onClick={props.onClick}>
+      <Icon name={props.icon} />
+    </button>
+  );
+}
+
+/** Groups, edges and vertices, from the back to the front. */
+function Content({ model, layout, selected, matches, onSelect }: DrawingProps) {
+  const related = relatedTo(selected, model);
+  const first = model.vertices[0]?.id;
+  return (
+    <>
+      {[...layout.groups].map(([name, box]) => (
+        <g key={name} class="group">
+          <rect {...box} rx="10" />
+          <text x={box.x + 12} y={box.y + 15}>
+            {name}
+          </text>
+        </g>
+      ))}
+      {[...model.edges].sort(silentFirst).map((edge) => (
+        <EdgeShape
+          key={edge.id}
+          edge={edge}
+          points={layout.edges.get(edge.id) ?? []}
+          isSelected={edge.id === selected}
+          isDim={related !== null && !related.has(edge.id)}
+          onSelect={() => onSelect(edge.id)}
+        />
+      ))}
+      {model.vertices.map((vertex) => {
+        const box = layout.vertices.get(vertex.id);
+        return box === undefined ? null : (
+          <VertexShape
+            key={vertex.id}
+            vertex={vertex}
+            box={box}
+            isSelected={vertex.id === selected}
+            isDim={!matches(vertex) || (related !== null && !related.has(vertex.id))}
+            isTabStop={vertex.id === (selected !== null && layout.vertices.has(selected) ? selected : first)}
+            onSelect={() => onSelect(vertex.id)}
+          />
+        );
+      })}
+    </>
+  );
+}
+
+const RANKS = { silent: 0, flowing: 1, dropping: 2 };
+const silentFirst = (one: Edge, other: Edge): number => RANKS[one.look] - RANKS[other.look];
+
+/** Returns the ids of what is selected and of what it is connected to; null where nothing is selected. */
+function relatedTo(selected: string | null, model: GraphModel): ReadonlySet<string> | null {
+  if (selected === null) return null;
+  const edges = model.edges.filter((edge) => [edge.id, edge.from, edge.to].includes(selected));
+  const isKnown = edges.length > 0 || model.vertices.some(({ id }) => id === selected);
+  return isKnown ? new Set([selected, ...edges.flatMap((edge) => [edge.id, edge.from, edge.to])]) : null;
+}
+
+function moveFocus(event: KeyboardEvent, layout: Layout, direction: Direction, move: (dx: number, dy: number) => void) {
+  const from = event.target instanceof Element ? event.target.getAttribute("data-vertex") : null;
+  if (from === null) {
+    const sign = direction === "left" || direction === "up" ? 1 : -1;
+    move(direction === "left" || direction === "right" ? sign * 60 : 0, direction === "up" || direction === "down" ? sign * 60 : 0);
+    return;
+  }
+  const next = nearest(layout.vertices, from, direction);
+  if (next === null) return;
+  const found = [...(event.currentTarget as Element).querySelectorAll<SVGElement>("[data-vertex]")];
+  found.find((element) => element.getAttribute("data-vertex") === next)?.focus();
+}
+
+function useSize(frame: { readonly current: HTMLElement | null }): Size {
+  const size = useSignal<Size>({ width: 0, height: 0 });
+  useLayoutEffect(() => {
+    const element = frame.current;
+    if (element === null) return undefined;
+    const observer = new ResizeObserver(() => {
+      size.value = { width: element.clientWidth, height: element.clientHeight };
+    });
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, [frame, size]);
+  return size.value;
+}
+
+/** Moves the drawing so that a vertex that was selected elsewhere, as in the list, is seen. */
+function useReveal(
+  layout: Layout,
+  selected: string | null,
+  size: Size,
+  change: (next: (view: Viewport) => Viewport) => void,
+): void {
+  useEffect(() => {
+    const box = selected === null ? undefined : layout.vertices.get(selected);
+    if (box !== undefined && size.width > 0) change((view) => revealed(view, box, size));
+    // Only a new selection moves the drawing; what changes in the graph does not.
+  }, [selected]);
+}
+
+function revealed(view: Viewport, box: Parameters<typeof reveal>[1], size: Size): Viewport {
+  const readable = view.scale < 0.5 ? zoom(view, 0.75 / view.scale, { x: size.width / 2, y: size.height / 2 }) : view;
+  return reveal(readable, box, size);
+}

@@ -1,0 +1,259 @@
+/** The graph as it is drawn: vertices and edges with their looks, from the run's answer. Pure. */
+import type { Graph, GraphNode, GraphService, GraphTopic } from "../../connection/answers";
+import { deliverKey, dropKey, publishKey, type RateTable } from "../../store/rates";
+import { counted, rateText } from "../../store/text";
+
+export type VertexKind = "node" | "topic" | "service";
+/** How a vertex stands: each has a sign of its own beside its colour. */
+export type Tone = "good" | "waiting" | "stopped" | "bad" | "none";
+export type Grouping = "none" | "namespace" | "process" | "machine";
+export type EdgeKind = "publish" | "deliver" | "call" | "serve";
+/** How an edge looks: grey and thin, as wide as its rate, or red, dashed and labelled. */
+export type EdgeLook = "silent" | "flowing" | "dropping";
+
+export interface Vertex {
+  readonly id: string;
+  readonly kind: VertexKind;
+  readonly name: string;
+  /** The name as it is drawn: without the namespace of its group. */
+  readonly label: string;
+  /** What stands beside or below the name: a node's state, a topic's rate. */
+  readonly detail: string;
+  readonly tone: Tone;
+  readonly group: string | null;
+  /** What a screen reader says. */
+  readonly sentence: string;
+}
+
+export interface Edge {
+  readonly id: string;
+  readonly kind: EdgeKind;
+  readonly from: string;
+  readonly to: string;
+  readonly node: string;
+  /** The topic or service at its other end. */
+  readonly name: string;
+  readonly look: EdgeLook;
+  readonly width: number;
+  readonly label: string | null;
+  readonly sentence: string;
+}
+
+export interface GraphModel {
+  readonly vertices: readonly Vertex[];
+  readonly edges: readonly Edge[];
+}
+
+export interface Shown {
+  readonly grouping: Grouping;
+  readonly services: boolean;
+  readonly hidden: boolean;
+}
+
+export const vertexId = (kind: VertexKind, name: string): string => `${kind} ${name}`;
+export const edgeId = (kind: EdgeKind, node: string, name: string): string => `${kind} ${node} ${name}`;
+
+const TONES: Readonly<Record<string, Tone>> = {
+  running: "good",
+  built: "waiting",
+  waiting: "waiting",
+  starting: "waiting",
+  restarting: "waiting",
+  stopping: "stopped",
+  stopped: "stopped",
+  "stopped by hand": "stopped",
+  failed: "bad",
+};
+/** Topics that every node has: they say nothing of this graph. */
+const COMMON_TOPICS: ReadonlySet<string> = new Set(["/parameter_events", "/rosout"]);
+const THINNEST = 1;
+const WIDEST = 7;
+
+/** Returns an edge's width in pixels: 1 when silent, and 1.4 more for each tenfold of its rate, at most 7. */
+export function edgeWidth(rateHz: number | null): number {
+  if (rateHz === null || rateHz <= 0) return THINNEST;
+  return Math.min(WIDEST, THINNEST + 0.5 + 1.4 * Math.log10(1 + rateHz));
+}
+
+/** Returns what is drawn of a graph; vertices and edges in the order of their names, so that a layout repeats. */
+export function graphModel(graph: Graph, rates: RateTable, shown: Shown): GraphModel {
+  const nodes = graph.nodes.filter((node) => shown.hidden || !node.hidden);
+  const groups = new Map(nodes.map((node) => [node.name, groupOf(node, shown.grouping)]));
+  const isShown = (node: string): boolean => groups.has(node);
+  const topics = graph.topics
+    .filter((topic) => shown.hidden || !isHidden(topic))
+    .filter((topic) => [...topic.publishers, ...topic.subscriptions].some((end) => isShown(end.node)));
+  const services = shown.services ? graph.services.filter((service) => shown.hidden || !service.hidden) : [];
+  const edges = [
+    ...topics.flatMap((topic) => topicEdges(topic, rates)),
+    ...services.flatMap((service) => serviceEdges(service)),
+  ].filter((edge) => isShown(edge.node));
+  const vertices = [
+    ...nodes.map((node) => nodeVertex(node, groups.get(node.name) ?? null)),
+    ...topics.map((topic) => topicVertex(topic, rates, commonGroup(endNodes(topic), groups))),
+    ...services.map((service) => serviceVertex(service, commonGroup(serviceNodes(service), groups))),
+  ];
+  const byId = (one: { id: string }, other: { id: string }) => (one.id < other.id ? -1 : Number(one.id > other.id));
+  return { vertices: vertices.sort(byId), edges: edges.sort(byId) };
+}
+
+/** Returns the groupings that would show more than one group. */
+export function usefulGroupings(nodes: readonly GraphNode[]): readonly Grouping[] {
+  const seen = nodes.filter((node) => !node.hidden);
+  const all: readonly Grouping[] = ["namespace", "process", "machine"];
+  return all.filter((grouping) => new Set(seen.map((node) => groupOf(node, grouping))).size > 1);
+}
+
+/** Returns the rate at which a topic is published, over all its publishers; null where it is not known. */
+export function topicRate(topic: GraphTopic, rates: RateTable): number | null {
+  const known = topic.publishers.flatMap(({ node }) => rates.get(publishKey(topic.name, node)) ?? []);
+  return known.length > 0 ? known.reduce((sum, rate) => sum + rate, 0) : topic.rate_hz;
+}
+
+export function isHidden(topic: GraphTopic): boolean {
+  return topic.hidden || COMMON_TOPICS.has(topic.name);
+}
+
+export function toneOf(state: string): Tone {
+  return TONES[state] ?? "none";
+}
+
+function groupOf(node: GraphNode, grouping: Grouping): string | null {
+  switch (grouping) {
+    case "none":
+      return null;
+    case "namespace":
+      return node.namespace === "/" ? null : node.namespace;
+    case "process":
+      return node.process;
+    case "machine":
+      return node.machine;
+  }
+}
+
+/** Returns the group of all these nodes, or null where they are in several. */
+function commonGroup(nodes: readonly string[], groups: ReadonlyMap<string, string | null>): string | null {
+  const found = new Set(nodes.filter((node) => groups.has(node)).map((node) => groups.get(node) ?? null));
+  const [only] = found;
+  return found.size === 1 ? (only ?? null) : null;
+}
+
+/** Returns a name without the namespace that its group's frame already says. */
+function within(group: string | null, name: string): string {
+  return group !== null && name.startsWith(`${group}/`) ? name.slice(group.length + 1) : name;
+}
+
+const endNodes = (topic: GraphTopic) => [...topic.publishers, ...topic.subscriptions].map((end) => end.node);
+const serviceNodes = (service: GraphService) => [...service.servers, ...service.clients].map((end) => end.node);
+
+function nodeVertex(node: GraphNode, group: string | null): Vertex {
+  const restarts = node.restarts > 0 ? `, ${counted(node.restarts, "restart")}` : "";
+  return {
+    id: vertexId("node", node.name),
+    kind: "node",
+    name: node.name,
+    label: within(group, node.name),
+    detail: node.state,
+    tone: toneOf(node.state),
+    group,
+    sentence: `node ${node.name}, ${node.state}${restarts}`,
+  };
+}
+
+function topicVertex(topic: GraphTopic, rates: RateTable, group: string | null): Vertex {
+  const rate = topicRate(topic, rates);
+  const detail = rate === null ? "" : rateText(rate);
+  return {
+    id: vertexId("topic", topic.name),
+    kind: "topic",
+    name: topic.name,
+    label: within(group, topic.name),
+    detail,
+    tone: "none",
+    group,
+    sentence: `topic ${topic.name}, ${detail || "rate unknown"}, ${topic.type}`,
+  };
+}
+
+function serviceVertex(service: GraphService, group: string | null): Vertex {
+  return {
+    id: vertexId("service", service.name),
+    kind: "service",
+    name: service.name,
+    label: within(group, service.name),
+    detail: "",
+    tone: "none",
+    group,
+    sentence: `service ${service.name}, ${service.type}`,
+  };
+}
+
+function topicEdges(topic: GraphTopic, rates: RateTable): Edge[] {
+  const id = vertexId("topic", topic.name);
+  const publishers = [...new Set(topic.publishers.map((end) => end.node))];
+  const receivers = [...new Set(topic.subscriptions.map((end) => end.node))];
+  const { name } = topic;
+  return [
+    ...publishers.map((node) => {
+      const rate = rates.get(publishKey(name, node)) ?? null;
+      const ends: Ends = { kind: "publish", from: vertexId("node", node), to: id, node, name };
+      return edge(ends, { rate, dropped: 0, isDropping: false }, `${node} publishes ${name}`);
+    }),
+    ...receivers.map((node) => {
+      const own = topic.subscriptions.filter((end) => end.node === node);
+      const traffic: Traffic = {
+        rate: rates.get(deliverKey(name, node)) ?? null,
+        dropped: own.reduce((sum, end) => sum + (end.dropped ?? 0), 0),
+        isDropping: (rates.get(dropKey(name, node)) ?? 0) > 0,
+      };
+      const ends: Ends = { kind: "deliver", from: id, to: vertexId("node", node), node, name };
+      return edge(ends, traffic, `${node} receives ${name}`);
+    }),
+  ];
+}
+
+type Ends = Pick<Edge, "kind" | "from" | "to" | "node" | "name">;
+
+interface Traffic {
+  readonly rate: number | null;
+  readonly dropped: number;
+  /** Whether messages were dropped within the last seconds. */
+  readonly isDropping: boolean;
+}
+
+function edge(ends: Ends, { rate, dropped, isDropping }: Traffic, sentence: string): Edge {
+  const look: EdgeLook = dropped > 0 ? "dropping" : rate === null || rate <= 0 ? "silent" : "flowing";
+  const label = dropped > 0 ? `${counted(dropped, "dropped", "dropped")}${isDropping ? "" : ", none now"}` : null;
+  const said = rate === null ? "" : rate > 0 ? `, ${rateText(rate)}` : ", silent";
+  return {
+    id: edgeId(ends.kind, ends.node, ends.name),
+    ...ends,
+    look,
+    width: look === "dropping" ? Math.max(2, edgeWidth(rate)) : edgeWidth(rate),
+    label,
+    sentence: `${sentence}${said}${label === null ? "" : `, ${label}`}`,
+  };
+}
+
+function serviceEdges(service: GraphService): Edge[] {
+  const id = vertexId("service", service.name);
+  const of = (ends: Ends, sentence: string): Edge => ({
+    id: edgeId(ends.kind, ends.node, ends.name),
+    ...ends,
+    look: "flowing",
+    width: THINNEST,
+    label: null,
+    sentence,
+  });
+  const servers = [...new Set(service.servers.map((end) => end.node))];
+  const clients = [...new Set(service.clients.map((end) => end.node))];
+  const { name } = service;
+  return [
+    ...clients.map((node) =>
+      of({ kind: "call", from: vertexId("node", node), to: id, node, name }, `${node} calls ${name}`),
+    ),
+    ...servers.map((node) =>
+      of({ kind: "serve", from: id, to: vertexId("node", node), node, name }, `${node} answers ${name}`),
+    ),
+  ];
+}

@@ -1,0 +1,199 @@
+/** Node details: its state, source, timers, ends and parameters, and the buttons that steer it. */
+import { useSignal } from "@preact/signals";
+import type { GraphNode, Timer } from "../../connection/answers";
+import type { Session } from "../../store/session";
+import { countText, rateText, secondsText } from "../../store/text";
+import { ParameterForm } from "../parameters/parameter_form";
+import { Heading, Link, Section, type DetailsProps } from "./details";
+import { edgeId, isHidden, toneOf, vertexId } from "./model";
+import { Sign } from "./sign";
+
+const LEVELS = ["debug", "info", "warning", "error", "critical"];
+
+export function NodeDetails({ session, state, node, onSelect }: DetailsProps & { readonly node: GraphNode }) {
+  const hidden = new Set(state.graph.topics.filter(isHidden).map(({ name }) => name));
+  const services = state.graph.services.filter((service) => !service.hidden);
+  const own = services.filter(({ servers }) => servers.some((end) => end.node === node.name));
+  return (
+    <>
+      <Heading kind="Node">{node.name}</Heading>
+      <p class="node-state">
+        <Sign tone={toneOf(node.state)} /> {node.state}
+        {node.restarts > 0 && <span class="badge warn">restarted {node.restarts}×</span>}
+      </p>
+      {node.failures.map((failure) => (
+        <p key={failure} class="bad failure">
+          {failure}
+        </p>
+      ))}
+      {session.maySteer.value && node.is_busflow && <Steering session={session} node={node} />}
+      <Facts node={node} />
+      {node.timers.length > 0 && <Timers timers={node.timers} />}
+      <Ends title="Publishes" topics={node.publishers.filter((name) => !hidden.has(name))} node={node.name} kind="publish" onSelect={onSelect} />
+      <Ends title="Receives" topics={node.subscriptions.filter((name) => !hidden.has(name))} node={node.name} kind="deliver" onSelect={onSelect} />
+      {own.length > 0 && (
+        <Section title="Services">
+          <ul class="ends">
+            {own.map(({ name }) => (
+              <li key={name}>
+                <Link id={vertexId("service", name)} onSelect={onSelect}>
+                  {name}
+                </Link>
+              </li>
+            ))}
+          </ul>
+        </Section>
+      )}
+      {node.is_busflow && (
+        <Section title="Parameters">
+          <ParameterForm session={session} node={node.name} />
+        </Section>
+      )}
+    </>
+  );
+}
+
+function Facts({ node }: { readonly node: GraphNode }) {
+  const rows: readonly (readonly [string, string | null])[] = [
+    ["Plugin", node.plugin],
+    ["Source", node.source],
+    ["Process", node.process === null ? null : `${node.process}${node.pid === null ? "" : ` (${node.pid})`}`],
+    ["Machine", node.machine],
+    ["Depends on", node.depends_on.join(", ") || null],
+  ];
+  return (
+    <dl class="facts">
+      {rows.map(([name, value]) =>
+        value === null ? null : (
+          <>
+            <dt>{name}</dt>
+            <dd class="mono">{value}</dd>
+          </>
+        ),
+      )}
+    </dl>
+  );
+}
+
+/** Restart, stop or start, and the level of its log; what came of it is said below. */
+function Steering({ session, node }: { readonly session: Session; readonly node: GraphNode }) {
+  const said = useSignal<{ readonly text: string; readonly isBad: boolean } | null>(null);
+  const attempt = async (done: string, ask: () => Promise<unknown>) => {
+    said.value = null;
+    try {
+      await ask();
+      said.value = { text: done, isBad: false };
+    } catch (reason) {
+      said.value = { text: (reason as Error).message, isBad: true };
+    }
+  };
+  const order = (word: "start" | "stop" | "restart", done: string) => () =>
+    void attempt(done, () => session.questions.ask("order", { node: node.name, order: word }));
+  const isStopped = toneOf(node.state) === "stopped" || toneOf(node.state) === "bad";
+  return (
+    <>
+      <div class="buttons">
+        <button type="button" class="button" onClick={order("restart", "It restarts.")}>
+          Restart
+        </button>
+        {isStopped ? (
+          <button type="button" class="button" onClick={order("start", "It starts.")}>
+            Start
+          </button>
+        ) : (
+          <button type="button" class="button" onClick={order("stop", "It stops.")}>
+            Stop
+          </button>
+        )}
+        <select
+          aria-label="Log level"
+          value=""
+          onChange={(event) => {
+            const level = event.currentTarget.value;
+            event.currentTarget.value = "";
+            void attempt(`It logs from ${level} on.`, () =>
+              session.questions.ask("log_level", { node: node.name, level }),
+            );
+          }}
+        >
+          <option value="" disabled>
+            Log level
+          </option>
+          {LEVELS.map((level) => (
+            <option key={level}>{level}</option>
+          ))}
+        </select>
+      </div>
+      <p class={`small said ${said.value?.isBad === true ? "bad" : "quiet"}`} role="status">
+        {said.value?.text}
+      </p>
+    </>
+  );
+}
+
+function Timers({ timers }: { readonly timers: readonly Timer[] }) {
+  return (
+    <Section title="Timers">
+      <table class="table">
+        <thead>
+          <tr>
+            <th scope="col">every</th>
+            <th scope="col" class="number">
+              fired
+            </th>
+            <th scope="col" class="number">
+              missed
+            </th>
+            <th scope="col" class="number" title="Half of the ticks are later than this">
+              late p50
+            </th>
+            <th scope="col" class="number" title="One tick of a hundred is later than this">
+              p99
+            </th>
+          </tr>
+        </thead>
+        <tbody>
+          {timers.map((timer) => (
+            <tr key={timer.name}>
+              <td title={rateText(1 / timer.period_s)}>
+                <span class="mono small timer-name">{timer.name}</span>
+                {secondsText(timer.period_s)}
+              </td>
+              <td class="number">{countText(timer.fired)}</td>
+              <td class={`number ${timer.missed > 0 ? "bad" : ""}`}>{countText(timer.missed)}</td>
+              <td class="number">{latenessText(timer.lateness_p50_s)}</td>
+              <td class="number">{latenessText(timer.lateness_p99_s)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </Section>
+  );
+}
+
+const latenessText = (seconds: number | null): string => (seconds === null ? "–" : secondsText(seconds));
+
+interface EndsProps {
+  readonly title: string;
+  readonly topics: readonly string[];
+  readonly node: string;
+  readonly kind: "publish" | "deliver";
+  readonly onSelect: (id: string) => void;
+}
+
+function Ends({ title, topics, node, kind, onSelect }: EndsProps) {
+  if (topics.length === 0) return null;
+  return (
+    <Section title={title}>
+      <ul class="ends">
+        {topics.map((topic) => (
+          <li key={topic}>
+            <Link id={edgeId(kind, node, topic)} onSelect={onSelect}>
+              {topic}
+            </Link>
+          </li>
+        ))}
+      </ul>
+    </Section>
+  );
+}

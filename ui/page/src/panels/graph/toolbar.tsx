@@ -1,0 +1,61 @@
+/** What is drawn of the graph: its grouping, its services, what is hidden. */
+import type { Graph } from "../../connection/answers";
+import { counted } from "../../store/text";
+import type { GraphSettings } from "./graph_panel";
+import { isHidden, usefulGroupings, type Grouping } from "./model";
+
+interface ToolbarProps {
+  readonly graph: Graph;
+  readonly settings: GraphSettings;
+  readonly grouping: Grouping;
+  readonly onChange: (changed: Partial<GraphSettings>) => void;
+}
+
+export function GraphToolbar({ graph, settings, grouping, onChange }: ToolbarProps) {
+  const groupings = usefulGroupings(graph.nodes);
+  return (
+    <div class="toolbar">
+      <span class="graph-sum">{sumOf(graph)}</span>
+      <span class="grow" />
+      {groupings.length > 0 && (
+        <label class="check">
+          Group by
+          <select value={grouping} onChange={(event) => onChange({ grouping: event.currentTarget.value as Grouping })}>
+            <option value="none">nothing</option>
+            {groupings.map((each) => (
+              <option key={each} value={each}>
+                {each}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
+      <Check label="Services" on={settings.services} onChange={(services) => onChange({ services })} />
+      <Check label="Hidden" on={settings.hidden} onChange={(hidden) => onChange({ hidden })} />
+    </div>
+  );
+}
+
+function Check(props: { readonly label: string; readonly on: boolean; readonly onChange: (on: boolean) => void }) {
+  return (
+    <label class="check">
+      <input type="checkbox" checked={props.on} onChange={(event) => props.onChange(event.currentTarget.checked)} />
+      {props.label}
+    </label>
+  );
+}
+
+/** The graph in one line. */
+function sumOf(graph: Graph) {
+  const nodes = graph.nodes.filter(({ hidden }) => !hidden);
+  const topics = graph.topics.filter((topic) => !isHidden(topic));
+  const dropped = topics.flatMap(({ subscriptions }) => subscriptions).reduce((sum, end) => sum + (end.dropped ?? 0), 0);
+  const failed = nodes.filter(({ state }) => state === "failed").length;
+  return (
+    <>
+      {counted(nodes.length, "node")}, {counted(topics.length, "topic")}
+      {failed > 0 && <span class="bad"> · {counted(failed, "node")} failed</span>}
+      {dropped > 0 && <span class="bad"> · {counted(dropped, "message")} dropped</span>}
+    </>
+  );
+}

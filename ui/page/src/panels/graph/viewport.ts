@@ -1,0 +1,56 @@
+/** The viewport: which part of the drawing is seen, and how large. Pure. */
+import type { Box } from "./layout";
+
+/** Drawing coordinates become screen coordinates by `screen = drawing * scale + offset`. */
+export interface Viewport {
+  readonly x: number;
+  readonly y: number;
+  readonly scale: number;
+}
+
+export interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
+const SMALLEST = 0.08;
+const LARGEST = 3;
+const FIT_LARGEST = 1.25;
+
+/** Returns the viewport that shows the whole drawing in the middle, at most a quarter larger than drawn. */
+export function fit(drawing: Size, screen: Size): Viewport {
+  if (drawing.width <= 0 || drawing.height <= 0 || screen.width <= 0 || screen.height <= 0) return { x: 0, y: 0, scale: 1 };
+  const scale = clamp(Math.min(screen.width / drawing.width, screen.height / drawing.height), SMALLEST, FIT_LARGEST);
+  return {
+    x: (screen.width - drawing.width * scale) / 2,
+    y: (screen.height - drawing.height * scale) / 2,
+    scale,
+  };
+}
+
+/** Returns the viewport larger by a factor, with a point of the screen where it is. */
+export function zoom(view: Viewport, factor: number, at: { readonly x: number; readonly y: number }): Viewport {
+  const scale = clamp(view.scale * factor, SMALLEST, LARGEST);
+  const ratio = scale / view.scale;
+  return { x: at.x - (at.x - view.x) * ratio, y: at.y - (at.y - view.y) * ratio, scale };
+}
+
+export function pan(view: Viewport, dx: number, dy: number): Viewport {
+  return { ...view, x: view.x + dx, y: view.y + dy };
+}
+
+/** Returns the viewport moved as little as needed for a box to be seen whole, with some room around it. */
+export function reveal(view: Viewport, box: Box, screen: Size): Viewport {
+  const room = 24;
+  const shift = (start: number, length: number, size: number): number => {
+    if (start < room) return room - start;
+    return start + length > size - room ? Math.max(room - start, size - room - start - length) : 0;
+  };
+  const dx = shift(box.x * view.scale + view.x, box.width * view.scale, screen.width);
+  const dy = shift(box.y * view.scale + view.y, box.height * view.scale, screen.height);
+  return pan(view, dx, dy);
+}
+
+function clamp(value: number, least: number, most: number): number {
+  return Math.min(most, Math.max(least, value));
+}

@@ -1,0 +1,102 @@
+/** Workspace: the panels of the shown view, in columns. */
+import type { Signal } from "@preact/signals";
+import { Component, type ComponentChildren } from "preact";
+import type { Panel } from "../panels/panel";
+import { PANELS } from "../panels/registry";
+import type { Session } from "../store/session";
+import { Icon } from "./icons";
+import { removePanel, setSettings, shownIn, type Layout, type Place } from "./layout";
+
+const BY_KIND: ReadonlyMap<string, Panel> = new Map(PANELS.map((panel) => [panel.kind, panel]));
+
+interface WorkspaceProps {
+  readonly session: Session;
+  readonly layout: Signal<Layout>;
+}
+
+export function Workspace({ session, layout }: WorkspaceProps) {
+  const columns = shownIn(layout.value);
+  const isAlone = columns.flat().length === 1;
+  const { view } = layout.value;
+  return (
+    <div class="workspace">
+      {columns.map((places, column) => (
+        <div class="column" key={`${view} ${column}`}>
+          {places.map((place, row) => (
+            <PanelFrame
+              key={`${view} ${column} ${row} ${place.kind}`}
+              session={session}
+              place={place}
+              isAlone={isAlone}
+              onSettings={(settings) => (layout.value = setSettings(layout.value, column, row, settings))}
+              onClose={() => (layout.value = removePanel(layout.value, column, row))}
+            />
+          ))}
+        </div>
+      ))}
+    </div>
+  );
+}
+
+interface FrameProps {
+  readonly session: Session;
+  readonly place: Place;
+  readonly isAlone: boolean;
+  readonly onSettings: (settings: Place["settings"]) => void;
+  readonly onClose: () => void;
+}
+
+function PanelFrame({ session, place, isAlone, onSettings, onClose }: FrameProps) {
+  const panel = BY_KIND.get(place.kind);
+  if (panel === undefined) return null;
+  const Body = panel.component;
+  return (
+    <section class="panel" aria-label={panel.title}>
+      {!isAlone && (
+        <header class="panel-head">
+          <h2>{panel.title}</h2>
+          <button type="button" class="button plain icon" aria-label={`Close ${panel.title}`} onClick={onClose}>
+            <Icon name="close" />
+          </button>
+        </header>
+      )}
+      <div class={`panel-body panel-${place.kind}`}>
+        <Boundary title={panel.title}>
+          <Body session={session} settings={place.settings} onSettings={onSettings} />
+        </Boundary>
+      </div>
+    </section>
+  );
+}
+
+interface BoundaryProps {
+  readonly title: string;
+  readonly children: ComponentChildren;
+}
+
+interface BoundaryState {
+  readonly error: string | null;
+}
+
+/** Keeps an error of one panel from the others, and says it. */
+class Boundary extends Component<BoundaryProps, BoundaryState> {
+  override state: BoundaryState = { error: null };
+
+  static override getDerivedStateFromError(error: unknown) {
+    console.error(error);
+    return { error: error instanceof Error ? error.message : String(error) };
+  }
+
+  override render() {
+    if (this.state.error === null) return this.props.children;
+    return (
+      <div class="empty" role="alert">
+        <strong>{this.props.title} has failed</strong>
+        <span>This is a mistake of the page: {this.state.error}</span>
+        <button type="button" class="button" onClick={() => this.setState({ error: null })}>
+          Try again
+        </button>
+      </div>
+    );
+  }
+}
