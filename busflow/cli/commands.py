@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from busflow.launchfile.model.description import Compression
     from busflow.processes.remote_recorder import RemoteRecorder
     from busflow.recording.bag import Bag
+    from busflow.recording.bag.channel import Channel, Entry
     from busflow.wire.client.client import Peer, ServiceKind
     from busflow.wire.client.graph_view import EndView, GraphView, NodeView, TopicView
     from busflow.wire.client.known_type import known_type
@@ -56,6 +57,7 @@ _HOMES = {
     "launchfile.model.description": ("Compression",),
     "processes.remote_recorder": ("RemoteRecorder",),
     "recording.bag": ("Bag",),
+    "recording.bag.channel": ("Channel", "Entry"),
     "wire.client.client": ("Peer", "ServiceKind"),
     "wire.client.graph_view": ("EndView", "GraphView", "NodeView", "TopicView"),
     "wire.client.known_type": ("known_type",),
@@ -69,8 +71,10 @@ _ORIGINALS = {"decode_json": "decode", "tell": "print_message"}
 
 __all__ = [
     "Bag",
+    "Channel",
     "Compression",
     "EndView",
+    "Entry",
     "ForeignType",
     "GraphView",
     "LaunchFileEdit",

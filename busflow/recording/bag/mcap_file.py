@@ -207,7 +207,7 @@ class _Walk:
         """The kind of the record before the one that is read."""
         summary = source.summary
         self._chunks = sorted(summary.chunks, reverse=True) if summary else []
-        """The offsets of the chunks still to be read, each with the end of its indices; the next one last."""
+        """The chunks still to be read, the next one last."""
         self._indices_end = 0
         self._indexed = bool(self._chunks)
         self._may_pass = summary is not None and summary.whole and (since_ns, until_ns) != (SINCE, UNTIL)
@@ -221,6 +221,8 @@ class _Walk:
         """The items that `McapFile.walk` yields."""
         file = self._file
         while True:
+            if self._may_pass:
+                self._pass_over_chunks()
             crc = file.crc
             frame = file.next()
             self._check_order(frame)
@@ -243,13 +245,24 @@ class _Walk:
                     file.check_data(record, crc, frame.offset)
                     return
 
+    def _pass_over_chunks(self) -> None:
+        """Go on behind the chunks from here on that hold nothing wanted, without reading where each begins."""
+        here = self._file.at
+        while self._chunks and self._chunks[-1].start == here < self._chunks[-1].end:
+            if self._chunks[-1].may_hold(self._chosen, self._since, self._until):
+                break
+            here = self._indices_end = self._chunks.pop().end
+            self._before = 0
+        self._file.go_to(here)
+
     def _check_order(self, frame: Frame) -> None:
         """Refuse a record at whose place another one belongs: nothing else protects its kind and its length."""
         opcode, offset = frame.opcode, frame.offset
-        if self._chunks and (offset >= self._chunks[-1][0] or opcode == Opcode.DATA_END):
-            start, self._indices_end = self._chunks.pop()
-            if (opcode, offset) != (Opcode.CHUNK, start):
-                raise self._file.damaged(f"there is no chunk at byte {start}, where the summary says", offset)
+        if self._chunks and (offset >= self._chunks[-1].start or opcode == Opcode.DATA_END):
+            place = self._chunks.pop()
+            self._indices_end = place.end
+            if (opcode, offset) != (Opcode.CHUNK, place.start):
+                raise self._file.damaged(f"there is no chunk at byte {place.start}, where the summary says", offset)
         after_chunk = self._before in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
         if opcode == Opcode.MESSAGE_INDEX and not after_chunk:
             raise self._file.damaged("a message index follows no chunk", offset)

@@ -86,7 +86,8 @@ class Contents:
 
     def _next_chunk(self, offset: int) -> bool:
         """Go on at the first chunk behind a place of which the summary knows."""
-        behind = [start for start, _ in (self.summary.chunks if self.summary else []) if offset < start < self.size]
+        starts = [each.start for each in (self.summary.chunks if self.summary else [])]
+        behind = [start for start in starts if offset < start < self.size]
         if behind:
             self._file.go_to(min(behind))
         return bool(behind)

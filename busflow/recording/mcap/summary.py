@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Collection
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from mcap import records
 from mcap.records import McapRecord
@@ -16,6 +18,23 @@ _FOOTER = FRAME.size + 20 + len(MAGIC)
 _CRC = 4
 
 
+class ChunkPlace(NamedTuple):
+    """The place and contents of a chunk, as the summary states them."""
+
+    start: int
+    end: int
+    """The end of its message indices."""
+    first_ns: int
+    last_ns: int
+    channels: frozenset[int]
+    """The channels of its messages; empty where they are not stated."""
+
+    def may_hold(self, channels: Collection[int], since_ns: int, until_ns: int) -> bool:
+        """Return whether it may hold a message of these channels and this time."""
+        in_time = self.first_ns <= until_ns and self.last_ns >= since_ns
+        return in_time and not (self.channels and self.channels.isdisjoint(channels))
+
+
 @dataclass(slots=True)
 class Summary:
     """The contents of a file's summary section."""
@@ -25,8 +44,7 @@ class Summary:
     schemas: dict[int, records.Schema] = field(default_factory=dict[int, records.Schema])
     channels: dict[int, records.Channel] = field(default_factory=dict[int, records.Channel])
     statistics: records.Statistics | None = None
-    chunks: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
-    """The offset of each chunk, and the end of its message indices."""
+    chunks: list[ChunkPlace] = field(default_factory=list[ChunkPlace])
     indices: dict[int, tuple[tuple[int, int], tuple[int, int]]] = field(
         default_factory=dict[int, tuple[tuple[int, int], tuple[int, int]]]
     )
@@ -95,7 +113,9 @@ def _take(summary: Summary, record: McapRecord | None) -> None:
             summary.statistics = record
         case records.ChunkIndex():
             start = record.chunk_start_offset
-            summary.chunks.append((start, start + record.chunk_length + record.message_index_length))
+            end = start + record.chunk_length + record.message_index_length
+            times = record.message_start_time, record.message_end_time
+            summary.chunks.append(ChunkPlace(start, end, *times, frozenset(record.message_index_offsets)))
             for channel, place in record.message_index_offsets.items():
                 begins, ends = (record.message_start_time, place), (record.message_end_time, place)
                 first, last = summary.indices.get(channel, (begins, ends))

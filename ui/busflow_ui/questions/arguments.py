@@ -7,6 +7,8 @@ from typing import Any, cast
 
 from busflow.errors import MalformedMessage
 
+_MOST_DIGITS = 19
+
 
 def text(arguments: Mapping[str, Any], word: str) -> str:
     """Return a text.
@@ -68,6 +70,20 @@ def whole_number(arguments: Mapping[str, Any], word: str, *, least: int, most: i
     if type(found) is not int or not least <= found <= most:
         raise MalformedMessage(f"{word} is a whole number from {least} to {most}")
     return found
+
+
+def digits(arguments: Mapping[str, Any], word: str) -> int:
+    """Return a moment in nanoseconds: text of digits, since numbers of a browser lose some, or a number.
+
+    Raises:
+        MalformedMessage: It is missing, or something else.
+    """
+    found = arguments.get(word)
+    if isinstance(found, str) and found.isascii() and found.isdigit() and len(found) <= _MOST_DIGITS:
+        return int(found)
+    if type(found) is int and 0 <= found < 10**_MOST_DIGITS:
+        return found
+    raise MalformedMessage(f"{word} is a moment in nanoseconds, written with digits")
 
 
 def number(arguments: Mapping[str, Any], word: str, *, above: float, most: float, default: float) -> float:

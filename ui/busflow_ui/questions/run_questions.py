@@ -51,15 +51,14 @@ class RunQuestions:
             "log": Question(self._log, remaining=NewLines),
             "run": Question(self._run, remaining=Changed),
             "health": Question(self._health, remaining=Changed, every=_HEALTH_EVERY),
-            "recording": Question(self._recording, remaining=Changed),
             "parameters": Question(steering.parameters),
             "layout": Question(steering.layout),
-            "set_parameters": Question(self._then_send_parameters(steering), changes=True),
-            "save_parameters": Question(steering.save_parameters, changes=True),
-            "save_layout": Question(steering.save_layout, changes=True),
-            "order": Question(steering.order, changes=True),
-            "log_level": Question(steering.log_level, changes=True),
-            "record": Question(self._record, changes=True),
+            "set_parameters": Question(self._then_send_parameters(steering), changes=_always),
+            "save_parameters": Question(steering.save_parameters, changes=_always),
+            "save_layout": Question(steering.save_layout, changes=_always),
+            "order": Question(steering.order, changes=_always),
+            "log_level": Question(steering.log_level, changes=_always),
+            "record": Question(self._record, remaining=Changed, changes=lambda arguments: "on" in arguments),
         }
 
     def session(self, viewer: Viewer) -> Session:
@@ -153,14 +152,13 @@ class RunQuestions:
         return {"findings": [each.as_json() for each in found]}
 
     async def _record(self, arguments: Mapping[str, Any]) -> object:
+        if "on" not in arguments:
+            return self._recorder.state()
         is_on = checked.flag(arguments, "on")
         state = await self._bridge.ask(lambda: self._recorder.switch(on=is_on))
         for session in self._sessions:
-            session.send_update("recording", state)
+            session.send_update("record", state)
         return state
-
-    async def _recording(self, _arguments: Mapping[str, Any]) -> object:
-        return self._recorder.state()
 
     def _then_send_parameters(self, steering: Steering) -> Callable[[Mapping[str, Any]], Any]:
         async def set_parameters(arguments: Mapping[str, Any]) -> object:
@@ -169,3 +167,7 @@ class RunQuestions:
             return answer
 
         return set_parameters
+
+
+def _always(_arguments: Mapping[str, Any]) -> bool:
+    return True

@@ -24,8 +24,8 @@ class Question:
     """Question that a page may ask."""
 
     answer: Answer
-    changes: bool = False
-    """Whether it changes the run or a file, which a page that may only look cannot."""
+    changes: Callable[[Mapping[str, Any]], bool] = lambda _arguments: False
+    """Returns whether it changes the run or a file, which a page that may only look cannot."""
     remaining: Callable[[], Remaining] | None = None
     """Makes the memory of what a page has of the answer; None where it cannot be followed."""
     every: int = 1
@@ -115,7 +115,7 @@ class Session:
 
     async def _answer(self, ask: frames.Ask) -> None:
         try:
-            question = self._allowed(ask.question)
+            question = self._allowed(ask)
             self.send(frames.answer(ask.id, await question.answer(ask.arguments)))
         except BusflowError as error:
             self.send(frames.error(ask.id, printable(error, limit=2000)))
@@ -123,9 +123,9 @@ class Session:
             self._print(f"error: {ask.question} failed; this is a bug in busflow, please report it: {error!r}")
             self.send(frames.error(ask.id, "busflow failed to answer; its terminal says more"))
 
-    def _allowed(self, name: str) -> Question:
-        found = self._known(name)
-        if found.changes and self._read_only:
+    def _allowed(self, ask: frames.Ask) -> Question:
+        found = self._known(ask.question)
+        if self._read_only and found.changes(ask.arguments):
             raise NotAllowed("this page may only look")
         return found
 

@@ -1,0 +1,72 @@
+"""Answers about a recording as a whole: which nodes publish which topics, and its log."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+from busflow.clock import NS_PER_S
+from busflow.errors import BagError, MalformedMessage
+
+if TYPE_CHECKING:
+    from busflow_ui.recordings.recording import RecordedTopic, Recording
+
+_LOG = "/rosout"
+
+
+def graph_of(recording: Recording) -> dict[str, Any]:
+    """Return the graph in the form of a run's: a recording knows no subscriptions, and no state of a node."""
+    topics = recording.topics.values()
+    names = sorted({node for each in topics for node in _publishers(each)})
+    return {
+        "elapsed_s": (recording.end_ns - recording.start_ns) / NS_PER_S,
+        "clock": "",
+        "inbox": [],
+        "nodes": [_node(name, [each.channel.topic for each in topics if name in _publishers(each)]) for name in names],
+        "topics": [_topic(each, recording) for each in topics],
+        "services": [],
+    }
+
+
+def log_of(recording: Recording, moment_ns: int, count: int) -> list[dict[str, Any]]:
+    """Return the last lines of the log up to a moment, oldest first, in the form of a run's. Blocks while it reads."""
+    ids = [id_ for id_, each in recording.topics.items() if each.channel.topic == _LOG and each.channel.fault is None]
+    lines: deque[dict[str, Any]] = deque(maxlen=count)
+    for id_, entry in recording.from_(recording.start_ns, ids):
+        if entry.log_time_ns > moment_ns:
+            break
+        try:
+            found = recording.topics[id_].channel.plain(entry.payload)
+            stamp = found["stamp"]["sec"] * NS_PER_S + found["stamp"]["nanosec"]
+            lines.append({"stamp_ns": stamp, "level": found["level"], "node": found["name"], "text": found["msg"]})
+        except (BagError, MalformedMessage, KeyError, TypeError):  # another program's type of this name
+            continue
+    return list(lines)
+
+
+def _publishers(topic: RecordedTopic) -> list[str]:
+    return [each.strip() for each in topic.channel.publishers.split(",") if each.strip()]
+
+
+def _node(name: str, topics: list[str]) -> dict[str, Any]:
+    stated = {"name": name, "namespace": name.rpartition("/")[0] or "/", "state": "recorded", "publishers": topics}
+    unknown = dict.fromkeys(("process", "machine", "pid", "plugin", "source"))
+    lists = ("failures", "depends_on", "timers", "subscriptions", "services", "clients")
+    none: dict[str, list[str]] = {word: [] for word in lists}
+    return {**stated, **unknown, **none, "restarts": 0, "stopped_by_hand": 0, "is_busflow": True, "hidden": False}
+
+
+def _topic(topic: RecordedTopic, recording: Recording) -> dict[str, Any]:
+    channel, count = topic.channel, topic.channel.count or 0
+    duration_s = (recording.end_ns - recording.start_ns) / NS_PER_S
+    return {
+        "name": channel.topic,
+        "type": channel.type_name,
+        "hidden": False,
+        "external": False,
+        "published": count,
+        "rate_hz": round(count / duration_s, 3) if duration_s else None,
+        "publishers": [{"node": each, "qos": None, "origin": None, "published": None} for each in _publishers(topic)],
+        "subscriptions": [],
+        "losses": {},
+    }

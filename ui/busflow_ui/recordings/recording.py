@@ -1,0 +1,120 @@
+"""Recording: the topics of a recording under numbers, and its messages at and from a moment. Blocks while it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Generator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from busflow.errors import BagError, InvalidInput, Problem
+from busflow.text import printable
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from busflow.cli.commands import Bag, Channel, Entry
+
+_FIRST_NS = 250_000_000
+"""How far before a moment the last message of a topic is looked for first; then four times as far, and so on."""
+_FURTHER = 4
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTopic:
+    """Topic of a recording that is offered to pages."""
+
+    id: int
+    channel: Channel
+    first_ns: int
+    last_ns: int
+
+    def announcement(self) -> dict[str, Any]:
+        """Return the announcement of this topic, in the protocol's words."""
+        channel, definition = self.channel, {"schemaEncoding": "", "schema": ""}
+        if channel.definition:
+            definition = {"schemaEncoding": channel.definition_encoding, "schema": channel.definition}
+        elif channel.fault is None:  # the bag only names the type, and busflow knows it
+            definition = {"schemaEncoding": channel.type.definition_encoding, "schema": channel.type.definition}
+        head = {"id": self.id, "topic": channel.topic, "schemaName": channel.type_name, "encoding": channel.encoding}
+        return head | definition
+
+
+class Recording:
+    """Recording that is shown. It is read by one thread at a time."""
+
+    def __init__(self, bag: Bag) -> None:
+        """Look at what there is.
+
+        Raises:
+            InvalidInput: It holds no message.
+        """
+        self.name: str = bag.path.stem
+        self.path: Path = bag.path
+        self._bag = bag
+        start_ns, end_ns = bag.start_ns, bag.end_ns
+        if start_ns is None or end_ns is None:
+            raise InvalidInput(Problem("empty", f"{printable(bag.path)} holds no message", "record something first"))
+        self.start_ns: int = start_ns
+        self.end_ns: int = end_ns
+        spans = bag.spans()
+        shown = [each for each in bag.channels if each.count and not _is_hidden(each.topic)]
+        self.topics: Mapping[int, RecordedTopic] = {
+            id_: RecordedTopic(id_, channel, *spans.get(channel, (start_ns, end_ns)))
+            for id_, channel in enumerate(shown, 1)
+        }
+        self._ids = {each.channel: each.id for each in self.topics.values()}
+
+    def close(self) -> None:
+        """Let go of the recording."""
+        self._bag.close()
+
+    def from_(self, moment_ns: int, topics: Collection[int]) -> Generator[tuple[int, Entry]]:
+        """Yield each message of these topics from a moment on, with its topic's number; close it after use."""
+        entries = self._bag.entries(self._chosen(topics), moment_ns, self.end_ns)
+        try:
+            for entry in entries:
+                yield self._ids[entry.channel], entry
+        finally:
+            entries.close()
+
+    def at(self, moment_ns: int, topics: Collection[int]) -> dict[int, Entry]:
+        """Return the last message of each of these topics at a moment; none of a topic that begins later."""
+        found: dict[int, Entry] = {}
+        wanted = {id_ for id_ in topics if id_ in self.topics and self.topics[id_].first_ns <= moment_ns}
+        back_ns = _FIRST_NS
+        until_ns = min(moment_ns, self.end_ns)
+        while wanted and until_ns >= self.start_ns:
+            since_ns = max(self.start_ns, until_ns - back_ns)
+            newly = dict(self._between(since_ns, until_ns, wanted))
+            found |= newly
+            wanted -= newly.keys()
+            until_ns, back_ns = since_ns - 1, back_ns * _FURTHER
+        return found
+
+    def _between(self, since_ns: int, until_ns: int, topics: Collection[int]) -> Generator[tuple[int, Entry]]:
+        for entry in self._bag.entries(self._chosen(topics), since_ns, until_ns):
+            yield self._ids[entry.channel], entry
+
+    def _chosen(self, topics: Collection[int]) -> Callable[[Channel], bool]:
+        return {self.topics[id_].channel for id_ in topics if id_ in self.topics}.__contains__
+
+
+def opened(path: Path) -> Recording:
+    """Open a recording.
+
+    Raises:
+        BagError: It is none, or cannot be read.
+        InvalidInput: It holds no message.
+    """
+    from busflow.cli.commands import Bag
+
+    bag = Bag(path)
+    try:
+        return Recording(bag)
+    except (BagError, InvalidInput):
+        bag.close()
+        raise
+
+
+def _is_hidden(name: str) -> bool:
+    return any(part.startswith("_") for part in name.split("/"))
