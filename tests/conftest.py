@@ -1,14 +1,16 @@
 """What several test files need: ends of topics that belong to no node, on virtual time."""
 
 import asyncio
+import gc
 import os
 import random
 import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +50,42 @@ def pytest_configure(config: pytest.Config) -> None:
     """Draw the seed of a shuffle once, before there are workers, which get it from this process."""
     if hasattr(config, "workerinput"):
         config.option.shuffle_seed = config.workerinput["shuffle_seed"]
+        import_a_share(config, int(config.workerinput["workerid"][2:]), config.workerinput["workercount"])
     elif config.option.shuffle and config.option.shuffle_seed is None:
         config.option.shuffle_seed = random.SystemRandom().randrange(1_000_000)
+
+
+def import_a_share(config: pytest.Config, worker: int, workers: int) -> None:
+    """Import a worker's share of the test files, so that the first run does not compile each of them once per worker.
+
+    The workers then collect what the others have compiled. An error is left to the collection, which reports it.
+    """
+    files = sorted(file for argument in config.args for file in Path(argument).resolve().rglob("test_*.py"))
+    for file in files[worker * len(files) // workers : (worker + 1) * len(files) // workers]:
+        with suppress(Exception, pytest.skip.Exception):
+            import_module(".".join(file.relative_to(config.rootpath).with_suffix("").parts))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect tests without the garbage collector, and freeze them: each full collection would look at them all."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
+
+
+@pytest.fixture
+def unfrozen() -> Iterator[None]:
+    """The garbage collector as a program finds it: on, with nothing frozen."""
+    gc.unfreeze()
+    gc.enable()
+    yield
+    gc.unfreeze()
+    gc.enable()
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -10,6 +10,8 @@ import busflow
 from busflow import Node, timer
 from busflow.runner.garbage import THRESHOLDS, StepwiseCollection, is_frozen
 
+pytestmark = pytest.mark.usefixtures("unfrozen")
+
 
 class Looking(Node):
     """Keeps what the collector is told while the node runs, and ends the run."""
