@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
-    from busflow.cli.param_changes import LaunchFileEdit, launch_key, saved_key, saved_parameters
+    from busflow.cli.param.changes import LaunchFileEdit, launch_key, saved_key, saved_parameters
     from busflow.cli.plugins import plugin_places
     from busflow.cli.terminal.output import print_answer, print_line
     from busflow.cli.terminal.output import print_message as tell
@@ -49,7 +49,7 @@ _HOMES = {
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
-    "cli.param_changes": ("LaunchFileEdit", "launch_key", "saved_key", "saved_parameters"),
+    "cli.param.changes": ("LaunchFileEdit", "launch_key", "saved_key", "saved_parameters"),
     "cli.plugins": ("plugin_places",),
     "cli.terminal.output": ("print_answer", "print_line", "tell"),
     "interfaces.encoding.foreign": ("ForeignType",),

@@ -1,6 +1,6 @@
 """`busflow param`: shows the parameters of running nodes: type, value, constraints and source.
 
-The verbs that set, compare, save and watch are in `param_changes`.
+The verbs that set, compare, save and watch are in `changes`.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _VERBS = {
     "get": ("busflow.cli.param:get", "Show the value of a parameter."),
     "describe": ("busflow.cli.param:describe", "Show type, description, range, default and source of parameters."),
     "dump": ("busflow.cli.param:dump", "Write a node's parameters as YAML."),
-    "set": ("busflow.cli.param_changes:set_", "Set parameters of a node, all of them or none."),
-    "load": ("busflow.cli.param_changes:load", "Set a node's parameters from a YAML file."),
-    "diff": ("busflow.cli.param_changes:diff", "Show where parameters are no longer what the launch file says."),
-    "save": ("busflow.cli.param_changes:save", "Write a node's parameters back into its launch file."),
-    "watch": ("busflow.cli.param_changes:watch", "Show each change of a parameter as it is made."),
+    "set": ("busflow.cli.param.changes:set_", "Set parameters of a node, all of them or none."),
+    "load": ("busflow.cli.param.changes:load", "Set a node's parameters from a YAML file."),
+    "diff": ("busflow.cli.param.changes:diff", "Show where parameters are no longer what the launch file says."),
+    "save": ("busflow.cli.param.changes:save", "Write a node's parameters back into its launch file."),
+    "watch": ("busflow.cli.param.changes:watch", "Show each change of a parameter as it is made."),
     "sources": ("busflow.cli.param:sources", "Show where the value of each parameter came from."),
 }
 _EXAMPLES = """\b
