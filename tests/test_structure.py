@@ -63,6 +63,11 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    return list(ast.walk(tree(path)))
+
+
 def comments(path: Path) -> Iterator[tuple[int, str]]:
     """Each comment with its line; an ignore inside a string or a docstring is only text."""
     for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
@@ -79,7 +84,7 @@ def lines_of_code(path: Path) -> int:
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type not in unseen:
             lines.update(range(token.start[0], token.end[0] + 1))
-    for node in ast.walk(tree(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             lines -= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     return len(lines)
@@ -101,7 +106,7 @@ def test_no_function_is_longer_than_a_screen():
     long = [
         f"{name(path)}:{node.lineno} {node.name}: {node.end_lineno - node.lineno + 1} lines"
         for path in PRODUCT
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         if node.end_lineno and node.end_lineno - node.lineno + 1 > FUNCTION_LINES
     ]
@@ -233,7 +238,7 @@ def test_only_the_clock_reads_time_nothing_evaluates():
 def test_plugins_use_public_names_only(path: Path):
     used = [
         (node.module, each.name)
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] == "busflow"
         for each in node.names
     ]
@@ -242,7 +247,7 @@ def test_plugins_use_public_names_only(path: Path):
     unknown = [pair for pair in used if pair[0] == "busflow" and pair[1] not in busflow.__all__]
     modules = [
         each.name
-        for node in ast.walk(tree(path))
+        for node in nodes(path)
         if isinstance(node, ast.Import)
         for each in node.names
         if each.name.startswith("busflow.") and not each.name.startswith("busflow.msgs.")
