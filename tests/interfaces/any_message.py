@@ -1,5 +1,7 @@
 """Strategies of hypothesis for messages of any class."""
 
+from functools import cache
+
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
@@ -28,6 +30,7 @@ def values_of(field):
     return st.lists(items, min_size=field.size if field.array is ArrayKind.FIXED else 0, max_size=field.size or 3)
 
 
+@cache
 def messages(cls):
     """Messages of a class, each field with a value that it can hold."""
     return st.builds(cls, **{field.name: values_of(field) for field in fields_of(cls)})

@@ -104,6 +104,7 @@ async def test_empty_messages_are_delivered():
         assert empties == ["empty", ""]
 
 
+@pytest.mark.long
 @virtual_time
 async def test_thousand_subscriptions_share_one_message():
     """Case load/1k-subs: the slow one has lost, and no other."""

@@ -313,7 +313,7 @@ def test_mutated_messages_are_read_or_refused_never_crash(cls):
     """A codec and the description agree about what is a message, whatever happens to the bytes."""
     coded, read = codec(cls), decoder_from_description(describe(cls))
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=6, deadline=None)
     @given(messages(cls), st.data())
     def holds(message, data):
         payload = bytearray(data.draw(st.sampled_from([coded.encode(message), big_endian(message)])))

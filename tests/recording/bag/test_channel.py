@@ -73,7 +73,7 @@ def test_a_class_of_another_type_is_refused():
 
 
 def test_a_huge_definition_takes_no_time():
-    """A line of a million quotes, and a million lines."""
-    for text in ("string a " + '"' * 1_000_000, "string a " + "'x" * 500_000 + "#", "# x\n" * 1_000_000):
+    """A line of a million quotes, and 200,000 lines."""
+    for text in ("string a " + '"' * 1_000_000, "string a " + "'x" * 500_000 + "#", "# x\n" * 200_000):
         with pytest.raises(BagError):
             Channel("/a", "x/msg/Y", "cdr", text + "\nfloat64", "ros2msg").plain(b"")
