@@ -12,6 +12,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+import resource
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,10 @@ keep-alives in this time, from threads that need neither the event loop nor the 
 """
 _RX_BUFFER = 1 << 20
 """Five to nine times the throughput of Zenoh's default for messages from 64 KB on (measured)."""
+_FILES = 24
+"""Files that a session opens, with some for its links (measured: 21 with one link). Where one is refused, a thread of
+Zenoh panics, and the process waits for ever for those that it links to.
+"""
 _OCCUPIED = re.compile(r"new \S+ listener on \S+ (\S+: )*(?P<reason>[^:]+?) \(os error")
 """Zenoh's error text when it cannot listen."""
 _PATIENCE_US = 250_000
@@ -156,9 +161,23 @@ def open_remote(network: Network, *, patience_s: float = 5.0) -> zenoh.Session:
     return _opened(_settings([], [str(end) for end in network.dials], patience_s) | network.settings())
 
 
+def _require_files() -> None:
+    """Check that the process may open as many files as a session needs.
+
+    Raises:
+        InspectionUnavailable: It may not.
+    """
+    allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    used = sum(1 for _ in Path("/dev/fd").iterdir())
+    if allowed != resource.RLIM_INFINITY and allowed - used < _FILES:
+        why = f"{allowed} open files are allowed here (ulimit -n) and {used} are open, but Zenoh needs {_FILES} more"
+        raise InspectionUnavailable(f"{why}: allow {used + _FILES} at least, better 1024")
+
+
 def _opened(settings: Mapping[str, Any]) -> zenoh.Session:
     import zenoh
 
+    _require_files()
     config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))

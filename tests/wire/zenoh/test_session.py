@@ -26,6 +26,12 @@ def test_a_panic_of_zenoh_is_its_refusal(tmp_path, monkeypatch):
         open_session(tmp_path, listen="main.sock")
 
 
+def test_too_few_open_files_name_the_limit(tmp_path, monkeypatch):
+    monkeypatch.setattr("resource.getrlimit", lambda _kind: (32, 32))
+    with pytest.raises(InspectionUnavailable, match=r": 32 open files are allowed here \(ulimit -n\) and \d+ are open"):
+        open_session(tmp_path, listen="main.sock")
+
+
 def test_an_interrupt_while_zenoh_opens_is_passed_on(tmp_path, monkeypatch):
     def interrupt(_config):
         raise KeyboardInterrupt
