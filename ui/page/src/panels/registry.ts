@@ -1,9 +1,17 @@
 /** The panels, in the order in which the page lists them. */
 import { GraphPanel } from "./graph/graph_panel";
+import { HealthPanel } from "./health/health_panel";
+import { LogPanel } from "./log/log_panel";
 import type { Panel } from "./panel";
 import { ParametersPanel } from "./parameters/parameters_panel";
+import { ServicesPanel } from "./services/services_panel";
+import { TeleopPanel } from "./teleop/teleop_panel";
 
 export const PANELS: readonly Panel[] = [
   { kind: "graph", title: "Graph", component: GraphPanel },
   { kind: "parameters", title: "Parameters", component: ParametersPanel },
+  { kind: "log", title: "Log", component: LogPanel },
+  { kind: "services", title: "Services", component: ServicesPanel },
+  { kind: "health", title: "Health", component: HealthPanel },
+  { kind: "teleop", title: "Teleop", component: TeleopPanel },
 ];

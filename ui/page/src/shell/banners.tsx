@@ -2,7 +2,7 @@
 import type { EndedRun, Run } from "../connection/answers";
 import type { Session, Status } from "../store/session";
 import { durationText, secondsText } from "../store/text";
-import { Icon } from "./icons";
+import { Icon } from "../controls/icons";
 
 /** Statuses that are shown otherwise: in the top bar, and as the state of the run. */
 const OWN_PLACE: ReadonlySet<string> = new Set(["drops", "run"]);

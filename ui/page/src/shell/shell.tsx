@@ -5,7 +5,7 @@ import { PANELS } from "../panels/registry";
 import type { Session } from "../store/session";
 import { About } from "./about";
 import { Banners } from "./banners";
-import { Icon } from "./icons";
+import { Icon } from "../controls/icons";
 import { fragmentOf, readFragment, type Layout } from "./layout";
 import { TopBar } from "./top_bar";
 import { Workspace } from "./workspace";

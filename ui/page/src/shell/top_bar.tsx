@@ -5,7 +5,7 @@ import type { Run } from "../connection/answers";
 import { PANELS } from "../panels/registry";
 import type { Session } from "../store/session";
 import { durationText } from "../store/text";
-import { Icon } from "./icons";
+import { Icon } from "../controls/icons";
 import { addPanel, type Layout } from "./layout";
 import { runState } from "./run_state";
 import { nextTheme, theme } from "./theme";

@@ -4,7 +4,7 @@ import { Component, type ComponentChildren } from "preact";
 import type { Panel } from "../panels/panel";
 import { PANELS } from "../panels/registry";
 import type { Session } from "../store/session";
-import { Icon } from "./icons";
+import { Icon } from "../controls/icons";
 import { removePanel, setSettings, shownIn, type Layout, type Place } from "./layout";
 
 const BY_KIND: ReadonlyMap<string, Panel> = new Map(PANELS.map((panel) => [panel.kind, panel]));

@@ -30,6 +30,11 @@ export interface GraphState {
   readonly rates: RateTable;
 }
 
+/** Line of the log with a number of its own, by which the page tells it from others. */
+export interface LogEntry extends LogLine {
+  readonly key: number;
+}
+
 const MOST_STATUSES = 50;
 const MOST_LINES = 5000;
 
@@ -43,7 +48,7 @@ export class Session {
   readonly questions: Questions;
   /** Followed while a panel reads them; what was last known stays when the connection ends. */
   readonly graph: ReadonlySignal<GraphState | null>;
-  readonly log: ReadonlySignal<readonly LogLine[]>;
+  readonly log: ReadonlySignal<readonly LogEntry[]>;
   readonly findings: ReadonlySignal<readonly Finding[] | null>;
   readonly run: ReadonlySignal<Run | null>;
   /** Where a recording stands; null of a run. */
@@ -73,9 +78,11 @@ export class Session {
       graph,
       rates: rates.update(graph),
     }));
-    this.log = followed(this.questions, "log", [] as readonly LogLine[], (before, { lines }, isFirst) =>
-      (isFirst ? lines : [...before, ...lines]).slice(-MOST_LINES),
-    );
+    let lines = 0;
+    this.log = followed(this.questions, "log", [] as readonly LogEntry[], (before, answer, isFirst) => {
+      const added = answer.lines.map((line) => ({ ...line, key: (lines += 1) }));
+      return (isFirst ? added : [...before, ...added]).slice(-MOST_LINES);
+    });
     this.findings = followed(this.questions, "health", null as readonly Finding[] | null, (_, answer) => answer.findings);
     this.run = followed(this.questions, "run", null as Run | null, (_, run) => run);
     this.time = followed(this.questions, "time", null as RecordingTime | null, (_, time) => time);

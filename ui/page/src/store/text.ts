@@ -43,3 +43,11 @@ export function lastPart(name: string): string {
 export function namespaceOf(name: string): string {
   return name.slice(0, Math.max(0, name.lastIndexOf("/"))) || "/";
 }
+
+/** Returns the time of day of a stamp, by the browser's zone: `14:03:05.123`. */
+export function clockText(stampNs: number): string {
+  const date = new Date(stampNs / 1e6);
+  const two = (value: number): string => String(value).padStart(2, "0");
+  const ms = String(date.getMilliseconds()).padStart(3, "0");
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${ms}`;
+}

@@ -1,6 +1,6 @@
 /** Details: what is selected in the graph, with the way back to the list. */
 import type { ComponentChildren } from "preact";
-import { Icon } from "../../shell/icons";
+import { Icon } from "../../controls/icons";
 import type { GraphState, Session } from "../../store/session";
 import { EdgeDetails } from "./edge_details";
 import { edgeId, vertexId, type EdgeKind } from "./model";

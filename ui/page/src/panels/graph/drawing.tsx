@@ -1,7 +1,7 @@
 /** Drawing: the graph as SVG, which can be moved, enlarged and walked through with the keyboard. */
 import { useSignal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { Icon } from "../../shell/icons";
+import { Icon } from "../../controls/icons";
 import { EdgeShape, Markers } from "./edge";
 import { useGestures } from "./gestures";
 import type { Layout } from "./layout";

@@ -9,7 +9,7 @@ import { layoutOf, structureOf, type Layout } from "./layout";
 import { List } from "./list";
 import { measureText } from "./measure";
 import { graphModel, usefulGroupings, type GraphModel, type Grouping } from "./model";
-import { matcher } from "./search";
+import { matcher } from "../../store/search";
 import { GraphToolbar } from "./toolbar";
 import "./graph.css";
 

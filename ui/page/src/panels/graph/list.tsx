@@ -1,7 +1,7 @@
 /** List: the same graph as rows, to read, to search, and for screen readers. */
-import { Icon } from "../../shell/icons";
+import { SearchField } from "../../controls/search_field";
 import type { Edge, GraphModel, Vertex } from "./model";
-import { matcher } from "./search";
+import { matcher } from "../../store/search";
 import { Sign } from "./sign";
 
 interface ListProps {
@@ -17,24 +17,14 @@ export function List({ model, search, onSearch, onSelect }: ListProps) {
   const matches = matcher(search);
   const found = model.vertices.filter(({ name }) => matches(name));
   const kinds = (Object.keys(TITLES) as Vertex["kind"][]).filter((kind) => found.some((vertex) => vertex.kind === kind));
-  const onKeyDown = (event: KeyboardEvent) => {
-    if (event.key === "Enter" && found[0] !== undefined) onSelect(found[0].id);
-    if (event.key === "Escape") onSearch("");
-  };
   return (
     <>
-      <label class="graph-search">
-        <Icon name="search" />
-        <input
-          class="field"
-          type="search"
-          aria-label="Search nodes and topics"
-          placeholder="Search"
-          value={search}
-          onInput={(event) => onSearch(event.currentTarget.value)}
-          onKeyDown={onKeyDown}
-        />
-      </label>
+      <SearchField
+        label="Search nodes and topics"
+        value={search}
+        onSearch={onSearch}
+        onEnter={() => found[0] !== undefined && onSelect(found[0].id)}
+      />
       <div class="graph-list">
         {kinds.map((kind) => (
           <section key={kind}>

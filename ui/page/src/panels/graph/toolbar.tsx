@@ -1,5 +1,6 @@
 /** What is drawn of the graph: its grouping, its services, what is hidden. */
 import type { Graph } from "../../connection/answers";
+import { Check } from "../../controls/check";
 import { counted } from "../../store/text";
 import type { GraphSettings } from "./graph_panel";
 import { isHidden, usefulGroupings, type Grouping } from "./model";
@@ -33,15 +34,6 @@ export function GraphToolbar({ graph, settings, grouping, onChange }: ToolbarPro
       <Check label="Services" on={settings.services} onChange={(services) => onChange({ services })} />
       <Check label="Hidden" on={settings.hidden} onChange={(hidden) => onChange({ hidden })} />
     </div>
-  );
-}
-
-function Check(props: { readonly label: string; readonly on: boolean; readonly onChange: (on: boolean) => void }) {
-  return (
-    <label class="check">
-      <input type="checkbox" checked={props.on} onChange={(event) => props.onChange(event.currentTarget.checked)} />
-      {props.label}
-    </label>
   );
 }
 

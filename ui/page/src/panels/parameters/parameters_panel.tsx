@@ -1,9 +1,9 @@
 /** Parameters panel: the nodes, the form of each, and the way of the changes into the launch file. */
 import { useSignal } from "@preact/signals";
 import type { GraphNode } from "../../connection/answers";
-import { Icon } from "../../shell/icons";
+import { SearchField } from "../../controls/search_field";
 import type { PanelProps } from "../panel";
-import { matcher } from "../graph/search";
+import { matcher } from "../../store/search";
 import { ParameterForm } from "./parameter_form";
 import { SaveParameters } from "./save_parameters";
 import "./parameters.css";
@@ -18,17 +18,7 @@ export function ParametersPanel({ session, settings, onSettings }: PanelProps) {
     <>
       <div class="toolbar">
         <NodeChoice nodes={nodes} chosen={chosen} onChoose={(node) => onSettings(node === null ? {} : { node })} />
-        <label class="graph-search in-toolbar">
-          <Icon name="search" />
-          <input
-            class="field"
-            type="search"
-            placeholder="Search parameters"
-            aria-label="Search parameters"
-            value={search.value}
-            onInput={(event) => (search.value = event.currentTarget.value)}
-          />
-        </label>
+        <SearchField label="Search parameters" value={search.value} onSearch={(text) => (search.value = text)} />
         <span class="grow" />
         {session.maySteer.value && <SaveParameters session={session} node={chosen} />}
       </div>

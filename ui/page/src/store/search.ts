@@ -1,4 +1,4 @@
-/** The search over the graph. Pure. */
+/** The search over names and lines. Pure. */
 
 /** Returns a test of names: each word of the search must occur, in any case. */
 export function matcher(search: string): (name: string) => boolean {
