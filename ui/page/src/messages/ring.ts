@@ -82,9 +82,10 @@ export class Ring {
     this.#push(newest, NaN);
   }
 
-  clear(): void {
+  /** Drops the points after a moment. */
+  cut(time: number): void {
     this.#changes += 1;
-    this.#start = this.#end = 0;
+    this.#end = this.#start + firstAfter(this.points.times, time);
   }
 
   #push(time: number, value: number): void {

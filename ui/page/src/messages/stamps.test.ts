@@ -22,7 +22,7 @@ test("a header of another clock is not used", () => {
 });
 
 test("seconds since an origin keep nanoseconds", () => {
-  for (let apart = 1n; apart < 8_000_000_000_000_000n; apart = apart * 3n + 1n) {
+  for (let apart = 4_470_967_502_952_117n; apart > 0n; apart /= 3n) {
     assert.equal(stampAfter(NOW, secondsBetween(NOW, NOW + apart)), NOW + apart);
   }
   assert.equal(secondsBetween(NOW, NOW - 1_500_000_000n), -1.5);

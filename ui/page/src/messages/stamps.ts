@@ -44,8 +44,9 @@ export function stampText(stamp: bigint, digits = 3): string {
   const fraction = String(((stamp % SECOND_NS) + SECOND_NS) % SECOND_NS)
     .padStart(9, "0")
     .slice(0, digits);
-  if (seconds < 946_684_800n || seconds > 4_102_444_800n) return `${seconds}.${fraction} s`;
+  const tail = digits > 0 ? `.${fraction}` : "";
+  if (seconds < 946_684_800n || seconds > 4_102_444_800n) return `${seconds}${tail} s`;
   const date = new Date(Number(seconds) * 1000);
   const two = (part: number): string => String(part).padStart(2, "0");
-  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${fraction}`;
+  return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}${tail}`;
 }
