@@ -51,6 +51,12 @@ export class Chart {
     return this.#stretch;
   }
 
+  /** Returns the moment at a place of the page; undefined beside the drawing. */
+  momentAt(clientX: number): number | undefined {
+    const { left, width } = this.#plot.over.getBoundingClientRect();
+    return clientX < left || clientX > left + width ? undefined : this.#plot.posToVal(clientX - left, "x");
+  }
+
   /** Number of pixels between the left and the right end of the drawing. */
   get columns(): number {
     return Math.max(1, Math.round(this.#plot.bbox.width));
@@ -150,7 +156,8 @@ export class Chart {
         y: false,
         points: { show: false },
         drag: { x: true, y: false, setScale: false },
-        sync: { key: "busflow", scales: ["x", null] },
+        // The other plots show the same moment; what is done with the pointer in this one is done once.
+        sync: { key: "busflow", scales: ["x", null], filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } },
       },
       hooks: {
         setSelect: [(plot) => this.#select(plot)],
