@@ -2,13 +2,17 @@
 import { GraphPanel } from "./graph/graph_panel";
 import { HealthPanel } from "./health/health_panel";
 import { LogPanel } from "./log/log_panel";
+import { Messages } from "./messages/messages";
 import type { Panel } from "./panel";
 import { ParametersPanel } from "./parameters/parameters_panel";
+import { Plot } from "./plot/plot";
 import { ServicesPanel } from "./services/services_panel";
 import { TeleopPanel } from "./teleop/teleop_panel";
 
 export const PANELS: readonly Panel[] = [
   { kind: "graph", title: "Graph", component: GraphPanel },
+  { kind: "plot", title: "Plot", component: Plot },
+  { kind: "messages", title: "Messages", component: Messages },
   { kind: "parameters", title: "Parameters", component: ParametersPanel },
   { kind: "log", title: "Log", component: LogPanel },
   { kind: "services", title: "Services", component: ServicesPanel },

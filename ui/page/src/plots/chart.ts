@@ -1,7 +1,6 @@
 /** Chart: the drawing of lines over the shared time, by uPlot; its marks, its two cursors, and its picture as PNG. */
 
 import uPlot from "uplot";
-import { firstAfter } from "../messages/ring";
 import { thin, thinnedOf, type Thinned } from "../messages/thinning";
 import type { Line } from "./lines";
 import type { Observation } from "./observation";
@@ -250,6 +249,8 @@ export class Chart {
     if (momentNs !== undefined) marks.push(["", timeline.secondsOf(momentNs)]);
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
     for (const [name, time] of marks) {
       if (time === undefined || time < this.#stretch.from || time > this.#stretch.to) continue;
       const x = Math.round(plot.valToPos(time, "x", true));
@@ -270,8 +271,8 @@ function pathOf({ bbox, scales }: uPlot, { thinned, scale }: Drawn): uPlot.Serie
   const [perSecond, perUnit] = [bbox.width / (x.max - x.min), bbox.height / (y.max - y.min)];
   const { times, values, count } = thinned;
   const stroke = new Path2D();
-  const inside = count - firstAfter(times.subarray(0, count), x.min);
-  const dots = inside * DOT_DISTANCE * devicePixelRatio < bbox.width ? new Path2D() : null;
+  const lengthS = (times[count - 1] ?? 0) - (times[0] ?? 0);
+  const dots = count * DOT_DISTANCE * devicePixelRatio < Math.min(bbox.width, lengthS * perSecond) ? new Path2D() : null;
   const radius = DOT_RADIUS * devicePixelRatio;
   let isBroken = true;
   for (let at = 0; at < count; at += 1) {

@@ -1,6 +1,6 @@
 /** Hooks of the panels that show what is received. */
 
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { PathError } from "../messages/paths";
 import type { Line } from "./lines";
 import type { Observation } from "./observation";
@@ -13,15 +13,26 @@ export type Opened = { readonly text: string; readonly line: Line } | { readonly
 /** Opens the lines of addresses for as long as the component stands. */
 export function useOpened(observation: Observation, texts: readonly string[]): readonly Opened[] {
   const [opened, setOpened] = useState<readonly Opened[]>([]);
+  const before = useRef<readonly Opened[]>([]);
   const key = texts.join("\n");
   useEffect(() => {
     const found = key === "" ? [] : key.split("\n").map((text) => open(observation, text));
+    close(observation, before.current); // after the opening: a line that stays keeps its points
+    before.current = found;
     setOpened(found);
-    return () => {
-      for (const each of found) if ("line" in each) observation.lines.close(each.line);
-    };
   }, [observation, key]);
+  useEffect(
+    () => () => {
+      close(observation, before.current);
+      before.current = [];
+    },
+    [observation],
+  );
   return opened;
+}
+
+function close(observation: Observation, opened: readonly Opened[]): void {
+  for (const each of opened) if ("line" in each) observation.lines.close(each.line);
 }
 
 function open(observation: Observation, text: string): Opened {

@@ -1,4 +1,5 @@
 /** The last message of a topic, below its other details. */
+import { MessageTree } from "../../messages/tree";
 import type { Session } from "../../store/session";
 import { Section } from "./details";
 
@@ -8,7 +9,10 @@ interface LastMessageProps {
 }
 
 export function LastMessage({ session, topic }: LastMessageProps) {
-  const channel = session.topics.channels.value.get(topic);
-  if (channel === undefined) return null;
-  return <Section title="Last message">{channel.schemaName}</Section>;
+  if (!session.topics.channels.value.has(topic)) return null;
+  return (
+    <Section title="Last message">
+      <MessageTree session={session} topic={topic} />
+    </Section>
+  );
 }
