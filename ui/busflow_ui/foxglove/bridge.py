@@ -105,6 +105,8 @@ class Bridge:
         self.viewers: set[Viewer] = set()
         self._print = print_message
         self._clock = SystemClock()
+        self.looked_s: float = self._clock.seconds()
+        """The time at which the graph was read, on a clock that does not jump."""
         self._seats = asyncio.Semaphore(_MOST_VIEWERS)
         self._session = f"{peer.run.card.since_ns}-{os.getpid()}"
         self._is_silent = self._has_clock = False
@@ -180,6 +182,7 @@ class Bridge:
 
     async def _look(self) -> None:
         seen = await self.ask(self.catalogue.look)
+        self.looked_s = self._clock.seconds()
         change = self.catalogue.update(seen)
         connections = Connections.of(seen.graph)
         changes = connections.since(self.connections)

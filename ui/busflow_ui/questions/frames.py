@@ -64,7 +64,7 @@ def read(message: str | bytes) -> Frame | None:
     match op.removeprefix(_PREFIX), fields:
         case "hello", {"token": str(token)}:
             return Hello(token)
-        case "ask", {"id": int(id_), "question": str(question)} if 0 <= id_ <= _MOST_ID:
+        case "ask", {"id": int(id_), "question": str(question)} if type(id_) is int and 0 <= id_ <= _MOST_ID:
             arguments = fields.get("arguments", {})
             if isinstance(arguments, dict):
                 return Ask(id_, question, cast("dict[str, Any]", arguments))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from busflow.cli.commands import kept_lines, plugin_places, problems_in
-from busflow.clock import SystemClock
 from busflow.errors import BusflowError
 from busflow_ui.questions import arguments as checked
 from busflow_ui.questions import frames
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 _MOST_LINES = 1000
 _RUN_WORDS = ("name", "file", "since_ns", "seed", "clock", "version")
+_RATED_S = 0.9
+"""Shortest time over which a rate is counted: a page that comes has the graph read at once, between two looks."""
+_TOO_LONG_S = 5.0
 _HEALTH_EVERY = 3
 """Looks at the graph for each look at what is wrong, which asks more."""
 
@@ -36,10 +39,9 @@ class RunQuestions:
 
     def __init__(self, bridge: Bridge, *, print_message: Callable[[str], None]) -> None:
         self._bridge, self._print = bridge, print_message
-        self._clock = SystemClock()
         self._sessions: set[Session] = set()
-        self._now: Moment | None = None
-        self._before: Moment | None = None
+        self._moments: deque[Moment] = deque()
+        """What was seen lately, the oldest first: rates are counted from it on."""
         self._run_row: dict[str, Any] = {}
         self._silent_s: float | None = None
         self._places: Mapping[str, str] | None = None
@@ -131,10 +133,16 @@ class RunQuestions:
     async def _graph(self, _arguments: Mapping[str, Any]) -> object:
         if self._places is None:
             self._places = await self._bridge.call(self._read_places)
-        seen = self._bridge.graph  # read each second while a viewer is connected
-        if self._now is None or seen is not self._now.graph:
-            self._before, self._now = self._now, Moment(seen, self._clock.seconds())
-        return graph_answer(self._now, self._before, self._places or {})
+        now = Moment(self._bridge.graph, self._bridge.looked_s)  # read each second while a viewer is connected
+        moments = self._moments
+        while moments and now.at_s - moments[0].at_s > _TOO_LONG_S:
+            moments.popleft()
+        while len(moments) > 1 and now.at_s - moments[1].at_s >= _RATED_S:
+            moments.popleft()
+        before = moments[0] if moments and now.at_s - moments[0].at_s >= _RATED_S else None
+        if not moments or now.at_s > moments[-1].at_s:
+            moments.append(now)
+        return graph_answer(now, before, self._places or {})
 
     def _read_places(self) -> Mapping[str, str]:
         """Return where each node's class is; nothing where the launch file is gone, or on another machine."""

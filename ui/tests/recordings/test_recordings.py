@@ -1,0 +1,238 @@
+"""Recordings as pages see them, on a file of the project's lab.
+
+Of `contents.py`, `playback.py`, `recording.py` and `recording_page.py`.
+"""
+
+import asyncio
+import json
+import struct
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.server import ServerConnection, serve
+
+from busflow.errors import BagError, InvalidInput
+from busflow.recording.bag import Bag
+from busflow_ui.recordings.contents import graph_of, log_of
+from busflow_ui.recordings.playback import Playback
+from busflow_ui.recordings.recording import Recording, opened
+from busflow_ui.recordings.recording_page import RecordingPage
+
+LAB = Path(__file__).parents[3] / "configs/lab1.yaml"
+S = 1_000_000_000
+PATIENCE_S = 60.0
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a minute of virtual time."""
+    path = tmp_path_factory.mktemp("recording") / "lab.mcap"
+    command = [sys.executable, "-m", "busflow", "run", str(LAB), "--sim", "--for", "1min", "--record", str(path)]
+    subprocess.run(command, check=True, capture_output=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def recording(file: Path) -> Iterator[Recording]:
+    found = opened(file)
+    yield found
+    found.close()
+
+
+# The moment.
+
+
+def test_a_playback_moves_with_time_and_rate():
+    still = Playback(10 * S, 20 * S, 12 * S)
+    assert still.at(99 * S) == 12 * S
+    playing = still.changed(100 * S, playing=True, rate=2.0)
+    assert playing.at(102 * S) == 16 * S
+    assert playing.at(500 * S) == 20 * S
+    slower = playing.changed(102 * S, rate=0.5)
+    assert slower.at(104 * S) == 17 * S
+    assert slower.changed(104 * S, playing=False).at(900 * S) == 17 * S
+    assert slower.changed(104 * S, stamp_ns=5 * S).at(104 * S) == 10 * S
+
+
+def test_its_moments_are_text():
+    found = Playback(1, 1795501648996846647, 5).as_json(0)
+    assert found == {"start_ns": "1", "end_ns": "1795501648996846647", "stamp_ns": "5", "playing": False, "rate": 1.0}
+
+
+# What a recording holds.
+
+
+def test_hidden_topics_are_left_out(recording: Recording):
+    topics = [each.channel.topic for each in recording.topics.values()]
+    assert topics == [
+        "/balance_state",
+        "/imu/data",
+        "/joint_states",
+        "/parameter_events",
+        "/rosout",
+        "/stability_index",
+    ]
+    announced = recording.topics[2].announcement()
+    assert (announced["topic"], announced["encoding"], announced["schemaEncoding"]) == ("/imu/data", "cdr", "ros2msg")
+    assert "linear_acceleration" in announced["schema"]
+
+
+def test_the_last_message_of_each_topic_is_found(recording: Recording, file: Path):
+    """The same as a reader finds that reads everything."""
+    everything = [each for each in Bag(file).entries() if not each.channel.topic.startswith("/_")]
+    for moment_ns in (recording.start_ns, recording.start_ns + 31 * S + 5, recording.end_ns, recording.end_ns + S):
+        wanted = {each.channel.topic: each for each in everything if each.log_time_ns <= moment_ns}
+        found = recording.at(moment_ns, recording.topics.keys())
+        assert {recording.topics[id_].channel.topic: each for id_, each in found.items()} == {
+            name: each for name, each in wanted.items() if name in {t.channel.topic for t in recording.topics.values()}
+        }
+    assert recording.at(recording.start_ns - 1, recording.topics.keys()) == {}
+
+
+def test_messages_from_a_moment_are_in_order(recording: Recording):
+    since_ns = recording.start_ns + 59 * S
+    reading = recording.from_(since_ns, {2, 3})
+    stamps = [entry.log_time_ns for _, entry in reading]
+    assert stamps == sorted(stamps)
+    assert stamps[0] >= since_ns
+    assert len(stamps) == 22
+
+
+def test_a_recording_has_a_graph_and_a_log(recording: Recording):
+    graph = graph_of(recording)
+    assert [each["name"] for each in graph["nodes"]] == ["/sensor_processor", "/sensor_publisher"]
+    (imu,) = [each for each in graph["topics"] if each["name"] == "/imu/data"]
+    assert (imu["published"], imu["publishers"][0]["node"]) == (600, "/sensor_publisher")
+    assert imu["rate_hz"] == pytest.approx(10, rel=0.01)
+    assert log_of(recording, recording.start_ns, 100) == []
+    (line,) = log_of(recording, recording.end_ns, 100)
+    assert (line["text"], line["node"], line["level"]) == ("All sensors operational", "/sensor_processor", 20)
+
+
+def test_what_is_no_recording_is_refused(tmp_path: Path):
+    (tmp_path / "no.mcap").write_text("nothing")
+    with pytest.raises(BagError):
+        opened(tmp_path / "no.mcap")
+
+
+# A page that looks at it.
+
+
+class Viewer:
+    """A page's end of the connection."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.data: list[tuple[int, int]] = []
+        """Subscription and seconds since the beginning of each message."""
+
+    async def until(self, holds: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
+        async for message in self.socket:
+            if isinstance(message, str):
+                found = json.loads(message)
+                if holds(found):
+                    return found
+            elif message[0] == 1:
+                self.data.append(struct.unpack_from("<BIQ", message)[1:])
+            elif holds({"op": "time", "now_ns": struct.unpack_from("<BQ", message)[1]}):
+                return {}
+        raise AssertionError("it was closed")
+
+    async def ask(self, question: str, **arguments: Any) -> dict[str, Any]:
+        frame = {"op": "busflow/ask", "id": 1, "question": question, "arguments": arguments}
+        await self.socket.send(json.dumps(frame))
+        return await self.until(lambda found: found["op"] == "busflow/answer")
+
+    async def send(self, op: str, **fields: Any) -> None:
+        await self.socket.send(json.dumps({"op": op, **fields}))
+
+
+def looking(recording: Recording, look: Callable[[Viewer], Any]) -> None:
+    """Have a page look at a recording."""
+
+    async def handle(connection: ServerConnection) -> None:
+        await RecordingPage(connection, recording, print_message=print).serve('{"op":"serverInfo"}')
+
+    async def main() -> None:
+        async with asyncio.timeout(PATIENCE_S), serve(handle, "127.0.0.1", 0) as server:
+            port = server.sockets[0].getsockname()[1]
+            socket = await connect(f"ws://127.0.0.1:{port}")
+            await look(Viewer(socket))
+            await socket.close()
+
+    asyncio.run(main())
+
+
+def test_a_page_goes_to_a_moment(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        await viewer.send("subscribe", subscriptions=[{"id": 7, "channelId": 2}, {"id": 8, "channelId": 5}])
+        await viewer.until(lambda found: found["op"] == "time")
+        at_ns = recording.start_ns + 30 * S + 50_000_000
+        viewer.data.clear()
+        found = await viewer.ask("seek", stamp_ns=str(at_ns))
+        assert found["answer"]["stamp_ns"] == str(at_ns)
+        await viewer.until(lambda found: found["op"] == "time")
+        assert viewer.data == [(8, recording.start_ns + S // 2), (7, recording.start_ns + 30 * S)]
+
+    looking(recording, look)
+
+
+def test_a_page_plays_every_message_once(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        await viewer.send("busflow/follow", question="time", on=True)
+        await viewer.send("subscribe", subscriptions=[{"id": 7, "channelId": 2}])
+        await viewer.until(lambda found: found["op"] == "time")
+        await viewer.ask("seek", play=True, rate=100)
+        await viewer.until(lambda found: found["op"] == "busflow/update" and not found["answer"]["playing"])
+        stamps = [stamp for _, stamp in viewer.data]
+        assert stamps == sorted(set(stamps))
+        assert len(stamps) == 600
+        again = await viewer.ask("seek", play=True)
+        assert int(again["answer"]["stamp_ns"]) == recording.start_ns
+
+    looking(recording, look)
+
+
+def test_a_page_pauses_where_it_is(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        at_ns = recording.start_ns + 10 * S
+        await viewer.ask("seek", stamp_ns=str(at_ns), play=True, rate=0.001)
+        paused = (await viewer.ask("seek", play=False))["answer"]
+        assert not paused["playing"]
+        assert at_ns <= int(paused["stamp_ns"]) < at_ns + S
+        assert (await viewer.ask("time"))["answer"] == paused
+
+    looking(recording, look)
+
+
+@pytest.mark.parametrize(
+    "arguments", [{"stamp_ns": "-1"}, {"rate": 0}, {"rate": 1e9}, {"play": "yes"}, {"stamp_ns": "9" * 40}]
+)
+def test_a_wrong_seek_is_refused(recording: Recording, arguments: dict[str, Any]):
+    async def look(viewer: Viewer) -> None:
+        assert "error" in await viewer.ask("seek", **arguments)
+
+    looking(recording, look)
+
+
+def test_a_recording_cannot_be_steered(recording: Recording):
+    async def look(viewer: Viewer) -> None:
+        await viewer.send("setParameters", parameters=[{"name": "/a.b", "value": 1}])
+        found = await viewer.until(lambda found: found["op"] == "status")
+        assert found["message"] == "a recording can only be looked at"
+        assert "error" in await viewer.ask("order", node="/a", order="stop")
+
+    looking(recording, look)
+
+
+def test_an_empty_recording_is_refused(file: Path):
+    class Empty(Bag):
+        start_ns = None
+
+    with Empty(file) as bag, pytest.raises(InvalidInput, match="holds no message"):
+        Recording(bag)
