@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
-    from busflow.cli.param.changes import LaunchFileEdit, launch_key, saved_key, saved_parameters
+    from busflow.cli.param.changes import saved_parameters
     from busflow.cli.plugins import plugin_places
     from busflow.cli.terminal.output import print_answer, print_line
     from busflow.cli.terminal.output import print_message as tell
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from busflow.interfaces.encoding.json_form import decode as decode_json
     from busflow.interfaces.encoding.json_form import finite
     from busflow.launchfile.model.description import Compression
+    from busflow.launchfile.yaml.file_edit import LaunchFileEdit, launch_key, saved_key
     from busflow.processes.remote_recorder import RemoteRecorder
     from busflow.recording.bag import Bag
     from busflow.recording.bag.channel import Channel, Entry
@@ -49,12 +50,13 @@ _HOMES = {
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
-    "cli.param.changes": ("LaunchFileEdit", "launch_key", "saved_key", "saved_parameters"),
+    "cli.param.changes": ("saved_parameters",),
     "cli.plugins": ("plugin_places",),
     "cli.terminal.output": ("print_answer", "print_line", "tell"),
     "interfaces.encoding.foreign": ("ForeignType",),
     "interfaces.encoding.json_form": ("decode_json", "finite"),
     "launchfile.model.description": ("Compression",),
+    "launchfile.yaml.file_edit": ("LaunchFileEdit", "launch_key", "saved_key"),
     "processes.remote_recorder": ("RemoteRecorder",),
     "recording.bag": ("Bag",),
     "recording.bag.channel": ("Channel", "Entry"),

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
@@ -21,6 +20,7 @@ from busflow.text import counted, printable
 
 if TYPE_CHECKING:
     from busflow.launchfile.check.drift import Drift
+    from busflow.launchfile.yaml.file_edit import LaunchFileEdit
     from busflow.wire.client.client import Peer
 
 _POLL_S = 0.2
@@ -149,6 +149,7 @@ def save(run: str | None, node: str, into: Path | None, as_json: bool) -> None:
         file = into or Path(short_path(peer.run.card.file))
         found = _drifts(peer, node, file)
     from busflow.launchfile.check.drift import written_back
+    from busflow.launchfile.yaml.file_edit import LaunchFileEdit
 
     LaunchFileEdit.of(file, lambda text: written_back(text, file, found)).write()
     if as_json:
@@ -181,32 +182,6 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
             _PAUSE.wait(_POLL_S)
 
 
-@dataclass(frozen=True, slots=True)
-class LaunchFileEdit:
-    """Text of a launch file as it is, and as it is to be."""
-
-    file: Path
-    before: str
-    after: str
-
-    @classmethod
-    def of(cls, file: Path, edit: Callable[[str], str]) -> Self:
-        """Read a launch file, its line ends included, and edit its text."""
-        with file.open(encoding="utf-8", newline="") as stream:
-            text = stream.read()
-        return cls(file, text, edit(text))
-
-    def write(self) -> None:
-        """Write the text, all at once; nothing where it stays as it is."""
-        if self.after == self.before:
-            return
-        draft = self.file.with_name(f".{self.file.name}.new")
-        with draft.open("w", encoding="utf-8", newline="") as stream:
-            stream.write(self.after)
-        draft.chmod(self.file.stat().st_mode)
-        draft.replace(self.file)
-
-
 def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
     """Return the edit that writes the changed parameters of these nodes into the run's launch file.
 
@@ -215,33 +190,11 @@ def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
         LaunchError: The file cannot be read, or a value has no place in it.
     """
     from busflow.launchfile.check.drift import written_back
+    from busflow.launchfile.yaml.file_edit import LaunchFileEdit
 
     file = Path(peer.run.card.file)
     found = [each for node in nodes for each in _drifts(peer, node, file)]
     return LaunchFileEdit.of(file, lambda text: written_back(text, file, found))
-
-
-def launch_key(file: Path, key: str) -> Any:
-    """Return the value of a top-level key of a launch file as plain data; None where it is not stated.
-
-    Raises:
-        LaunchError: The file cannot be read.
-    """
-    from busflow.launchfile.yaml.document import read_file
-
-    found = read_file(file, str(file)).members.get(key)
-    return None if found is None else found.data
-
-
-def saved_key(file: Path, key: str, value: object) -> LaunchFileEdit:
-    """Return the edit that writes a top-level key into a launch file.
-
-    Raises:
-        LaunchError: The file cannot be read.
-    """
-    from busflow.launchfile.yaml.edit import edit
-
-    return LaunchFileEdit.of(file, lambda text: edit(text, (key,), value))
 
 
 # Setting.

@@ -27,7 +27,7 @@ def tls(certificate: Path, key: Path) -> ssl.SSLContext:
 
 
 class _LockedKeyError(Exception):
-    """Error of a key that needs a password, which nobody is there to type."""
+    """Error of a key that needs a password: none can be typed here."""
 
 
 def _no_password() -> str:

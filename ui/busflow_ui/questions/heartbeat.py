@@ -20,7 +20,7 @@ _PATIENCE_S = 0.6
 
 
 class Heartbeat:
-    """Asks a run again and again for a sign of life, while somebody looks."""
+    """Asks a run again and again for a sign of life, while a page looks."""
 
     def __init__(self, peer: Peer, is_watched: Callable[[], bool], on_change: Callable[[float | None], None]) -> None:
         """Watch a run.
