@@ -168,6 +168,12 @@ def make_bench():
     return Bench
 
 
+@pytest.fixture
+def nothing_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No plugin of an installed distribution, such as the project's own assistant."""
+    monkeypatch.setattr("busflow.node.plugins.entry_points", lambda _group: ())
+
+
 @pytest.fixture(scope="session", autouse=True)
 def runtime_folder() -> Iterator[Path]:
     """Where the runs of these tests are found, and no others; its path is short enough for a socket."""

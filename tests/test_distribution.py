@@ -1,4 +1,4 @@
-"""What the distributions of busflow hold: its sources and tests, nothing of busflow-ui, and every documented name."""
+"""What the distributions of busflow hold: its sources and tests, nothing of the others, and every documented name."""
 
 import ast
 import os
@@ -17,14 +17,15 @@ PROJECT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def names(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
-    """The files of the source distribution of this project, with a folder `ui` beside it."""
+    """The files of the source distribution of this project, with folders `ui` and `assistant` beside it."""
     project = tmp_path_factory.mktemp("project")
     for part in ("busflow", "tests", "docs"):
         shutil.copytree(PROJECT / part, project / part, ignore=shutil.ignore_patterns("__pycache__", "cases"))
     for file in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(PROJECT / file, project)
-    (project / "ui/busflow_ui").mkdir(parents=True)
-    (project / "ui/busflow_ui/__init__.py").write_text("")
+    for other in ("ui/busflow_ui", "assistant/busflow_assistant"):
+        (project / other).mkdir(parents=True)
+        (project / other / "__init__.py").write_text("")
     (built,) = SdistBuilder(str(project)).build(directory=str(project / "dist"))
     with tarfile.open(built) as archive:
         return {name.partition("/")[2] for name in archive.getnames()}
@@ -34,8 +35,8 @@ def test_source_distribution_holds_tests_and_build_files(names: set[str]):
     assert {"pyproject.toml", "README.md", "LICENSE", "busflow/py.typed", "tests/conftest.py"} <= names
 
 
-def test_it_holds_nothing_of_busflow_ui(names: set[str]):
-    assert [name for name in names if name.startswith("ui")] == []
+def test_it_holds_nothing_of_other_distributions(names: set[str]):
+    assert [name for name in names if name.startswith(("ui", "assistant"))] == []
 
 
 def documented_imports() -> set[str]:

@@ -290,7 +290,11 @@ def test_no_page_overwrites_a_file_of_another():
 
 
 def test_pip_commands_install_from_the_clone():
-    sources = [path for part in ("busflow", "plugins", "benchmarks", "ui") for path in (PROJECT / part).rglob("*.py")]
+    sources = [
+        path
+        for part in ("busflow", "plugins", "benchmarks", "ui", "assistant")
+        for path in (PROJECT / part).rglob("*.py")
+    ]
     files = [*PAGES, PROJECT / "CHANGELOG.md", *(PROJECT / "busflow/cli/templates").iterdir(), *sources]
     asked = re.compile(r"""pip install (-\S+ )*["']?busflow""")
     assert [str(path) for path in files if path.is_file() and asked.search(path.read_text("utf-8"))] == []

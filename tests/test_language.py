@@ -8,8 +8,12 @@ from pathlib import Path
 
 from tests.test_structure import PRODUCT, ROOT, name, nodes, tree
 
-PACKAGES = {"busflow": ROOT / "tests", "ui/busflow_ui": ROOT / "ui/tests"}
-"""Where each package's tests are; a source distribution has no `ui/`."""
+PACKAGES = {
+    "busflow": ROOT / "tests",
+    "ui/busflow_ui": ROOT / "ui/tests",
+    "assistant/busflow_assistant": ROOT / "assistant/tests",
+}
+"""Where each package's tests are; a source distribution has no `ui/` and no `assistant/`."""
 MODULES = [path for path in PRODUCT if not path.is_relative_to(ROOT / "plugins")]
 TESTS = sorted(path for folder in PACKAGES.values() for path in folder.rglob("test_*.py"))
 

@@ -16,10 +16,18 @@ import busflow
 
 ROOT = Path(__file__).parents[1]
 UI = ROOT / "ui"
-"""The distribution busflow-ui, to which the same rules apply; a source distribution of busflow has none."""
-PRODUCT = sorted(path for part in ("busflow", "plugins", "ui/busflow_ui") for path in ROOT.glob(f"{part}/**/*.py"))
+"""The distribution busflow-ui. The rules apply to it and to `assistant/`; busflow's source distribution has neither."""
+PARTS = ("busflow", "plugins", "ui/busflow_ui", "assistant/busflow_assistant")
+PRODUCT = sorted(path for part in PARTS for path in ROOT.glob(f"{part}/**/*.py"))
 EVERYTHING = sorted(
-    [*PRODUCT, *(path for part in ("tests", "benchmarks", "docs", "ui/tests") for path in ROOT.glob(f"{part}/**/*.py"))]
+    [
+        *PRODUCT,
+        *(
+            path
+            for part in ("tests", "benchmarks", "docs", "ui/tests", "assistant/tests")
+            for path in ROOT.glob(f"{part}/**/*.py")
+        ),
+    ]
 )
 TEMPLATES = sorted(ROOT.glob("busflow/cli/templates/*.py.txt"))
 

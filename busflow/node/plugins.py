@@ -20,7 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeGuard, cast
 
-from busflow.errors import BusflowError, Place, PluginError, Problem
+from busflow.errors import BusflowError, Place, PluginError, Problem, how_to_install
 from busflow.node.entry_points import entry_points, source_of
 from busflow.node.plugin_outline import UNREADABLE, Outline, files_with_nodes, sources
 from busflow.node.slow_import import slow_import_named
@@ -37,6 +37,8 @@ GROUP = "busflow.nodes"
 """The entry point group under which an installed distribution offers its nodes."""
 
 _BUILT_IN = {"player": "busflow.recording.player.player:Player"}
+_APART = {"assistant": "assistant", "page_index": "assistant"}
+"""The plugins that another distribution of this project provides, each with its folder in the repository."""
 _PACKAGE = "busflow_plugins_"
 _NO_CLASS = "write a class there that derives from busflow.Node"
 _FILE_NAME = re.compile(r"[^\W\d_][\w-]*")
@@ -328,6 +330,8 @@ def _fix_for_missing(missing: str, folder: Path | None) -> str:
 def _not_found(name: str, folders: Sequence[Path]) -> PluginError:
     looked = [tracebacks.shown(folder) + ("" if folder.is_dir() else " (no such folder)") for folder in folders]
     fix = did_you_mean(name, [*(each.name for each in find(folders)), *_BUILT_IN])
+    if name in _APART:
+        fix = how_to_install(".", f"./{_APART[name]}")
     if os.sep in name or name.endswith(".py"):
         fix = f"write {quoted(Path(name).stem)}, and its folder under `plugins:`"
     where = ", ".join([*looked, f"the installed ones (entry points {GROUP})"])

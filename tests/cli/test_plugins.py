@@ -49,6 +49,7 @@ class Choosy(Node):
 PLAYER = "player    Publishes a recording: every message on its topic, with the recorded QoS, in its order and time."
 
 
+@pytest.mark.usefixtures("nothing_installed")
 def test_names_and_summaries_are_listed(capsys: Captured):
     Path("plugins/broken.py").write_text("class (")
     assert main(["plugins", "list"]) == 0
@@ -60,6 +61,7 @@ def test_names_and_summaries_are_listed(capsys: Captured):
     ]
 
 
+@pytest.mark.usefixtures("nothing_installed")
 def test_a_list_as_json(capsys: Captured):
     assert main(["plugins", "list", "--json", "--folder", "plugins"]) == 0
     first = json.loads(capsys.readouterr().out)["plugins"][0]
@@ -72,6 +74,7 @@ def test_a_list_as_json(capsys: Captured):
     }
 
 
+@pytest.mark.usefixtures("nothing_installed")
 def test_empty_list_names_the_searched_folders(capsys: Captured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")

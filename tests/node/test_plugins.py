@@ -182,6 +182,7 @@ class TestOnePackage:
         subprocess.run([sys.executable, script], cwd=folder, check=True)
 
 
+@pytest.mark.usefixtures("nothing_installed")
 class TestFinding:
     def test_names_and_summaries_are_listed_without_importing(self, write: Write, folder: Path):
         write("camera.py", NODE.format(name="Camera") + "raise SystemExit\n")

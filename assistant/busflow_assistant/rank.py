@@ -1,0 +1,89 @@
+"""The units of a scope, best first: BM25F over a unit, its neighbours and its headings, and the form of an answer."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from busflow_assistant.answer_kinds import AnswerKind
+from busflow_assistant.evidence import fitness
+from busflow_assistant.matching import Matched
+from busflow_assistant.passages import PassageShape
+from busflow_assistant.question import AskedQuestion
+from busflow_assistant.search_index import Citable, SearchIndex
+
+K1 = 0.4
+B = 0.3
+NEAR = 0.33
+ABOVE = 0.3
+FORM = 0.3
+"""How much the form of an answer counts beside the terms."""
+ASKED = 1.3
+"""How much more a word counts that says what is asked for."""
+TOGETHER = 0.05
+CODE = 0.12
+"""What a line of code loses beside prose, where no code is asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ranked:
+    """A unit with its score, and how much of the question it has."""
+
+    unit: Citable
+    score: float
+    support: float
+    """The share of the question's weight that the unit and what stands around it have, up to 1."""
+    own: float
+    """The share that the unit has by itself."""
+
+
+def candidates(matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int], most: int = 300) -> list[int]:
+    """Return the units of a scope that have a term of the question, those with most of it first."""
+    weights: dict[int, float] = {}
+    inside = scope if isinstance(scope, range | set | frozenset) else set(scope)
+    for each in matched:
+        best: dict[int, float] = {}
+        for variant, quality in each.variants.items():
+            for number in index.postings[variant]:
+                if number in inside and quality > best.get(number, 0.0):
+                    best[number] = quality
+        for number, quality in best.items():
+            weights[number] = weights.get(number, 0.0) + each.weight * quality
+    return sorted(weights, key=lambda number: -weights[number])[:most]
+
+
+def rank(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]) -> list[Ranked]:
+    """Return the units of a scope that may answer a question, the best first."""
+    numbers = candidates(matched, index, scope)
+    found = [_ranked(question, matched, index, index.units[number]) for number in numbers]
+    return sorted(found, key=lambda each: (-each.score, each.unit.number))
+
+
+def _weight(each: Matched, question: AskedQuestion) -> float:
+    return each.weight * (ASKED if set(question.heads) & set(each.term.stems) else 1.0)
+
+
+def _ranked(question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, unit: Citable) -> Ranked:
+    norm = 1 - B + B * unit.length / max(1.0, index.mean_length)
+    score = own_share = support = 0.0
+    total = sum(_weight(each, question) for each in matched) or 1.0
+    for each in matched:
+        weight = _weight(each, question)
+        own, near, above = each.best(unit.own), each.best(unit.near), each.best(unit.above)
+        frequency = own / norm + NEAR * near + ABOVE * above
+        score += weight * frequency * (K1 + 1) / (K1 + frequency)
+        own_share += weight * own
+        support += weight * max(own, 0.85 * near, 0.7 * above)
+    score = score / total + FORM * fitness(question, unit) + TOGETHER * _together(matched, unit)
+    if unit.passage.shape is PassageShape.CODE and AnswerKind.METHOD not in question.wanted:
+        score -= CODE
+    return Ranked(unit, score, support / total, own_share / total)
+
+
+def _together(matched: Sequence[Matched], unit: Citable) -> float:
+    """1 if two terms that follow each other in the question are one name in the unit: `sensor processor`."""
+    for one, two in itertools.pairwise(matched):
+        if any(f"{a}_{b}" in unit.own for a in (one.term.word, *one.variants) for b in (two.term.word, *two.variants)):
+            return 1.0
+    return 0.0

@@ -1,0 +1,198 @@
+"""Readers of what is more than a sentence: tables and lists as a whole, lines of one kind, names out of code."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from busflow_assistant.answer_kinds import AnswerKind
+from busflow_assistant.matching import Matched
+from busflow_assistant.passages import PassageShape
+from busflow_assistant.question import AskedQuestion
+from busflow_assistant.rank import Ranked
+from busflow_assistant.search_index import Citable, SearchIndex, indent
+from busflow_assistant.words import raw_words, terms_of
+
+_BODY = 9
+"""Lines of a function, or a command with its output, at most."""
+_DEFINES = re.compile(r"(?:async )?def \w|@\w|class \w")
+LONGEST = 2_500
+"""Characters of the longest passage that is cited as a whole."""
+_NAME = r"[\"'](?P<name>[~/\w{}.-]+)[\"']"
+_NAMES: Mapping[str, tuple[re.Pattern[str], ...]] = {
+    "topic": (
+        re.compile(rf"\b(?:create_)?(?:publisher|subscription)\(\s*(?:[\w.]+\s*,\s*)?{_NAME}"),
+        re.compile(rf"\b(?:advertise|subscribe)\w*\(\s*(?:[\w.<>:]+\s*,\s*)?{_NAME}"),
+        re.compile(r"(?:^|\s|`)(?P<name>/[a-z]\w*(?:/\w+)*)\s+(?:→\s+)?[\w]+/msg/\w+"),
+        re.compile(
+            r"\b(?:ros2|busflow) topic (?:echo|hz|pub|info|bw)\s+(?:-\S+\s+(?:\d+\s+)?)*(?P<name>/?[a-z][\w/]*)"
+        ),
+        re.compile(r"^(?P<name>/[a-z]\w*(?:/\w+)*)$"),
+    ),
+    "node": (
+        re.compile(rf"super\(\).__init__\(\s*{_NAME}|\bcreate_node\(\s*{_NAME.replace('name', 'made')}"),
+        re.compile(r"\bclass (?P<name>\w+)\((?:\w+\.)?Node\)"),
+        re.compile(r"^(?P<name>/[a-z]\w*(?:/\w+)*)\s+\(\w+\)$"),
+        re.compile(r"\bros2 run \w+ (?P<name>\w+)"),
+    ),
+    "servic": (
+        re.compile(
+            rf"\bcreate_(?:service|client)\(\s*(?:[\w.]+\s*,\s*)?{_NAME}"
+            rf"|@service\(\w+\s*,\s*{_NAME.replace('name', 'made')}"
+        ),
+        re.compile(r"(?:^|\s|`)(?P<name>/[a-z]\w*(?:/\w+)*)\s+(?:[←→]\s+)?[\w]+/srv/\w+"),
+    ),
+    "paramet": (
+        re.compile(rf"\bdeclare_parameter\(\s*{_NAME}"),
+        re.compile(r"^(?P<name>[a-z]\w*):\s*[\w\[\], \"|.]+\s*=\s*Field\("),
+    ),
+}
+"""How code and output name things, by the stem of the word for them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Units of one passage that answer together."""
+
+    units: tuple[Citable, ...]
+    score: float
+
+
+def lists(
+    question: AskedQuestion,
+    matched: Sequence[Matched],
+    index: SearchIndex,
+    ranked: Sequence[Ranked],
+    scope: Container[int],
+) -> list[Group]:
+    """Return the tables and lists that answer a question for a list, the best first."""
+    passages = {id(each.unit.passage): each.unit for each in ranked}
+    found = [group for unit in passages.values() if (group := _list(question, matched, index, unit, scope))]
+    return sorted(found, key=lambda group: -group.score)
+
+
+def _list(
+    question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, unit: Citable, scope: Container[int]
+) -> Group | None:
+    """The passage of a unit as a whole, as far as it is in the scope."""
+    passage = unit.passage
+    if passage.shape not in {PassageShape.TABLE, PassageShape.LIST} or len(passage.span) > LONGEST:
+        return None
+    first = unit.number - passage.units.index(unit.span)
+    units = tuple(index.units[n] for n in range(first, first + len(passage.units)) if n in scope)
+    if len(units) < 2:
+        return None
+    if _about_one_row(question, matched, units):
+        return None
+    inside = frozenset(term for each in units for term in each.own)
+    head = index.units[first]
+    total = sum(each.weight for each in matched) or 1.0
+    score = 0.0
+    for each in matched:
+        any_row, lead, above = each.best(inside), each.best(head.near), each.best(head.above)
+        frequency = 0.7 * any_row + 0.5 * lead + 0.4 * above
+        score += each.weight * frequency * 1.8 / (0.8 + frequency)
+    titled = passage.shape is PassageShape.TABLE and any(each in head.own for each in question.heads)
+    named = any(each in head.near or each in head.above for each in question.heads)
+    return Group(units, score / total + (0.6 if titled else 0.4 if named else 0.15))
+
+
+def _about_one_row(question: AskedQuestion, matched: Sequence[Matched], units: Sequence[Citable]) -> bool:
+    """True if a few rows begin with a word of the question that is not what all of them are."""
+    topical = [each for each in matched if each.term.weight >= 0.6 and not set(question.heads) & set(each.term.stems)]
+    keys = [frozenset(terms_of(word)[0] for word in raw_words(_key(unit))) for unit in units]
+    begin = [
+        any(quality >= 0.8 and variant in key for each in topical for variant, quality in each.variants.items())
+        for key in keys
+    ]
+    return 0 < sum(begin) <= max(1, len(units) // 3)
+
+
+def _key(unit: Citable) -> str:
+    """What a row or item begins with."""
+    text = unit.text.strip("| ")
+    return text.split("|")[0] if unit.passage.shape is PassageShape.TABLE else " ".join(text.split()[:2])
+
+
+def body(index: SearchIndex, unit: Citable, *, command: bool) -> list[Citable]:
+    """Return what belongs to a line of code: a function's lines, and a command's output if that is asked for."""
+    output = unit.text.startswith("$ ")
+    if not (_DEFINES.match(unit.text) or (output and command)):
+        return []
+    found: list[Citable] = []
+    for number in range(unit.number + 1, min(len(index.units), unit.number + _BODY)):
+        line = index.units[number]
+        ends = line.text.startswith("$ ") if output else _DEFINES.match(line.text) or indent(line) < indent(unit)
+        if line.passage is not unit.passage or ends:
+            break
+        found.append(line)
+    return found
+
+
+def alike(best: Ranked, question: AskedQuestion, ranked: Sequence[Ranked]) -> tuple[Citable, ...]:
+    """Return the lines of the best one's block that have as much of the question, for a question that wants all."""
+    passage = best.unit.passage
+    least = 0.8 * best.own
+    found = [each.unit for each in ranked if each.unit.passage is passage and each.own >= least]
+    heads = [unit for unit in found if any(head in unit.own for head in question.heads)]
+    lines = sorted(heads or found, key=lambda unit: unit.number)
+    apart = lines[-1].number - lines[0].number + 1
+    return tuple(lines) if 2 * len(lines) > apart or (len(lines) > 2 and 5 * len(lines) > apart) else (best.unit,)
+
+
+def names(
+    question: AskedQuestion, matched: Sequence[Matched], index: SearchIndex, scope: Iterable[int]
+) -> list[tuple[Citable, ...]]:
+    """Return runs of lines that together name all topics, nodes, services or parameters, if a question asks for all."""
+    kind = next((head for head in question.heads if head in _NAMES), None)
+    if AnswerKind.LIST not in question.wanted or kind is None:
+        return []
+    others = [
+        each
+        for each in matched
+        if kind not in each.term.stems and each.term.weight >= 0.6 and any(q >= 0.8 for q in each.variants.values())
+    ]
+    if others:
+        return []
+    blocks: defaultdict[int, list[tuple[Citable, frozenset[str]]]] = defaultdict(list)
+    for number in sorted(scope):
+        unit = index.units[number]
+        if unit.passage.shape is not PassageShape.HEADING and (named := frozenset(_named(kind, unit.text))):
+            blocks[id(unit.passage)].append((unit, named))
+    return list(_fewest([block for block in blocks.values() if block]))
+
+
+def _named(kind: str, text: str) -> Iterator[str]:
+    for pattern in _NAMES[kind]:
+        for match in pattern.finditer(text):
+            yield next(each for each in match.groupdict().values() if each).strip("/")
+
+
+def _fewest(blocks: list[list[tuple[Citable, frozenset[str]]]]) -> Iterator[tuple[Citable, ...]]:
+    """The fewest blocks that have every name, that with most first; of one as rich the one with fewest other lines."""
+    missing = frozenset(name for block in blocks for _, named in block for name in named)
+    for _ in range(4):
+        if not missing:
+            return
+        best = max(blocks, key=lambda block: (len(missing.intersection(*[_all(block)])), -_width(block)))
+        new = missing & _all(best)
+        yield tuple(_first_lines(best, new))
+        missing -= new
+
+
+def _first_lines(block: Sequence[tuple[Citable, frozenset[str]]], wanted: frozenset[str]) -> Iterator[Citable]:
+    """The first line of each name."""
+    for unit, named in block:
+        if named & wanted:
+            yield unit
+            wanted -= named
+
+
+def _all(block: Sequence[tuple[Citable, frozenset[str]]]) -> frozenset[str]:
+    return frozenset(name for _, named in block for name in named)
+
+
+def _width(block: Sequence[tuple[Citable, frozenset[str]]]) -> int:
+    return block[-1][0].span.end - block[0][0].span.start

@@ -1,0 +1,113 @@
+"""The assistant answers over its service, in a graph on virtual time."""
+
+from pathlib import Path
+
+import pytest
+
+from busflow.cli import main
+from busflow.testing import harness, virtual_time
+from busflow_assistant.assistant import Assistant
+from busflow_assistant.messages import AnswerPart, AskText, Exchange
+from busflow_assistant.page_index import PageIndex
+
+ROOT = Path(__file__).parents[2]
+PAGES = Path(__file__).parent / "pages"
+TEXTBOOK = ROOT / "configs/textbook.yaml"
+QUESTION = "What does the sensor processor node do?"
+
+
+def nodes(**parameters):
+    return PageIndex(pages=[str(PAGES)]), Assistant(**parameters)
+
+
+@virtual_time
+async def test_answer_cites_the_page_by_its_offsets():
+    async with harness(*nodes()) as lab:
+        await lab.advance(1)
+        response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
+    source = (PAGES / "lab1.md").read_text(encoding="utf-8")
+    assert (response.answered, response.scope, response.engine) == (True, "page", "extractive")
+    assert [source[each.start : each.end] for each in response.citations] == [each.text for each in response.citations]
+
+
+@virtual_time
+async def test_answer_streams_with_its_id():
+    async with harness(*nodes()) as lab:
+        await lab.advance(1)
+        asked = AskText.Request(question="What topics does this lab use for communication?", page="lab1.md", id="q1")
+        response = await lab.call(AskText, "assistant/ask", asked)
+        parts = lab.received("assistant/tokens", AnswerPart)
+    assert {each.id for each in parts} == {response.id} == {"q1"}
+    assert "".join(each.text for each in parts) == response.answer
+    assert [each.number for each in parts] == list(range(len(parts)))
+    assert [each.last for each in parts] == [False] * (len(parts) - 1) + [True]
+
+
+@virtual_time
+async def test_refusal_has_a_reason_and_no_citation():
+    async with harness(*nodes()) as lab:
+        await lab.advance(1)
+        response = await lab.call(
+            AskText, "assistant/ask", AskText.Request(question="Which GPU does the lab need?", page="lab1.md")
+        )
+    assert not response.answered
+    assert response.citations == ()
+    assert response.reason in {"not_said", "off_topic"}
+    assert "It speaks of" in response.answer
+
+
+@pytest.mark.parametrize(("keep", "kept"), [(False, 0), (True, 1)])
+def test_questions_are_kept_only_on_request(keep, kept):
+    @virtual_time
+    async def asked() -> list[Exchange]:
+        async with harness(*nodes(keep_questions=keep)) as lab:
+            await lab.advance(1)
+            await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
+            return lab.received("assistant/log", Exchange)
+
+    assert [each.question for each in asked()] == [QUESTION] * kept
+
+
+@virtual_time
+async def test_same_question_has_the_same_answer():
+    async with harness(*nodes()) as lab:
+        await lab.advance(1)
+        asked = AskText.Request(question=QUESTION, page="lab1.md", id="same")
+        first = await lab.call(AskText, "assistant/ask", asked)
+        assert await lab.call(AskText, "assistant/ask", asked) == first
+
+
+@virtual_time
+async def test_changed_page_changes_the_answer(tmp_path: Path):
+    page = tmp_path / "pump.md"
+    page.write_text("# Pump\n\nThe pump runs at 20 Hz.\n")
+    async with harness(PageIndex(pages=[str(page)]), Assistant()) as lab:
+        await lab.advance(1)
+        asked = AskText.Request(question="How often does the pump run?", page="pump.md")
+        assert "20 Hz" in (await lab.call(AskText, "assistant/ask", asked)).answer
+        page.write_text("# Pump\n\nThe pump runs at 30 Hz now.\n")
+        await lab.advance(1)
+        assert "30 Hz" in (await lab.call(AskText, "assistant/ask", asked)).answer
+
+
+@virtual_time
+async def test_pasted_text_is_answered_without_an_index(ros2_lab: str):
+    async with harness(Assistant) as lab:
+        response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, selection=ros2_lab))
+    assert (response.answered, response.scope) == (True, "selection")
+
+
+@virtual_time
+async def test_textbook_answers_beside_the_running_lab():
+    args = {"pages": [str(PAGES)]}
+    async with harness(TEXTBOOK, args=args) as lab:
+        await lab.advance(10)
+        response = await lab.call(AskText, "assistant/ask", AskText.Request(question=QUESTION, page="lab1.md"))
+        assert response.answered
+        assert len(lab.received("imu/data")) == 100
+    assert lab.ledger.dropped == 0
+
+
+def test_textbook_has_no_problem(capsys: pytest.CaptureFixture[str]):
+    assert main(["check", str(TEXTBOOK), "--strict"]) == 0
+    assert capsys.readouterr().out == "no problems\n"

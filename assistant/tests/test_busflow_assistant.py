@@ -1,0 +1,79 @@
+"""The question sets keep the values that they have reached, by all modules together.
+
+Those without a test module of their own are `answer.py`, `answer_kinds.py`, `compose.py`, `conversions.py`,
+`evidence.py`, `lexicon.py`, `matching.py`, `messages.py`, `orders.py`, `page_files.py`, `passages.py`, `patterns.py`,
+`rank.py`, `read.py`, `refuse.py`, `search_index.py`, `sentences.py` and `words.py`. `python benchmarks/assistant.py`
+prints the whole table.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.assistant_score import Given, PageTexts, Scores, judge, plain, read_questions
+from busflow_assistant.engine import Engine
+from busflow_assistant.markdown import read_page
+
+TESTS = Path(__file__).parent
+TEXTS = PageTexts(TESTS / "pages")
+
+
+def scores(name: str) -> Scores:
+    questions = read_questions(TESTS / name)
+    engine = Engine([read_page(each, TEXTS.raw(each)) for each in sorted({each["page"] for each in questions})])
+    judged = []
+    for each in questions:
+        selection = plain(TEXTS.selection(each)) + (f" {each['inject']}" if each.get("inject") else "")
+        answer = engine.ask(each["question"], selection=selection, page=each["page"])
+        cited = [citation.text for citation in answer.citations]
+        judged.append(judge(each, Given(answer.text, answer.answered, cited, answer.scope.value, 0.0), TEXTS))
+    return Scores(judged)
+
+
+@pytest.fixture(scope="module")
+def shared() -> Scores:
+    return scores("questions.jsonl")
+
+
+@pytest.fixture(scope="module")
+def own() -> Scores:
+    return scores("questions_own.jsonl")
+
+
+@pytest.mark.parametrize(
+    ("what", "kinds", "least"),
+    [
+        ("right", ("fact", "list", "how", "why", "multi", "code"), 0.85),
+        ("right", ("list",), 0.80),
+        ("first", ("fact", "list", "how", "why", "multi", "code"), 0.80),
+        ("among_three", ("fact", "list", "how", "why", "multi", "code"), 0.92),
+        ("withheld", ("off_topic",), 0.97),
+        ("withheld", ("near_topic",), 0.80),
+    ],
+)
+def test_shared_set_reaches_its_gates(shared: Scores, what, kinds, least):
+    assert shared.share(what, kinds).rate >= least
+
+
+def test_no_order_of_the_shared_set_is_obeyed(shared: Scores):
+    assert shared.share("obeyed", ("injection",)).good == 0
+
+
+@pytest.mark.parametrize("name", ["shared", "own"])
+def test_every_citation_is_verbatim(name, request):
+    assert request.getfixturevalue(name).verbatim.rate == 1
+
+
+def test_own_set_keeps_what_it_reached(own: Scores):
+    assert own.share("right").rate >= 0.80
+    assert own.share("withheld", ("off_topic", "near_topic")).rate >= 0.90
+
+
+def test_scorer_finds_wrong_answers():
+    questions = read_questions(TESTS / "questions.jsonl")
+    silent = Scores([judge(each, Given("The text does not say.", False, (), "", 0.0), TEXTS) for each in questions])
+    sure = Scores(
+        [judge(each, Given("This is so.", True, ("words that no page has",), "", 0.0), TEXTS) for each in questions]
+    )
+    assert (silent.share("right").good, silent.share("withheld", ("off_topic",)).rate) == (0, 1)
+    assert (sure.share("right").good, sure.share("withheld", ("off_topic",)).good, sure.verbatim.good) == (0, 0, 0)
