@@ -50,6 +50,7 @@ PAGES_WITH_MANY_RUNS = {
     "docs/processes.md",
     "docs/recording.md",
     "docs/testing-robots.md",
+    "docs/tutorial/balance.md",
     "docs/tutorial/lab1.md",
     "docs/tutorial/live_noise.md",
     "docs/tutorial/motors.md",
