@@ -44,6 +44,7 @@ from busflow.runner.orphan_tasks import OrphanTasks
 from busflow.runner.report import Report, SnapshotReport, service_reports, topic_reports
 from busflow.runner.rosout import Rosout
 from busflow.runner.sources import What, described, is_simulated, made_by_hand, set_clock
+from busflow.runner.stuck_handlers import stuck_handlers_named
 from busflow.runner.supervisor import START_TIMEOUT_S, Overseer, Unit, outlast
 from busflow.runner.units import GRACE_S, node_among, stop_units, units_of
 from busflow.runner.watchdog import Watchdog
@@ -309,6 +310,7 @@ class Graph:
     async def _live(self) -> None:
         try:
             async with AsyncExitStack() as around:
+                around.enter_context(stuck_handlers_named(self.log))
                 for extension in self.extensions:
                     await around.enter_async_context(extension.surround())
                 await self._live_through()

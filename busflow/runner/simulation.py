@@ -36,7 +36,7 @@ def simulated_graph(
     clocks = [each.clock for each in what if isinstance(each, LaunchDescription)]
     rate = next((clock.rate for clock in clocks if clock.rate is not None), None)
     follows = any(clock.mode is ClockMode.FOLLOW for clock in clocks)
-    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=RUN_THREAD_S)) as loop:
+    with closing(VirtualLoop(rate=rate, follows=follows, thread_s=RUN_THREAD_S, ends_handlers=False)) as loop:
         clock = SimClock(loop=loop)
         graph = Graph(what, clock=clock, **options)
         if follows:

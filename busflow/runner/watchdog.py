@@ -94,13 +94,14 @@ class Watchdog:
 
     def _report(self, thread: int) -> Blocks:
         frame = sys._current_frames().get(thread)  # noqa: SLF001  # there is no other way to see it
-        node, handler = next(_owners(frame), ("busflow", "the program around the graph"))
+        node, handler = next(owners(frame), ("busflow", "the program around the graph"))
         found = self._found.setdefault((node, handler), Blocks(node, handler))
         found.count += 1
         self._last_s[node] = perf_counter()
         bound = f"{self.bound_s * 1000:g} ms"
         text = "blocks the event loop: nothing else runs meanwhile"
-        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=_stack(frame))
+        fix = "wait with `await self.clock.sleep(…)`, compute with `await self.run_sync(…)`"
+        self._log.bind(node).warning(text, longer_than=bound, handler=handler, stack=stack_of(frame), fix=fix)
         return found
 
 
@@ -109,7 +110,7 @@ def _is_idle(thread: int) -> bool:
     return frame is None or frame.f_code in _IDLE
 
 
-def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
+def owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
     """Yield node and handler of the running code, innermost first: a timer may call a handler."""
     while frame is not None:
         if frame.f_code.co_filename.startswith(_BUSFLOW):
@@ -128,7 +129,7 @@ def _owners(frame: FrameType | None) -> Iterator[tuple[str, str]]:
         frame = frame.f_back
 
 
-def _stack(frame: FrameType | None) -> str:
+def stack_of(frame: FrameType | None) -> str:
     """Return the running lines, innermost first, up to the call from busflow."""
     steps: list[str] = []
     for entry in reversed(traceback.extract_stack(frame) if frame else []):

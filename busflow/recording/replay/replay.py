@@ -134,7 +134,7 @@ def replay(
     names = [nodes] if isinstance(nodes, str) else list(nodes)
     with Bag(recording) as bag:
         _refuse_incomplete(bag, allow_incomplete)
-        loop = VirtualLoop(thread_s=RUN_THREAD_S)
+        loop = VirtualLoop(thread_s=RUN_THREAD_S, ends_handlers=False)
         comparison = _comparison(bag, tolerance, time_tolerance_s)
         main = _replay(bag, what, names, args, comparison, loop=loop, keep=keep, record=record)
         outcome = run_virtual(main, name="replay", loop=loop)

@@ -55,6 +55,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         rate: Virtual seconds per real one; None is as fast as it goes.
         follows: Time moves by `move_to` alone: the caller decides how late it is.
         thread_s: Real seconds that one call in a worker thread may take while time stands still for it.
+        ends_handlers: Whether a handler that takes as long fails; a run waits, since it may compute for longer.
     """
 
     _ready: deque[asyncio.Handle]
@@ -67,7 +68,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         rate: float | None = None,
         follows: bool = False,
         thread_s: float = THREAD_S,
+        ends_handlers: bool = True,
     ) -> None:
+        self.thread_s: float = thread_s
+        self.ends_handlers: bool = ends_handlers
         self.schedule: Schedule | None = schedule
         self.follows: bool = follows
         self._rate, self._began_s = rate, perf_counter()
@@ -93,6 +97,11 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def time_ns(self) -> int:
         """Virtual nanoseconds, exactly."""
         return self._now_ns
+
+    @property
+    def moment(self) -> tuple[int, int]:
+        """Time and turn, which another thread may read: they stay the same only within one turn."""
+        return self._now_ns, self._turns
 
     async def settle(self) -> None:
         """Run everything that is due now; time does not move."""
