@@ -8,8 +8,8 @@ import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Generator, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import asynccontextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from busflow.bus.qos import QoS
 from busflow.bus.subscription import Subscription
 from busflow.clock import SimClock
 from busflow.msgs.std_msgs import Int64
-from busflow.wire.zenoh.run_directory import runs
+from busflow.wire.zenoh.run_directory import find_run, runs
 
 # How long an example takes, or is drawn, says how busy the machine is.
 ON_ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -233,3 +233,44 @@ def nothing_is_left(runtime_folder: Path, lasting: set[int], pytestconfig: pytes
     kept = {each for each in after["processes"] if int(each.partition(":")[0]) in lasting}
     left = {kind: sorted(now - before[kind] - kept) for kind, now in after.items()}
     assert not any(left.values()), f"the tests of this file leave behind {left}"
+
+
+LOOK_S = 60.0
+"""How long to wait for what must come, on however slow a machine; no measure of busflow."""
+
+
+class Looked:
+    """A graph of this process that runs, and a peer that has joined it."""
+
+    def __init__(self, graph: Any, peer: Any) -> None:
+        self.graph, self.peer = graph, peer
+
+    async def ask(self, act: Callable[..., Any], *arguments: Any, **words: Any) -> Any:
+        """Have the peer do something, while the graph's loop goes on."""
+        return await asyncio.to_thread(act, *arguments, **words)
+
+    async def until(self, condition: Callable[[], Any]) -> Any:
+        """Wait until something is so, which the loop has to come round to."""
+        async with asyncio.timeout(LOOK_S):
+            while not (found := condition()):  # noqa: ASYNC110  # it is others who make it so, with no event to set
+                await asyncio.sleep(0.005)
+        return found
+
+
+@pytest.fixture
+def looked_at():
+    """`async with looked_at(*nodes) as looked`: a graph that a peer looks into."""
+
+    @asynccontextmanager
+    async def start(*nodes: Any, name: str = "looked"):
+        from busflow import launch  # not for every test
+        from busflow.wire.client.client import Peer
+
+        async with launch(*nodes, inspect=name) as graph:
+            peer = await asyncio.to_thread(lambda: Peer(find_run(name)))
+            try:
+                yield Looked(graph, peer)
+            finally:
+                await asyncio.to_thread(peer.close)
+
+    return start

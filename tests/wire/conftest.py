@@ -1,20 +1,14 @@
-"""Runs to look into: one of a test's own graph, and ones in processes of their own."""
+"""Runs to look into, in processes of their own."""
 
-import asyncio
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from textwrap import dedent
-from typing import Any
 
 import pytest
-
-from busflow import launch
-from busflow.wire.client.client import Peer
-from busflow.wire.zenoh.run_directory import find_run
 
 PATIENCE_S = 60.0
 """How long to wait for what must come, on however slow a machine; no measure of busflow."""
@@ -85,37 +79,3 @@ def robots() -> Iterator[Callable[..., Robot]]:
     yield start
     for each in started:
         each.kill()
-
-
-class Looked:
-    """A graph of this process that runs, and a peer that has joined it."""
-
-    def __init__(self, graph: Any, peer: Peer) -> None:
-        self.graph, self.peer = graph, peer
-
-    async def ask(self, act: Callable[..., Any], *arguments: Any, **words: Any) -> Any:
-        """Have the peer do something, while the graph's loop goes on."""
-        return await asyncio.to_thread(act, *arguments, **words)
-
-    async def until(self, condition: Callable[[], Any]) -> Any:
-        """Wait until something is so, which the loop has to come round to."""
-        async with asyncio.timeout(PATIENCE_S):
-            while not (found := condition()):  # noqa: ASYNC110  # it is others who make it so, with no event to set
-                await asyncio.sleep(0.005)
-        return found
-
-
-@pytest.fixture
-def looked_at():
-    """`async with looked_at(*nodes) as looked`: a graph that a peer looks into."""
-
-    @asynccontextmanager
-    async def start(*nodes: Any, name: str = "looked"):
-        async with launch(*nodes, inspect=name) as graph:
-            peer = await asyncio.to_thread(lambda: Peer(find_run(name)))
-            try:
-                yield Looked(graph, peer)
-            finally:
-                await asyncio.to_thread(peer.close)
-
-    return start
