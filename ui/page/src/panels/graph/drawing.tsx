@@ -1,10 +1,11 @@
 /** Drawing: the graph as SVG, which can be moved, enlarged and walked through with the keyboard. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Icon } from "../../controls/icons";
 import { EdgeShape, Markers } from "./edge";
 import { useGestures } from "./gestures";
-import type { Layout } from "./layout";
+import { bestLayout, structureOf, type Layout } from "./layout";
+import { measureText } from "./measure";
 import type { Edge, GraphModel, Vertex } from "./model";
 import { nearest, type Direction } from "./neighbours";
 import { VertexShape } from "./vertex";
@@ -12,7 +13,6 @@ import { fit, pan, reveal, zoom, type Size, type Viewport } from "./viewport";
 
 interface DrawingProps {
   readonly model: GraphModel;
-  readonly layout: Layout;
   readonly selected: string | null;
   /** Whether a vertex matches the search; all do without one. */
   readonly matches: (vertex: Vertex) => boolean;
@@ -27,9 +27,10 @@ const ARROWS: Readonly<Record<string, Direction>> = {
 };
 const STEP = 1.25;
 
-export function Drawing({ model, layout, selected, matches, onSelect }: DrawingProps) {
+export function Drawing({ model, selected, matches, onSelect }: DrawingProps) {
   const frame = useRef<HTMLDivElement>(null);
   const size = useSize(frame);
+  const layout = useLayout(model, size);
   // Until the person moves it, the drawing fits the panel, whatever its size.
   const moved = useSignal<Viewport | null>(null);
   const view = moved.value ?? fit(layout.size, size);
@@ -81,7 +82,7 @@ function ZoomButton(props: { readonly icon: string; readonly label: string; read
 }
 
 /** Groups, edges and vertices, from the back to the front. */
-function Content({ model, layout, selected, matches, onSelect }: DrawingProps) {
+function Content({ model, layout, selected, matches, onSelect }: DrawingProps & { readonly layout: Layout }) {
   const related = relatedTo(selected, model);
   const first = model.vertices[0]?.id;
   return (
@@ -99,6 +100,7 @@ function Content({ model, layout, selected, matches, onSelect }: DrawingProps) {
           key={edge.id}
           edge={edge}
           points={layout.edges.get(edge.id) ?? []}
+          flow={layout.flow}
           isSelected={edge.id === selected}
           isDim={related !== null && !related.has(edge.id)}
           onSelect={() => onSelect(edge.id)}
@@ -144,6 +146,15 @@ function moveFocus(event: KeyboardEvent, layout: Layout, direction: Direction, m
   if (next === null) return;
   const found = [...(event.currentTarget as Element).querySelectorAll<SVGElement>("[data-vertex]")];
   found.find((element) => element.getAttribute("data-vertex") === next)?.focus();
+}
+
+/** The layout of the model, made anew only when its structure or the screen's shape changes: rates never move anything. */
+function useLayout(model: GraphModel, { width, height }: Size): Layout {
+  const screen = { width: Math.round(width / 100) * 100, height: Math.round(height / 100) * 100 };
+  return useMemo(
+    () => bestLayout(model, measureText, screen),
+    [structureOf(model), screen.width, screen.height],
+  );
 }
 
 function useSize(frame: { readonly current: HTMLElement | null }): Size {

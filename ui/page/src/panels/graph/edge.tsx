@@ -1,5 +1,5 @@
 /** Edges as they are drawn: grey and thin, as wide as their rate, or red and dashed with a label. */
-import { middleOf, pathOf, type Point } from "./layout";
+import { middleOf, pathOf, type Flow, type Point } from "./layout";
 import type { Edge, EdgeLook } from "./model";
 
 const LOOKS: readonly EdgeLook[] = ["silent", "flowing", "dropping"];
@@ -31,13 +31,14 @@ export function Markers() {
 interface EdgeProps {
   readonly edge: Edge;
   readonly points: readonly Point[];
+  readonly flow: Flow;
   readonly isSelected: boolean;
   readonly isDim: boolean;
   readonly onSelect: () => void;
 }
 
-export function EdgeShape({ edge, points, isSelected, isDim, onSelect }: EdgeProps) {
-  const path = pathOf(points);
+export function EdgeShape({ edge, points, flow, isSelected, isDim, onSelect }: EdgeProps) {
+  const path = pathOf(points, flow);
   const classes = ["edge", edge.kind, edge.look, isSelected && "selected", isDim && "dim"].filter(Boolean).join(" ");
   return (
     <g class={classes} role="button" tabIndex={-1} aria-label={edge.sentence} data-edge={edge.id} onClick={onSelect}>

@@ -1,13 +1,10 @@
 /** Graph panel: the live drawing of the run, with a list and the details of what is selected beside it. */
-import { useMemo } from "preact/hooks";
 import type { GraphNode } from "../../connection/answers";
 import type { GraphState } from "../../store/session";
 import type { PanelProps, Settings } from "../panel";
 import { Details } from "./details";
 import { Drawing } from "./drawing";
-import { layoutOf, structureOf, type Layout } from "./layout";
 import { List } from "./list";
-import { measureText } from "./measure";
 import { graphModel, usefulGroupings, type GraphModel, type Grouping } from "./model";
 import { matcher } from "../../store/search";
 import { GraphToolbar } from "./toolbar";
@@ -56,7 +53,6 @@ function LiveGraph({ session, settings, onSettings, state }: PanelProps & { read
   const change = (changed: Partial<GraphSettings>) => onSettings(writeSettings({ ...chosen, ...changed }));
   const grouping = chosen.grouping ?? usualGrouping(state.graph.nodes);
   const model = graphModel(state.graph, state.rates, { ...chosen, grouping });
-  const layout = useLayout(model);
   const matches = matcher(chosen.search);
   const onSelect = (selected: string | null) => change({ selected });
   const selected = isThere(chosen.selected, model) ? chosen.selected : null;
@@ -67,7 +63,6 @@ function LiveGraph({ session, settings, onSettings, state }: PanelProps & { read
         {model.vertices.length > 0 ? (
           <Drawing
             model={model}
-            layout={layout}
             selected={selected}
             matches={({ name }) => matches(name)}
             onSelect={onSelect}
@@ -96,9 +91,4 @@ function usualGrouping(nodes: readonly GraphNode[]): Grouping {
 
 function isThere(selected: string | null, model: GraphModel): boolean {
   return [...model.vertices, ...model.edges].some(({ id }) => id === selected);
-}
-
-/** The layout of the model, made anew only when its structure changes: rates never move anything. */
-function useLayout(model: GraphModel): Layout {
-  return useMemo(() => layoutOf(model, measureText), [structureOf(model)]);
 }

@@ -90,8 +90,8 @@ export function graphModel(graph: Graph, rates: RateTable, shown: Shown): GraphM
   ].filter((edge) => isShown(edge.node));
   const vertices = [
     ...nodes.map((node) => nodeVertex(node, groups.get(node.name) ?? null)),
-    ...topics.map((topic) => topicVertex(topic, rates, commonGroup(endNodes(topic), groups))),
-    ...services.map((service) => serviceVertex(service, commonGroup(serviceNodes(service), groups))),
+    ...topics.map((topic) => topicVertex(topic, rates, commonGroup(homeOf(topic), groups))),
+    ...services.map((service) => serviceVertex(service, commonGroup(service.servers.map((end) => end.node), groups))),
   ];
   const byId = (one: { id: string }, other: { id: string }) => (one.id < other.id ? -1 : Number(one.id > other.id));
   return { vertices: vertices.sort(byId), edges: edges.sort(byId) };
@@ -143,8 +143,10 @@ function within(group: string | null, name: string): string {
   return group !== null && name.startsWith(`${group}/`) ? name.slice(group.length + 1) : name;
 }
 
-const endNodes = (topic: GraphTopic) => [...topic.publishers, ...topic.subscriptions].map((end) => end.node);
-const serviceNodes = (service: GraphService) => [...service.servers, ...service.clients].map((end) => end.node);
+/** Returns the nodes by which a topic is grouped: those that publish it, or else those that receive it. */
+function homeOf(topic: GraphTopic): readonly string[] {
+  return (topic.publishers.length > 0 ? topic.publishers : topic.subscriptions).map((end) => end.node);
+}
 
 function nodeVertex(node: GraphNode, group: string | null): Vertex {
   const restarts = node.restarts > 0 ? `, ${counted(node.restarts, "restart")}` : "";

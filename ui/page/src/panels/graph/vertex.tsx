@@ -1,4 +1,4 @@
-/** Vertices as they are drawn: a node is a card with its state, a topic a strip with its rate, a service a pill. */
+/** Vertices as they are drawn: a node with its state, a topic with its rate, a service as a pill. */
 import type { Box } from "./layout";
 import type { Vertex } from "./model";
 import { SignPath } from "./sign";
@@ -31,39 +31,21 @@ export function VertexShape({ vertex, box, isSelected, isDim, isTabStop, onSelec
       onClick={onSelect}
       onKeyDown={onKeyDown}
     >
-      <rect width={box.width} height={box.height} rx={vertex.kind === "node" ? 8 : vertex.kind === "topic" ? 4 : 14} />
-      {vertex.kind === "node" ? <NodeText vertex={vertex} /> : <StripText vertex={vertex} box={box} />}
+      <rect width={box.width} height={box.height} rx={ROUNDING[vertex.kind]} />
+      <text class="name" x="12" y={vertex.kind === "service" ? 18 : 19}>
+        {vertex.label}
+      </text>
+      {vertex.kind === "node" && (
+        <g transform="translate(12 27.5)">
+          <SignPath tone={vertex.tone} />
+        </g>
+      )}
+      <text class="detail" x={vertex.kind === "node" ? 25 : 12} y="35.5">
+        {vertex.detail}
+      </text>
     </g>
   );
 }
 
-function NodeText({ vertex }: { readonly vertex: Vertex }) {
-  return (
-    <>
-      <text class="name" x="14" y="19">
-        {vertex.label}
-      </text>
-      <g transform="translate(14 27)">
-        <SignPath tone={vertex.tone} />
-      </g>
-      <text class="detail" x="27" y="35">
-        {vertex.detail}
-      </text>
-    </>
-  );
-}
-
-function StripText({ vertex, box }: { readonly vertex: Vertex; readonly box: Box }) {
-  return (
-    <>
-      <text class="name" x="12" y="18">
-        {vertex.label}
-      </text>
-      {vertex.detail !== "" && (
-        <text class="detail" x={box.width - 12} y="18" text-anchor="end">
-          {vertex.detail}
-        </text>
-      )}
-    </>
-  );
-}
+/** Nodes are the roundest but for services, so that the three are told apart without their colours. */
+const ROUNDING: Readonly<Record<Vertex["kind"], number>> = { node: 10, topic: 2, service: 14 };
