@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         joined,
         joins,
     )
-    from busflow.cli.param.changes import saved_parameters
+    from busflow.cli.param.changes import saved_parameters, stated_parameters
     from busflow.cli.plugins import plugin_places
     from busflow.cli.terminal.output import print_answer, print_line
     from busflow.cli.terminal.output import print_message as tell
@@ -50,7 +50,7 @@ _HOMES = {
         *("complete_nodes", "complete_runs", "complete_services", "complete_topics", "complete_types"),
         *("joined", "joins"),
     ),
-    "cli.param.changes": ("saved_parameters",),
+    "cli.param.changes": ("saved_parameters", "stated_parameters"),
     "cli.plugins": ("plugin_places",),
     "cli.terminal.output": ("print_answer", "print_line", "tell"),
     "interfaces.encoding.foreign": ("ForeignType",),
@@ -112,6 +112,7 @@ __all__ = [
     "saved_key",
     "saved_parameters",
     "set_log_level",
+    "stated_parameters",
     "tell",
 ]
 

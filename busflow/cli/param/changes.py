@@ -182,6 +182,17 @@ def watch(run: str | None, node: str | None, as_json: bool) -> int:
             _PAUSE.wait(_POLL_S)
 
 
+def stated_parameters(file: Path) -> dict[str, Mapping[str, Any]]:
+    """Return the parameters that a launch file states for each node, by the node's name: nested, and not validated.
+
+    Raises:
+        LaunchError: The file cannot be read.
+    """
+    from busflow.launchfile.load.load import load as load_file
+
+    return {node.full_name: cast("Mapping[str, Any]", node.parameters.data) for node in load_file(file).nodes}
+
+
 def saved_parameters(peer: Peer, nodes: Sequence[str]) -> LaunchFileEdit:
     """Return the edit that writes the changed parameters of these nodes into the run's launch file.
 

@@ -140,9 +140,9 @@ class Bridge:
         """Ask the run in a thread; questions are asked one after another."""
         return await asyncio.get_running_loop().run_in_executor(self._asking, question, *arguments)
 
-    async def call(self, question: Callable[..., Any]) -> Any:
+    async def call(self, question: Callable[..., Any], *arguments: Any) -> Any:
         """Call a service in a thread, in parallel with other questions."""
-        return await asyncio.get_running_loop().run_in_executor(self._calling, question)
+        return await asyncio.get_running_loop().run_in_executor(self._calling, question, *arguments)
 
     async def send_parameters(self) -> None:
         """Send all viewers the parameters changed since the last time."""

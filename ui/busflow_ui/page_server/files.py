@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 SOCKET = "/ws"
 """Path of the WebSocket."""
-EMBEDDED = "/components.js"
-"""Path of the panels that a page of another site embeds."""
+_EMBEDDED = re.compile(r"/components\.js|/chunk-[\w-]+\.js")
+"""Paths of the panels that a page of another site embeds."""
 _HERE = Path(__file__).parent
 _PLACES = (_HERE / "static", _HERE.parents[1] / "page" / "dist")
 """The folder in an installed distribution, and the one of a clone."""
@@ -98,7 +98,7 @@ class PageFiles:
 
     def _sharing(self, request: Request) -> Mapping[str, str]:
         """Return the headers that let a named site use the panels, and no other one anything."""
-        if not self._origins or _path(request) != EMBEDDED:
+        if not self._origins or not _EMBEDDED.fullmatch(_path(request)):
             return {"Cross-Origin-Resource-Policy": "same-origin"}
         origin = request.headers.get("Origin")
         allowed = {"Access-Control-Allow-Origin": origin} if origin is not None and origin in self._origins else {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 from difflib import unified_diff
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from busflow.cli.commands import (
     launch_key,
@@ -14,8 +14,9 @@ from busflow.cli.commands import (
     saved_key,
     saved_parameters,
     set_log_level,
+    stated_parameters,
 )
-from busflow.errors import InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceError
+from busflow.errors import BusflowError, InspectionUnavailable, MalformedMessage, NoSuchTarget, ServiceError
 from busflow.text import printable
 from busflow_ui.questions import arguments as checked
 
@@ -44,12 +45,21 @@ class Steering:
         self._peer, self._ask, self._call = peer, ask, call
 
     async def parameters(self, arguments: _Arguments) -> object:
-        """Return a node's parameters with their declarations: `{node, parameters}`."""
+        """Return a node's parameters, declared, with the launch file's `file_value`: `{node, parameters}`."""
         node = checked.text(arguments, "node")
         for answer in await self._ask(lambda: self._peer.ask("parameters", node=node)):
             if node in answer:
-                return {"node": node, "parameters": answer[node]}
+                stated = await self._call(self._stated, node)
+                rows = [{**row, **_file_value(row, stated)} for row in answer[node]]
+                return {"node": node, "parameters": rows}
         raise NoSuchTarget(f"{printable(node, limit=200)} has no parameters of busflow's")
+
+    def _stated(self, node: str) -> Mapping[str, Any] | None:
+        """Return what the launch file states for a node; None where it is gone, or does not have it."""
+        try:
+            return stated_parameters(Path(self._peer.run.card.file)).get(node)
+        except (BusflowError, OSError):
+            return None
 
     async def set_parameters(self, arguments: _Arguments) -> object:
         """Set parameters of a node, all or none: `{changed, faults}`."""
@@ -103,6 +113,18 @@ class Steering:
     def _stated_nodes(self) -> list[str]:
         stated = plugin_places(self._file()).keys()
         return sorted({node for answer in self._peer.ask("parameters") for node in answer} & stated)
+
+
+def _file_value(row: Mapping[str, Any], stated: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """Return the value that a run started from the file would have, which is the default where nothing is stated."""
+    if stated is None:
+        return {}
+    level: Any = stated
+    for part in row["name"].split("."):
+        if not isinstance(level, Mapping) or part not in level:
+            return {"file_value": row["default"]}
+        level = cast("Mapping[str, Any]", level)[part]
+    return {"file_value": level}
 
 
 def _difference(edit: LaunchFileEdit) -> str:

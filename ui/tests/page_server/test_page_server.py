@@ -285,7 +285,7 @@ def test_parameters_are_set_or_refused_with_reasons(own_lab: tuple[Any, Any]):
     assert refused["faults"][0]["message"] == "noise.imu must be at least 0, got -3"
     assert page.answer("set_parameters", node=node, values={"noise.imu": 0.5})["changed"][0]["new"] == 0.5
     (row,) = [r for r in page.answer("parameters", node=node)["parameters"] if r["name"] == "noise.imu"]
-    assert row["value"] == 0.5
+    assert (row["value"], row["file_value"]) == (0.5, 0.1)
 
 
 def test_saved_parameters_are_shown_before(own_lab: tuple[Any, Any], lab_folder: Path):
