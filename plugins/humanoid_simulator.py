@@ -63,7 +63,7 @@ class HumanoidSimulatorParameters(Parameters):
         description="The body's MJCF file; a relative path begins at the folder that holds plugins/.",
     )
     mass: float = Field(default=64.0, ge=20, le=200, description="The mass of the whole body, kg.")
-    friction: float = Field(default=1.0, ge=0.01, le=2, description="The floor's.")
+    friction: float = Field(default=1.0, ge=0.01, le=2, description="The friction of the floor.")
     noise: Noise = Field(default=Noise(), description="How far off the readings may be.")
     push_force: list[Annotated[float, Field(ge=0, le=MOST_N)]] = Field(
         default=[0.0, 0.0], min_length=2, max_length=2, description="Least and greatest random push, N; 0 is none."

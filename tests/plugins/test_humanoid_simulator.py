@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from busflow import Time
 from busflow.cli import main
 from busflow.errors import InvalidMessage, InvalidParameter, NodeFailed
 from busflow.msgs.builtin_interfaces import Duration
@@ -157,13 +158,13 @@ def test_push_out_of_range_is_refused(request_):
 
 @virtual_time
 async def test_random_pushes_do_not_depend_on_noise():
-    async def first_second_after(noise):
+    async def pushed(**noise):
         pushes = {"push_force": [50.0, 50.0], "push_every_s": [1.0, 2.0]}
-        async with harness(HumanoidSimulator(noise={"imu": noise}, **pushes), seed=4) as lab:
+        async with harness(HumanoidSimulator(noise=noise, **pushes), seed=4) as lab:
             await lab.advance(2.5)
             return heights(lab)
 
-    assert await first_second_after(0.0) == await first_second_after(0.5)
+    assert await pushed(imu=0.0) == await pushed(imu=0.5, joints=0.01)
 
 
 @virtual_time
@@ -171,12 +172,15 @@ async def test_reset_repeats_the_run():
     async with harness(HumanoidSimulator(push_force=[40.0, 60.0], push_every_s=[0.5, 1.0])) as lab:
         await lab.advance(2.5)
         lab.set_parameters(HumanoidSimulator, mass=90.0)
-        await lab.advance(0.5)
+        await lab.advance(0.51)
         lab.set_parameters(HumanoidSimulator, mass=64.0)
         answer = await lab.call(Trigger, "humanoid_simulator/reset")
         assert answer.message == "stands anew after 3 s"
+        reset = lab.graph.clock.now()
         await lab.advance(2.5)
-        readings = [each.replace(header=Header()) for each in lab.received("imu/data", Imu)]
+        imus = lab.received("imu/data", Imu)
+        assert (Time.from_msg(imus[150].header.stamp) - reset).seconds == 0.02, "a period after the reset"
+        readings = [each.replace(header=Header()) for each in imus]
         assert readings[:125] == readings[150:]
         assert len({each.linear_acceleration.x for each in readings[:125]}) == 125
 
