@@ -108,7 +108,7 @@ async def worked(folder: Any, then: str, *orders: bytes, act: Any = None, **chan
 pytestmark = pytest.mark.asyncio
 
 
-async def test_only_assigned_nodes_run_and_report_their_end(tmp_path: Any):
+async def test_only_assigned_nodes_run_and_are_reported(tmp_path: Any):
     code, messages = await worked(
         tmp_path, "self.clock.sleep(0)", nice=3, env={"OWN": "a"}, outer={"OUTER": "b", "GONE": None}
     )
