@@ -56,10 +56,10 @@ class TopicView:
 
     @property
     def kinds(self) -> tuple[tuple[str, str | None], ...]:
-        """Its types, each with the hash that an endpoint's token states; None if none does."""
+        """Its types, each with the hash that an endpoint's token or, without endpoints, the run states; else None."""
         ends = (*self.publishers, *self.subscriptions)
         kinds = dict.fromkeys((each.token.type, each.token.known_hash) for each in ends)
-        return tuple(kinds) or tuple((name, None) for name in self.types)
+        return tuple(kinds) or tuple((name, self.details.get("hash")) for name in self.types)
 
     @property
     def hidden(self) -> bool:

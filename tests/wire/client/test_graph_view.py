@@ -1,5 +1,7 @@
 """The graph that tokens and answers make up together."""
 
+from dataclasses import replace
+
 import pytest
 
 from busflow.errors import NoSuchTarget
@@ -69,6 +71,14 @@ def test_answers_add_counts_states_and_topics_without_ends():
     assert found.topic("chatter").publishers[0].details["published"] == 3
     assert found.topic("chatter").details["published"] == 3
     assert (found.topic("silent").type, found.topic("silent").publishers) == ("std_msgs/msg/String", ())
+
+
+def test_topic_keeps_its_kind_without_endpoints():
+    stated = "RIHS01_" + "1" * 64
+    answers = [answer(topics=[told("/chatter", hash=stated)])]
+    publisher = replace(end(TokenKind.PUBLISHER, "talker", "/chatter"), hash=stated)
+    kinds = [view(tokens, answers).topic("/chatter").kinds for tokens in ([publisher], [])]
+    assert kinds == [(("std_msgs/msg/String", stated),)] * 2
 
 
 def test_two_subscriptions_of_a_node_keep_separate_statistics():

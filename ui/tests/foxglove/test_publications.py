@@ -1,0 +1,99 @@
+"""What a viewer publishes is checked at its beginning, arrives in nodes, and ends with the viewer."""
+
+from typing import Any
+
+import pytest
+
+from busflow import Node, QoS, publisher, subscription
+from busflow.errors import IncompatibleType, InvalidName, MalformedMessage, NoSuchTarget, UnknownType
+from busflow.interfaces.encoding.typesupport import TypeSupport
+from busflow.msgs.std_msgs import Int64, String
+from busflow_ui.foxglove.protocol import ClientChannel
+from busflow_ui.foxglove.publications import Publications
+
+pytestmark = pytest.mark.asyncio
+INT64 = "std_msgs/msg/Int64"
+
+
+class Sink(Node):
+    text = publisher(String, "text")
+    received: tuple[int, ...] = ()
+
+    @subscription("numbers")
+    def on_number(self, number: Int64) -> None:
+        self.received += (number.data,)
+
+
+async def begin(looked: Any, publications: Publications, id_: int, topic: str, encoding: str, schema: str) -> None:
+    graph = await looked.ask(looked.peer.graph)
+    await looked.ask(publications.begin, ClientChannel(id_, topic, encoding, schema), graph)
+
+
+async def test_messages_of_both_encodings_arrive(looked_at: Any):
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        await begin(looked, publications, 1, "/numbers", "json", "std_msgs/Int64")
+        await begin(looked, publications, 2, "/numbers", "cdr", INT64)
+        await looked.ask(looked.peer.settle)
+        publications.publish(1, b'{"data": 5}')
+        await looked.until(lambda: looked.graph.node(Sink).received)
+        publications.publish(2, bytes(TypeSupport(Int64).encode(Int64(data=6))) + bytes(4))
+        await looked.until(lambda: looked.graph.node(Sink).received[1:])
+        publications.close()
+    assert looked.graph.node(Sink).received == (5, 6)
+
+
+@pytest.mark.parametrize(
+    ("channel", "error", "why"),
+    [
+        (("/a b", "cdr", INT64), InvalidName, "a b"),
+        (("/numbers", "protobuf", INT64), MalformedMessage, "'protobuf' is not offered; publish cdr"),
+        (("/text", "cdr", INT64), IncompatibleType, f"/text has the type std_msgs/msg/String, not {INT64}"),
+        (("/new", "cdr", "std_msgs/msg/Absent"), UnknownType, "std_msgs/msg/Absent"),
+    ],
+)
+async def test_impossible_publication_is_refused(
+    looked_at: Any, channel: tuple[str, str, str], error: type[Exception], why: str
+):
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        with pytest.raises(error, match=why):
+            await begin(looked, publications, 1, *channel)
+        with pytest.raises(NoSuchTarget, match="nothing is published under the number 1"):
+            publications.publish(1, b"{}")
+
+
+async def test_a_number_in_use_is_refused(looked_at: Any):
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        await begin(looked, publications, 1, "/new", "json", INT64)
+        with pytest.raises(MalformedMessage, match="/other: its number is in use"):
+            await begin(looked, publications, 1, "/other", "json", INT64)
+        publications.end(1)
+        await begin(looked, publications, 1, "/other", "json", INT64)
+        publications.close()
+
+
+async def test_a_misfit_subscription_is_named_once(looked_at: Any):
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        await begin(looked, publications, 1, "/new", "json", INT64)
+        assert list(publications.new_misfits(await looked.ask(looked.peer.graph))) == []
+        looked.graph.subscribe(Int64, "new", qos=QoS(deadline=0.5))
+        named: list[str] = []
+        while not named:
+            graph = await looked.ask(looked.peer.graph)
+            named += publications.new_misfits(graph)
+        assert named[0].endswith(" does not receive /new: deadline: null is offered, 500ms is requested")
+        assert list(publications.new_misfits(graph)) == []
+        publications.close()
+
+
+async def test_closed_publications_stay_closed(looked_at: Any):
+    """Also one that another thread began meanwhile."""
+    async with looked_at(Sink) as looked:
+        publications = Publications(looked.peer)
+        publications.close()
+        await begin(looked, publications, 1, "/numbers", "json", INT64)
+        with pytest.raises(NoSuchTarget):
+            publications.publish(1, b'{"data": 5}')
