@@ -16,6 +16,8 @@ const options = {
   outdir: DIST,
   bundle: true,
   format: "esm",
+  splitting: true, // what the page and the elements share is in one file
+  chunkNames: "chunk-[hash]",
   target: ["es2022"],
   jsx: "automatic",
   jsxImportSource: "preact",

@@ -225,7 +225,7 @@ export interface QuestionTable {
   order: { arguments: { node: string; order: "start" | "stop" | "restart" }; answer: { readonly state: string } };
   log_level: { arguments: { node: string; level: string }; answer: Record<string, never> };
   record: { arguments: { on?: boolean }; answer: Recorded };
-  seek: { arguments: { stamp_ns: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
+  seek: { arguments: { stamp_ns?: string; play?: boolean; rate?: number }; answer: { readonly stamp_ns: string } };
   run: { arguments: Record<string, never>; answer: Run };
   layout: { arguments: { save?: object }; answer: { readonly layout: unknown } };
   time: { arguments: Record<string, never>; answer: RecordingTime };

@@ -3,12 +3,17 @@
 import { addressText, parsePath } from "../messages/paths";
 
 const TYPE = "application/x-busflow-field";
-/** Event that asks the page to plot a field; its detail is the address. */
+/** Event that asks the page to plot a field; its detail is a `PlotRequest`. */
 export const PLOT_EVENT = "busflow-plot";
 
 export interface Field {
   readonly topic: string;
   readonly field: string;
+}
+
+/** What `PLOT_EVENT` asks for. */
+export interface PlotRequest extends Field {
+  readonly address: string;
 }
 
 /** Puts a field into what is dragged. */
@@ -35,7 +40,8 @@ export function dropped(transfer: DataTransfer): string | undefined {
 
 /** Asks the page to plot a field. */
 export function plot(from: EventTarget, field: Field): void {
-  from.dispatchEvent(new CustomEvent(PLOT_EVENT, { detail: { ...field, address: addressOf(field) }, bubbles: true, composed: true }));
+  const detail: PlotRequest = { ...field, address: addressOf(field) };
+  from.dispatchEvent(new CustomEvent(PLOT_EVENT, { detail, bubbles: true, composed: true }));
 }
 
 function addressOf({ topic, field }: Field): string {

@@ -1,5 +1,6 @@
 /** Layout: which panels stand where, as the address holds it. Pure. */
 import type { Settings } from "../panels/panel";
+import { withLine } from "../plots/settings";
 
 /** Panel at its place. */
 export interface Place {
@@ -66,6 +67,16 @@ export function setSettings(layout: Layout, column: number, row: number, setting
       at === column ? places.map((place, index) => (index === row ? { ...place, settings } : place)) : places,
     ),
   );
+}
+
+/** Returns the layout with a field plotted: in the last plot of the shown view, or in a new one beside the others. */
+export function withPlot(layout: Layout, address: string): Layout {
+  const shown = shownIn(layout).some((places) => places.some(({ kind }) => kind === "plot")) ? layout : addPanel(layout, "plot");
+  const columns = shownIn(shown);
+  const column = columns.findLastIndex((places) => places.some(({ kind }) => kind === "plot"));
+  const row = columns[column]?.findLastIndex(({ kind }) => kind === "plot") ?? -1;
+  const settings = columns[column]?.[row]?.settings;
+  return settings === undefined ? layout : setSettings(shown, column, row, withLine(settings, address));
 }
 
 /** Returns the fragment of a layout; empty for the first view as it begins. */

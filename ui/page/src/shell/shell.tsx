@@ -6,7 +6,9 @@ import type { Session } from "../store/session";
 import { About } from "./about";
 import { Banners } from "./banners";
 import { Icon } from "../controls/icons";
-import { fragmentOf, readFragment, type Layout } from "./layout";
+import { fragmentOf, readFragment, withPlot, type Layout } from "./layout";
+import { PLOT_EVENT, type PlotRequest } from "../plots/dragging";
+import { TimeBar } from "../panels/time/time_bar";
 import { TopBar } from "./top_bar";
 import { Workspace } from "./workspace";
 
@@ -16,6 +18,7 @@ export function Shell({ session }: { readonly session: Session }) {
   const layout = useSignal(readFragment(location.hash, KINDS));
   const isAboutOpen = useSignal(false);
   useLayoutInAddress(layout);
+  usePlotting(layout);
   return (
     <div class="shell">
       <a class="skip" href="#main">
@@ -41,6 +44,7 @@ export function Shell({ session }: { readonly session: Session }) {
         <Banners session={session} />
         <Workspace session={session} layout={layout} />
       </main>
+      <TimeBar session={session} />
       {isAboutOpen.value && <About session={session} onClose={() => (isAboutOpen.value = false)} />}
     </div>
   );
@@ -57,5 +61,14 @@ function useLayoutInAddress(layout: Signal<Layout>): void {
     const read = () => (layout.value = readFragment(location.hash, KINDS));
     addEventListener("hashchange", read);
     return () => removeEventListener("hashchange", read);
+  }, [layout]);
+}
+
+/** Plots a number that the person chooses in a message. */
+function usePlotting(layout: Signal<Layout>): void {
+  useEffect(() => {
+    const plot = (event: Event) => (layout.value = withPlot(layout.value, (event as CustomEvent<PlotRequest>).detail.address));
+    addEventListener(PLOT_EVENT, plot);
+    return () => removeEventListener(PLOT_EVENT, plot);
   }, [layout]);
 }

@@ -10,25 +10,11 @@ import { FieldInput } from "../../plots/field_input";
 import { useOpened, useThemeChange, type Opened } from "../../plots/hooks";
 import type { Line } from "../../plots/lines";
 import { observationOf, type Observation } from "../../plots/observation";
+import { linesOf, withLine, withoutLine } from "../../plots/settings";
 import { SPANS_S } from "../../plots/timeline";
-import type { PanelProps, Settings } from "../panel";
+import type { PanelProps } from "../panel";
 import { Legend } from "./legend";
 import "./plot.css";
-
-const MOST_LINES = 50;
-
-/** Returns the addresses of a plot's lines; settings come from an address, which anyone may write. */
-export function linesOf(settings: Settings): readonly string[] {
-  const { lines } = settings;
-  if (!Array.isArray(lines)) return [];
-  return [...new Set(lines.filter((each): each is string => typeof each === "string"))].slice(0, MOST_LINES);
-}
-
-/** Returns settings with one more line. */
-export function withLine(settings: Settings, address: string): Settings {
-  const lines = linesOf(settings);
-  return lines.includes(address) || lines.length >= MOST_LINES ? settings : { ...settings, lines: [...lines, address] };
-}
 
 export function Plot({ session, settings, onSettings }: PanelProps) {
   const observation = observationOf(session);
@@ -56,7 +42,7 @@ export function Plot({ session, settings, onSettings }: PanelProps) {
         observation={observation}
         opened={opened}
         hoverS={hoverS}
-        onRemove={(text) => onSettings({ ...settings, lines: linesOf(settings).filter((each) => each !== text) })}
+        onRemove={(text) => onSettings(withoutLine(settings, text))}
       />
     </DropTarget>
   );

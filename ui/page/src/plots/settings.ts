@@ -1,0 +1,21 @@
+/** Settings of a plot: the addresses of its lines. */
+
+import type { Settings } from "../panels/panel";
+
+const MOST_LINES = 50;
+
+/** Returns the addresses of a plot's lines; settings come from an address, which anyone may write. */
+export function linesOf(settings: Settings): readonly string[] {
+  const { lines } = settings;
+  if (!Array.isArray(lines)) return [];
+  return [...new Set(lines.filter((each): each is string => typeof each === "string"))].slice(0, MOST_LINES);
+}
+
+/** Returns settings with one more line, where there is room for it. */
+export function withLine(settings: Settings, address: string): Settings {
+  return { ...settings, lines: [...new Set([...linesOf(settings), address])].slice(0, MOST_LINES) };
+}
+
+export function withoutLine(settings: Settings, address: string): Settings {
+  return { ...settings, lines: linesOf(settings).filter((each) => each !== address) };
+}
