@@ -21,6 +21,7 @@ test("a service's answer is read with its encoding", () => {
 
 test("frames cut short are no messages", () => {
   assert.equal(readFrame(bytes([1], [7, 0, 0, 0])), null);
+  assert.equal(readFrame(bytes([1], [7, 0, 0, 0], [0, 0, 0, 0, 0])), null);
   assert.equal(readFrame(bytes([3], [1, 0, 0, 0], [9, 0, 0, 0], [200, 0, 0, 0], [99])), null);
   assert.equal(readFrame(bytes([77], [0, 0, 0, 0, 0, 0, 0, 0])), null);
 });

@@ -99,6 +99,7 @@ test("parts that nothing connects stand side by side", () => {
 test("an edge begins and ends at the sides of its boxes", () => {
   const { vertices, edges } = layoutOf(model(chain()), measure, "right");
   const points = edges.get("publish /imu /data")!;
+  assert.equal(points.length, 2);
   const [imu, data] = [vertices.get("node /imu")!, vertices.get("topic /data")!];
   assert.deepEqual(points[0], { x: imu.x + imu.width, y: imu.y + imu.height / 2 });
   assert.deepEqual(points.at(-1), { x: data.x, y: data.y + data.height / 2 });

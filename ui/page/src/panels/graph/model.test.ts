@@ -65,6 +65,7 @@ test("what is hidden and what every node has is left out", () => {
   });
   const names = (shown: Shown) => graphModel(all, NO_RATES, shown).vertices.map(({ name }) => name);
   assert.deepEqual(names(USUAL), ["/a", "/t"]);
+  assert.deepEqual(graphModel(all, NO_RATES, USUAL).edges.map(({ from }) => from), ["node /a"]);
   assert.deepEqual(names({ ...USUAL, hidden: true }), ["/_b", "/a", "/_ticks", "/rosout", "/t"]);
 });
 

@@ -13,6 +13,7 @@ test("less than is requested does not fit", () => {
   const weak = { reliability: "best_effort", durability: "volatile", depth: 1 };
   assert.deepEqual(misfits(weak, QOS), ["reliability", "durability"]);
   assert.deepEqual(misfits(QOS, weak), []);
+  assert.deepEqual(misfits(weak, weak), []);
 });
 
 test("a longer deadline than requested does not fit", () => {
