@@ -29,6 +29,8 @@ _MOST_LINES = 1000
 _RUN_WORDS = ("name", "file", "since_ns", "seed", "clock", "version")
 _RATED_S = 0.9
 """Shortest time over which a rate is counted: a page that comes has the graph read at once, between two looks."""
+_SMOOTH_S = 3.0
+"""Time over which it is counted where the graph was seen that long ago."""
 _TOO_LONG_S = 5.0
 _HEALTH_EVERY = 3
 """Looks at the graph for each look at what is wrong, which asks more."""
@@ -137,7 +139,7 @@ class RunQuestions:
         moments = self._moments
         while moments and now.at_s - moments[0].at_s > _TOO_LONG_S:
             moments.popleft()
-        while len(moments) > 1 and now.at_s - moments[1].at_s >= _RATED_S:
+        while len(moments) > 1 and now.at_s - moments[1].at_s >= _SMOOTH_S:
             moments.popleft()
         before = moments[0] if moments and now.at_s - moments[0].at_s >= _RATED_S else None
         if not moments or now.at_s > moments[-1].at_s:

@@ -1,0 +1,145 @@
+"""A browser that shows `busflow ui` on a run of the project's lab with one more node; both are shared by all tests.
+
+Without a browser on this machine the tests are skipped, unless CI says that there has to be one.
+"""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.conftest import LiveRun, Place
+from ui.tests.page_server.conftest import Shown, built_page
+
+__all__ = ["built_page"]
+
+ROOT = Path(__file__).parents[3]
+AXE = ROOT / "ui/page/node_modules/axe-core/axe.min.js"
+PATIENCE_MS = 30_000
+MARKUP = '<img src=x onerror="document.title=1"><b>bold</b> \u202egnp.exe'
+OPTIONS = [
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking"),
+    *("--disable-component-update", "--disable-sync", "--no-first-run", "--disable-default-apps"),
+]
+ODD = f'''
+"""A node that loses messages, and writes what a page must not take for its own."""
+
+from busflow import Node, Parameters, QoS, publisher, subscription, timer
+from busflow.msgs.std_msgs import String
+
+
+class OddParameters(Parameters):
+    burst: int = 1
+    note: str = {MARKUP!r}
+
+
+class Odd(Node):
+    """Publishes bursts into a queue of one message."""
+
+    parameters: OddParameters
+    out = publisher(String, "odd/burst")
+
+    async def start(self) -> None:
+        self.log.warning({MARKUP!r})
+
+    @timer(0.1)
+    def publish(self) -> None:
+        for number in range(self.parameters.burst):
+            self.out.publish(String(data=f"{{self.parameters.note}} {{number}}"))
+
+    @subscription("odd/burst", qos=QoS(depth=1))
+    def on_burst(self, message: String) -> None:
+        """Do nothing."""
+'''
+
+
+class Stage:
+    """A run of the lab, `busflow ui` beside it, and the browser that shows it."""
+
+    def __init__(self, folder: Path, browser: Any) -> None:
+        runs, self.folder, self.browser = folder / "runs", folder / "lab", browser
+        runs.mkdir(mode=0o700)
+        folder = self.folder
+        (folder / "more").mkdir(parents=True)
+        (folder / "more/odd.py").write_text(ODD, "utf-8")
+        text = (ROOT / "configs/lab1.yaml").read_text("utf-8").partition("# What `busflow test`")[0]
+        text = text.replace("[../plugins]", f"[{ROOT / 'plugins'}, more]").replace(
+            "  sensor_processor:\n", "  odd:\n    plugin: odd\n\n  sensor_processor:\n"
+        )
+        (folder / "lab1.yaml").write_text(text, "utf-8")
+        self.place = Place(runs)
+        self.run: LiveRun | None = None
+        self.start()
+        self.shown = Shown(environment=self.place.environment, folder=folder)
+        self.complaints: list[str] = []
+        """What the browser's console said, and requests to others."""
+        self.page = self.opened(self.shown)
+
+    def start(self) -> None:
+        """Run the lab, also after it was killed."""
+        if self.run is not None:
+            self.run.stop()
+        self.run = self.place.run(self.folder, "lab1.yaml")
+        self.run.wait_for("All sensors operational")
+
+    def opened(self, shown: Shown, token: str | None = None) -> Any:
+        """Open a page on what is shown."""
+        page = self.browser.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(PATIENCE_MS)
+        page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        own = (shown.url, shown.url.replace("http", "ws", 1), "blob:")
+        page.on("request", lambda request: request.url.startswith(own) or self.complaints.append(request.url))
+        page.goto(f"{shown.url}/#token={shown.token if token is None else token}")
+        return page
+
+    def view(self, name: str) -> Any:
+        """Go to a view by the rail, and return its panel."""
+        self.page.locator(".rail-item", has_text=name).click()
+        return self.page.locator("main")
+
+    def close(self) -> None:
+        self.page.close()
+        self.shown.end()
+        if self.run is not None:
+            self.run.stop()
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium, as Debian and others install it."""
+    sync_api: Any = pytest.importorskip("playwright.sync_api")
+    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if path is None:
+        assert not os.environ.get("CI"), "there is no Chromium, and CI has to have one"
+        pytest.skip("there is no Chromium on this machine: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=path, args=OPTIONS)
+        yield found
+        found.close()
+
+
+@pytest.fixture(scope="module")
+def stage(browser: Any, built_page: Path) -> Iterator[Stage]:
+    assert built_page.is_dir()
+    with tempfile.TemporaryDirectory(prefix="busflow-") as path:
+        found = Stage(Path(path), browser)
+        yield found
+        found.close()
+
+
+@pytest.fixture(scope="session")
+def screenshot(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Any, str], None]:
+    """A function that keeps a picture of a page, in the folder of BUSFLOW_SCREENSHOTS."""
+    stated = os.environ.get("BUSFLOW_SCREENSHOTS")
+    folder = Path(stated) if stated else tmp_path_factory.mktemp("screenshots")
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def keep(page: Any, name: str) -> None:
+        page.screenshot(path=folder / f"{name}.png")
+
+    return keep
